@@ -2,7 +2,7 @@
 // command: gac generate --all vga2
 // spec: 17f6e9c743231913
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 11167566590da5754ca29e4b858c2125937e7bb12a523b173dae1466839ea8d3
+// body: 6650c087e202b23360c47b2dde3955088066331bb060976a57dce6fbb267570f
 
 #ifndef REAL
 #include "vga2.h"
@@ -109,15 +109,6 @@ ON("v3") static void stream(char *to, const char *from, intptr_t bytes)
 #define stream memcpy
 #define STREAM_END()
 #endif
-
-// How many elements lie before one that starts a line; 0 if none of the first does.
-static intptr_t before_line(const char *first, intptr_t step)
-{
-    for (intptr_t i = 0; i < LANES; ++i)
-        if (((intptr_t)first + i * step) % LINE == 0)
-            return i;
-    return 0;
-}
 
 typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
 typedef void any_function(void);
@@ -877,7 +868,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
 {
     const intptr_t w = sizeof(REAL), *strides = steps + kernel->n_parts;
     const int n_parts = kernel->n_parts, n_inputs = kernel->n_inputs, width = CHOSEN;
-    enum { SAME, HOISTED, UNIT, ANY, PAST } kinds[PARTS];
+    enum { SAME, HOISTED, UNIT, ANY } kinds[PARTS];
     _Alignas(64) REAL space[SPACE], prepared[PREPARED];
     REAL *rows[PARTS];
     char *starts[PARTS];
@@ -934,10 +925,10 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         kinds[p] = hoisted >> p & 1 ? HOISTED : still >> p & 1 ? SAME : steps[p] == w ? UNIT : ANY;
         for (int q = 0; kernel->repeats && p >= n_inputs && q < n_inputs; ++q)
             kinds[p] = args[p] == args[q] ? ANY : kinds[p];
-        kinds[p] = past && p >= n_inputs && steps[p] == w ? PAST : kinds[p];
+        kinds[p] = past && p >= n_inputs ? ANY : kinds[p];
         in_place = in_place && (kinds[p] == UNIT || kinds[p] == HOISTED);
         for (int q = part->first + part->rank; q-- > part->first; row_step *= part->shape[q - part->first]) {
-            cores[q] = kinds[p] == HOISTED || kinds[p] == UNIT ? strides[q] : row_step;
+            cores[q] = kinds[p] == SAME || kinds[p] == ANY ? row_step : strides[q];
             row_cores[q] = row_step;
         }
         if (dense || kinds[p] == HOISTED || kinds[p] == UNIT)
@@ -949,7 +940,8 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
             NAME(move_part)(0, rows[p], row, part, args[p], 0, strides + part->first, n < row ? PADDED(n) : row);
     }
     const intptr_t turn = near ? SPAN : LANES;
-    const intptr_t head = past ? before_line(args[n_inputs], w) : 0;
+    // Elements before the first that starts a line.
+    const intptr_t head = past ? (-(intptr_t)args[n_inputs] & (LINE - 1)) / w : 0;
     intptr_t i = 0;
     // In C order, by functions that know the sizes.
     for (; spans && !in_place && n - i >= turn; i += turn) {
@@ -992,7 +984,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         for (int p = n_inputs; p < n_parts; ++p) {
             const struct part *part = &kernel->parts[p];
             char *to = args[p] + i * steps[p];
-            if (kinds[p] == PAST)
+            if (past)
                 NAME(stream_part)(rows[p], row, part, to, strides + part->first, m);
             else if (starts[p] == (char *)rows[p])
                 NAME(move_part)(1, rows[p], row, part, to, steps[p], strides + part->first, m);
