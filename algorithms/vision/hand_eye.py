@@ -196,12 +196,17 @@ def _refined(
 
 def _remains(one: Reals, two: Reals, motor: Reals) -> Reals:
     """The residual (p, 2) of `HandEye`."""
-    rest = kernels.misfit(one, two, motor[:, None])
-    before = pga3.move_line(two, rest)
-    back = np.empty(len(one), np.bool_)
-    if loops.less_before(rest, before, back):
-        rest = np.where(back[:, None, None], before, rest)
+    rest, before, back = _at_both_ends(one, two, motor)
+    rest = rest if back is None else np.where(back[:, None, None], before, rest)
     return np.asarray(2 * np.sqrt(np.mean(np.sum(rest.reshape(*rest.shape[:2], 2, 3) ** 2, -1), 1)))
+
+
+def _at_both_ends(one: Reals, two: Reals, motor: Reals) -> tuple[Reals, Reals, Reals | None]:
+    """Misfits (p, n, 6) of motions and of their inverses, and which problems (p,) these translate less in, or None."""
+    rest = _called(kernels.misfit, one, two, motor)
+    before = _called(pga3.move_line, two, rest)
+    back = np.empty(len(one), np.bool_)
+    return rest, before, back if loops.less_before(rest, before, back) else None
 
 
 def _by_blocks(one: Reals, two: Reals, refine: bool) -> list[Reals]:
@@ -335,9 +340,8 @@ def _called(kernel: Callable[..., Any], *arrays: Reals) -> Any:
 
 def _from_better_end(one: Reals, two: Reals, motor: Reals) -> tuple[Reals, Reals]:
     """Motions, or their inverses where these leave less of translations: noise is of the end where it is least."""
-    rest = _called(kernels.misfit, one, two, motor)
-    back = np.empty(len(one), np.bool_)
-    if not loops.less_before(rest, _called(pga3.move_line, two, rest), back):
+    _, _, back = _at_both_ends(one, two, motor)
+    if back is None:
         return one, two
     turned = [np.where(back[:, None, None], pga3.motor_inverse(each), each) for each in (one, two)]
     return turned[0], turned[1]
