@@ -2,7 +2,7 @@
 // command: gac generate --all arms
 // spec: d016df18dd5ec9e0
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 377ac070d2ed6eb6fed91af012444c59293dba4b44ea3e9aeffea2a0c37e8c3b
+// body: 4ae89370b2221efd841a9ef33147af6085b0a902908e57a31bdb2ecc508cfb5e
 
 #ifndef REAL
 #include "arms.h"
@@ -35,20 +35,21 @@
 #if defined(__GNUC__) && __GNUC__ >= 12 && !defined(__clang__) && defined(__x86_64__) && defined(__GLIBC__)
 #define WIDE __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
 #define ON(level) __attribute__((target("arch=x86-64-" level)))
-#define LOOPS(name)                                                                     \
-    ON("v3") static void NAME(name##_v3)(intptr_t n, char **args, const intptr_t *strides) \
-    {                                                                                   \
-        NAME(name)(n, args, strides);                                                   \
-    }                                                                                   \
-    ON("v4") static void NAME(name##_v4)(intptr_t n, char **args, const intptr_t *strides) \
-    {                                                                                   \
-        NAME(name)(n, args, strides);                                                   \
+#define ONE(name, level)                                                                        \
+    ON(#level) static void NAME(name##_##level)(intptr_t n, char **args, const intptr_t *strides) \
+    {                                                                                           \
+        NAME(name)(n, args, strides);                                                           \
     }
+#define LOOP(name) ONE(name, v3)
+#define LOOPS(name) ONE(name, v3) ONE(name, v4)
+#define WIDTH(name) {NAME(name##_v3), NAME(name##_v3)}
 #define WIDTHS(name) {NAME(name##_v3), NAME(name##_v4)}
 #define CHOSEN (__builtin_cpu_supports("x86-64-v4") ? 1 : __builtin_cpu_supports("x86-64-v3") ? 0 : -1)
 #else
 #define WIDE
+#define LOOP(name)
 #define LOOPS(name)
+#define WIDTH(name) {NAME(name)}
 #define WIDTHS(name) {NAME(name)}
 #define CHOSEN 0
 #endif
@@ -63,8 +64,8 @@
 // Elements in C order go through rows of this many.
 #define SPAN 32
 
-// A vector of neighbours in memory.
-#if defined(__has_builtin)
+// A vector of neighbours in memory, where the compiler turns such of 32 bytes well.
+#if defined(__has_builtin) && (defined(ON) || defined(__clang__))
 #if __has_builtin(__builtin_shufflevector)
 #define SHUFFLE __builtin_shufflevector
 #define VECTOR(n) __attribute__((vector_size((n) * sizeof(REAL)), aligned(sizeof(REAL)), may_alias))
@@ -107,7 +108,7 @@ ON("v3") static void stream(char *to, const char *from, intptr_t bytes)
 #else
 #define PASSES(bytes) 0
 #define stream memcpy
-#define STREAM_END()
+#define STREAM_END() (void)0
 #endif
 
 typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
@@ -711,12 +712,13 @@ static void NAME(call_nnnrr)(any_function *function, void **x)
 // Blocks of a batch, and how they get there from strides of any kind: a component of a part (an argument or a result)
 // is a row, `row` numbers long, of the elements of a block.
 
+// As many elements as fill 32 bytes, which every wide machine turns alike.
+#define TILE PRECISION(4, 8)
+
 #ifdef SHUFFLE
 typedef REAL NAME(four) VECTOR(4);
 #define AT(a, k, s) (*(NAME(four) *)((a) + (k) * (s)))
 
-// A tile is four components of as many elements as fill 32 bytes, which every wide machine turns alike.
-#define TILE PRECISION(4, 8)
 #if PRECISION(1, 0)
 // From four places, `s` bytes apart, to four, `t` bytes apart.
 static INLINE void NAME(turn)(char *a, intptr_t s, char *b, intptr_t t)
@@ -882,149 +884,759 @@ WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, REAL *x, intp
     }
 }
 
-// Rows, SPAN numbers long, of `n` elements of `size` components, in C order from element `first` on; and back.
-static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size, intptr_t n)
+// A tile of elements of each size in C order, to rows and back. Vectors are read and written in halves, the upper one
+// from half of the elements further on.
+#ifdef SHUFFLE
+typedef REAL NAME(tile) VECTOR(TILE);
+typedef REAL NAME(half) VECTOR(TILE / 2);
+#define COLUMN(k) (*(NAME(tile) *)(x + (k) * row))
+#define HALF(a, k) (((NAME(half) *)(a))[k])
+#define WHOLE(offset) (*(NAME(tile) *)(a + (offset)))
+#define UPPER(offset, size) (a + (offset) + TILE / 2 * (size))
+#define JOINED(v, w) PRECISION(SHUFFLE(v, w, 0, 1, 2, 3), SHUFFLE(v, w, 0, 1, 2, 3, 4, 5, 6, 7))
+#define LOWERS(v, w) PRECISION(SHUFFLE(v, w, 0, 1, 4, 5), SHUFFLE(v, w, 0, 1, 2, 3, 8, 9, 10, 11))
+#define UPPERS(v, w) PRECISION(SHUFFLE(v, w, 2, 3, 6, 7), SHUFFLE(v, w, 4, 5, 6, 7, 12, 13, 14, 15))
+#define READ(offset, size) JOINED(HALF(a + (offset), 0), HALF(UPPER(offset, size), 0))
+#define WRITE(offset, size, v) HALF(a + (offset), 0) = HALF(&v, 0), HALF(UPPER(offset, size), 0) = HALF(&v, 1)
+#define WRITE_BOTH(offset, size, v, w) \
+    WHOLE(offset) = LOWERS(v, w), WHOLE((offset) + TILE / 2 * (size)) = UPPERS(v, w)
+
+static INLINE void NAME(load_tile_1)(REAL *x, intptr_t row, REAL *a)
 {
-    const intptr_t w = sizeof(REAL);
-    const REAL *from = (const REAL *)(a + first * size * w);
+#if PRECISION(1, 0)
+    COLUMN(0) = WHOLE(0);
+#else
+    COLUMN(0) = WHOLE(0);
+#endif
+}
+
+static INLINE void NAME(store_tile_1)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    WHOLE(0) = COLUMN(0);
+#else
+    WHOLE(0) = COLUMN(0);
+#endif
+}
+
+static INLINE void NAME(load_tile_2)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = READ(0, 2);
+    const NAME(tile) a1 = READ(2, 2);
+    COLUMN(0) = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    COLUMN(1) = SHUFFLE(a0, a1, 1, 5, 3, 7);
+#else
+    const NAME(tile) a0 = READ(0, 2);
+    const NAME(tile) a1 = READ(4, 2);
+    COLUMN(0) = SHUFFLE(a0, a1, 0, 2, 8, 10, 4, 6, 12, 14);
+    COLUMN(1) = SHUFFLE(a0, a1, 1, 3, 9, 11, 5, 7, 13, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_2)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
+    WRITE_BOTH(0, 2, a0, a1);
+#else
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    WRITE_BOTH(0, 2, a0, a1);
+#endif
+}
+
+static INLINE void NAME(load_tile_3)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = READ(0, 3);
+    const NAME(tile) a1 = READ(2, 3);
+    COLUMN(0) = SHUFFLE(a0, a1, 0, 5, 2, 7);
+    const NAME(tile) a2 = READ(4, 3);
+    COLUMN(1) = SHUFFLE(a0, a2, 1, 4, 3, 6);
+    COLUMN(2) = SHUFFLE(a1, a2, 0, 5, 2, 7);
+#else
+    const NAME(tile) a1 = READ(4, 3);
+    const NAME(tile) a2 = READ(8, 3);
+    const NAME(tile) b0 = SHUFFLE(a1, a2, 2, 3, 9, 10, 6, 7, 13, 14);
+    const NAME(tile) a0 = READ(0, 3);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 2, 8, 9, 5, 6, 12, 13);
+    COLUMN(0) = SHUFFLE(a0, b0, 0, 3, 8, 10, 4, 7, 12, 14);
+    COLUMN(1) = SHUFFLE(b1, b0, 0, 2, 9, 11, 4, 6, 13, 15);
+    COLUMN(2) = SHUFFLE(b1, a2, 1, 3, 8, 11, 5, 7, 12, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_3)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(0), 0, 5, 2, 7);
+    WRITE_BOTH(0, 3, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(1), COLUMN(2), 1, 5, 3, 7);
+    WRITE(4, 3, a2);
+#else
+    const NAME(tile) b0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 2, 8, 10, 4, 6, 12, 14);
+    const NAME(tile) b2 = SHUFFLE(COLUMN(2), COLUMN(0), 0, 2, 9, 11, 4, 6, 13, 15);
+    const NAME(tile) a0 = SHUFFLE(b0, b2, 0, 2, 8, 10, 4, 6, 12, 14);
+    const NAME(tile) b1 = SHUFFLE(COLUMN(1), COLUMN(2), 1, 3, 9, 11, 5, 7, 13, 15);
+    const NAME(tile) a1 = SHUFFLE(b1, b0, 0, 2, 9, 11, 4, 6, 13, 15);
+    WRITE_BOTH(0, 3, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(b2, b1, 1, 3, 9, 11, 5, 7, 13, 15);
+    WRITE(8, 3, a2);
+#endif
+}
+
+static INLINE void NAME(load_tile_4)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(4);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(8);
+    const NAME(tile) a3 = WHOLE(12);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+#else
+    const NAME(tile) a0 = READ(0, 4);
+    const NAME(tile) a1 = READ(4, 4);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(8, 4);
+    const NAME(tile) a3 = READ(12, 4);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_4)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 4, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
+    WRITE_BOTH(4, 4, a2, a3);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(0, 4, a0, a1);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(8, 4, a2, a3);
+#endif
+}
+
+static INLINE void NAME(load_tile_6)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(6);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(12);
+    const NAME(tile) a3 = WHOLE(18);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(tile) a4 = READ(4, 6);
+    const NAME(tile) a5 = READ(10, 6);
+    COLUMN(4) = SHUFFLE(a4, a5, 0, 4, 2, 6);
+    COLUMN(5) = SHUFFLE(a4, a5, 1, 5, 3, 7);
+#else
+    const NAME(tile) a0 = READ(0, 6);
+    const NAME(tile) a1 = READ(6, 6);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(12, 6);
+    const NAME(tile) a3 = READ(18, 6);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a4 = READ(2, 6);
+    const NAME(tile) a5 = READ(8, 6);
+    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = READ(14, 6);
+    const NAME(tile) a7 = READ(20, 6);
+    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(4) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(5) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_6)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 6, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
+    WRITE_BOTH(4, 6, a2, a3);
+    const NAME(tile) a4 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
+    const NAME(tile) a5 = SHUFFLE(COLUMN(4), COLUMN(5), 1, 5, 3, 7);
+    WRITE_BOTH(8, 6, a4, a5);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE(0, 6, a0);
+    const NAME(tile) b4_0 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_1 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(2, 6, a4, a1);
+    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(8, 6, a5, a2);
+    const NAME(tile) b4_2 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(14, 6, a6, a3);
+    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(20, 6, a7);
+#endif
+}
+
+static INLINE void NAME(load_tile_8)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(8);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(16);
+    const NAME(tile) a3 = WHOLE(24);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(tile) a4 = WHOLE(4);
+    const NAME(tile) a5 = WHOLE(12);
+    const NAME(tile) b4 = SHUFFLE(a4, a5, 0, 4, 2, 6);
+    const NAME(tile) b5 = SHUFFLE(a4, a5, 1, 5, 3, 7);
+    const NAME(tile) a6 = WHOLE(20);
+    const NAME(tile) a7 = WHOLE(28);
+    const NAME(tile) b6 = SHUFFLE(a6, a7, 0, 4, 2, 6);
+    const NAME(tile) b7 = SHUFFLE(a6, a7, 1, 5, 3, 7);
+    COLUMN(4) = SHUFFLE(b4, b6, 0, 1, 4, 5);
+    COLUMN(5) = SHUFFLE(b5, b7, 0, 1, 4, 5);
+    COLUMN(6) = SHUFFLE(b4, b6, 2, 3, 6, 7);
+    COLUMN(7) = SHUFFLE(b5, b7, 2, 3, 6, 7);
+#else
+    const NAME(tile) a0 = READ(0, 8);
+    const NAME(tile) a1 = READ(8, 8);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(16, 8);
+    const NAME(tile) a3 = READ(24, 8);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a4 = READ(4, 8);
+    const NAME(tile) a5 = READ(12, 8);
+    const NAME(tile) b4_0 = SHUFFLE(a4, a5, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a6 = READ(20, 8);
+    const NAME(tile) a7 = READ(28, 8);
+    const NAME(tile) b4_1 = SHUFFLE(a6, a7, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(4) = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(5) = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(6) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(7) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_8)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 8, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 4, 2, 6);
+    WRITE_BOTH(4, 8, a2, a3);
+    const NAME(tile) a4 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
+    const NAME(tile) a5 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
+    WRITE_BOTH(8, 8, a4, a5);
+    const NAME(tile) a6 = SHUFFLE(COLUMN(4), COLUMN(5), 1, 5, 3, 7);
+    const NAME(tile) a7 = SHUFFLE(COLUMN(6), COLUMN(7), 1, 5, 3, 7);
+    WRITE_BOTH(12, 8, a6, a7);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_0 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_1 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(0, 8, a0, a4);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(8, 8, a1, a5);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_2 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(COLUMN(6), COLUMN(7), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(16, 8, a2, a6);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(24, 8, a3, a7);
+#endif
+}
+
+static INLINE void NAME(load_tile_14)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(14);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(28);
+    const NAME(tile) a3 = WHOLE(42);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(tile) a4 = WHOLE(4);
+    const NAME(tile) a5 = WHOLE(18);
+    const NAME(tile) b4 = SHUFFLE(a4, a5, 0, 4, 2, 6);
+    const NAME(tile) b5 = SHUFFLE(a4, a5, 1, 5, 3, 7);
+    const NAME(tile) a6 = WHOLE(32);
+    const NAME(tile) a7 = WHOLE(46);
+    const NAME(tile) b6 = SHUFFLE(a6, a7, 0, 4, 2, 6);
+    const NAME(tile) b7 = SHUFFLE(a6, a7, 1, 5, 3, 7);
+    COLUMN(4) = SHUFFLE(b4, b6, 0, 1, 4, 5);
+    COLUMN(5) = SHUFFLE(b5, b7, 0, 1, 4, 5);
+    COLUMN(6) = SHUFFLE(b4, b6, 2, 3, 6, 7);
+    COLUMN(7) = SHUFFLE(b5, b7, 2, 3, 6, 7);
+    const NAME(tile) a8 = WHOLE(8);
+    const NAME(tile) a9 = WHOLE(22);
+    const NAME(tile) b8 = SHUFFLE(a8, a9, 0, 4, 2, 6);
+    const NAME(tile) b9 = SHUFFLE(a8, a9, 1, 5, 3, 7);
+    const NAME(tile) a10 = WHOLE(36);
+    const NAME(tile) a11 = WHOLE(50);
+    const NAME(tile) b10 = SHUFFLE(a10, a11, 0, 4, 2, 6);
+    const NAME(tile) b11 = SHUFFLE(a10, a11, 1, 5, 3, 7);
+    COLUMN(8) = SHUFFLE(b8, b10, 0, 1, 4, 5);
+    COLUMN(9) = SHUFFLE(b9, b11, 0, 1, 4, 5);
+    COLUMN(10) = SHUFFLE(b8, b10, 2, 3, 6, 7);
+    COLUMN(11) = SHUFFLE(b9, b11, 2, 3, 6, 7);
+    const NAME(tile) a12 = READ(12, 14);
+    const NAME(tile) a13 = READ(26, 14);
+    COLUMN(12) = SHUFFLE(a12, a13, 0, 4, 2, 6);
+    COLUMN(13) = SHUFFLE(a12, a13, 1, 5, 3, 7);
+#else
+    const NAME(tile) a0 = READ(0, 14);
+    const NAME(tile) a1 = READ(14, 14);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(28, 14);
+    const NAME(tile) a3 = READ(42, 14);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a4 = READ(4, 14);
+    const NAME(tile) a5 = READ(18, 14);
+    const NAME(tile) b4_0 = SHUFFLE(a4, a5, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a6 = READ(32, 14);
+    const NAME(tile) a7 = READ(46, 14);
+    const NAME(tile) b4_1 = SHUFFLE(a6, a7, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(4) = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(5) = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(6) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(7) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a8 = READ(8, 14);
+    const NAME(tile) a9 = READ(22, 14);
+    const NAME(tile) b8_0 = SHUFFLE(a8, a9, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a10 = READ(36, 14);
+    const NAME(tile) a11 = READ(50, 14);
+    const NAME(tile) b8_1 = SHUFFLE(a10, a11, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b8_2 = SHUFFLE(a8, a9, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b8_3 = SHUFFLE(a10, a11, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(8) = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(9) = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(10) = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(11) = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a12 = READ(10, 14);
+    const NAME(tile) a13 = READ(24, 14);
+    const NAME(tile) b12_2 = SHUFFLE(a12, a13, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a14 = READ(38, 14);
+    const NAME(tile) a15 = READ(52, 14);
+    const NAME(tile) b12_3 = SHUFFLE(a14, a15, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(12) = SHUFFLE(b12_2, b12_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(13) = SHUFFLE(b12_2, b12_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_14)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 14, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 4, 2, 6);
+    WRITE_BOTH(4, 14, a2, a3);
+    const NAME(tile) a4 = SHUFFLE(COLUMN(8), COLUMN(9), 0, 4, 2, 6);
+    const NAME(tile) a5 = SHUFFLE(COLUMN(10), COLUMN(11), 0, 4, 2, 6);
+    WRITE_BOTH(8, 14, a4, a5);
+    const NAME(tile) a6 = SHUFFLE(COLUMN(12), COLUMN(13), 0, 4, 2, 6);
+    const NAME(tile) a7 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
+    WRITE_BOTH(12, 14, a6, a7);
+    const NAME(tile) a8 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
+    const NAME(tile) a9 = SHUFFLE(COLUMN(4), COLUMN(5), 1, 5, 3, 7);
+    WRITE_BOTH(16, 14, a8, a9);
+    const NAME(tile) a10 = SHUFFLE(COLUMN(6), COLUMN(7), 1, 5, 3, 7);
+    const NAME(tile) a11 = SHUFFLE(COLUMN(8), COLUMN(9), 1, 5, 3, 7);
+    WRITE_BOTH(20, 14, a10, a11);
+    const NAME(tile) a12 = SHUFFLE(COLUMN(10), COLUMN(11), 1, 5, 3, 7);
+    const NAME(tile) a13 = SHUFFLE(COLUMN(12), COLUMN(13), 1, 5, 3, 7);
+    WRITE_BOTH(24, 14, a12, a13);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_0 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_1 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(0, 14, a0, a4);
+    const NAME(tile) b8_0 = SHUFFLE(COLUMN(8), COLUMN(9), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b8_1 = SHUFFLE(COLUMN(10), COLUMN(11), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a8 = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE(8, 14, a8);
+    const NAME(tile) b12_0 = SHUFFLE(COLUMN(10), COLUMN(11), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b12_1 = SHUFFLE(COLUMN(12), COLUMN(13), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a12 = SHUFFLE(b12_0, b12_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(10, 14, a12, a1);
+    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a9 = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(18, 14, a5, a9);
+    const NAME(tile) a13 = SHUFFLE(b12_0, b12_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(24, 14, a13, a2);
+    const NAME(tile) b4_2 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(COLUMN(6), COLUMN(7), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b8_2 = SHUFFLE(COLUMN(8), COLUMN(9), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b8_3 = SHUFFLE(COLUMN(10), COLUMN(11), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a10 = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(32, 14, a6, a10);
+    const NAME(tile) b12_2 = SHUFFLE(COLUMN(10), COLUMN(11), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b12_3 = SHUFFLE(COLUMN(12), COLUMN(13), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a14 = SHUFFLE(b12_2, b12_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(38, 14, a14, a3);
+    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a11 = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(46, 14, a7, a11);
+    const NAME(tile) a15 = SHUFFLE(b12_2, b12_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(52, 14, a15);
+#endif
+}
+#undef COLUMN
+#undef HALF
+#undef WHOLE
+#undef UPPER
+#undef JOINED
+#undef LOWERS
+#undef UPPERS
+#undef READ
+#undef WRITE
+#undef WRITE_BOTH
+#else
+
+static INLINE void NAME(load_tile_1)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 1; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 1 + k];
+}
+
+static INLINE void NAME(store_tile_1)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 1; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 1 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_2)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 2; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 2 + k];
+}
+
+static INLINE void NAME(store_tile_2)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 2; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 2 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_3)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 3; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 3 + k];
+}
+
+static INLINE void NAME(store_tile_3)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 3; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 3 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_4)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 4; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 4 + k];
+}
+
+static INLINE void NAME(store_tile_4)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 4; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 4 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_6)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 6; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 6 + k];
+}
+
+static INLINE void NAME(store_tile_6)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 6; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 6 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_8)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 8; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 8 + k];
+}
+
+static INLINE void NAME(store_tile_8)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 8; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 8 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_14)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 14; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 14 + k];
+}
+
+static INLINE void NAME(store_tile_14)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 14; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 14 + k] = x[k * row + i];
+}
+#endif
+
+// Rows, SPAN numbers long, of `n` elements of at most three numbers in C order, and back.
+static INLINE void NAME(load_few)(REAL *x, const REAL *a, intptr_t size, intptr_t n)
+{
     if (size == 1) {
-        memcpy(x, from, n * w);
+        memcpy(x, a, n * sizeof(REAL));
     } else if (size == 2) {
         for (intptr_t i = 0; i < n; ++i) {
-            x[i] = from[2 * i];
-            x[SPAN + i] = from[2 * i + 1];
-        }
-    } else if (size == 3) {
-        for (intptr_t i = 0; i < n; ++i) {
-            x[i] = from[3 * i];
-            x[SPAN + i] = from[3 * i + 1];
-            x[2 * SPAN + i] = from[3 * i + 2];
+            x[i] = a[2 * i];
+            x[SPAN + i] = a[2 * i + 1];
         }
     } else {
-        NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, n);
+        for (intptr_t i = 0; i < n; ++i) {
+            x[i] = a[3 * i];
+            x[SPAN + i] = a[3 * i + 1];
+            x[2 * SPAN + i] = a[3 * i + 2];
+        }
     }
 }
 
-static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size, intptr_t n)
+static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr_t n)
 {
-    const intptr_t w = sizeof(REAL);
-    REAL *to = (REAL *)(a + first * size * w);
     if (size == 1) {
-        memcpy(to, x, n * w);
+        memcpy(a, x, n * sizeof(REAL));
     } else if (size == 2) {
         for (intptr_t i = 0; i < n; ++i) {
-            to[2 * i] = x[i];
-            to[2 * i + 1] = x[SPAN + i];
-        }
-    } else if (size == 3) {
-        for (intptr_t i = 0; i < n; ++i) {
-            to[3 * i] = x[i];
-            to[3 * i + 1] = x[SPAN + i];
-            to[3 * i + 2] = x[2 * SPAN + i];
+            a[2 * i] = x[i];
+            a[2 * i + 1] = x[SPAN + i];
         }
     } else {
-        NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, n);
+        for (intptr_t i = 0; i < n; ++i) {
+            a[3 * i] = x[i];
+            a[3 * i + 1] = x[SPAN + i];
+            a[3 * i + 2] = x[2 * SPAN + i];
+        }
     }
 }
 
-// The same as loops, one for each size that is known: between rows and elements in C order.
+// Loops between rows and elements of each size.
 static INLINE void NAME(load_span_1)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 1, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 1, n);
 }
 LOOPS(load_span_1)
 
 static INLINE void NAME(store_span_1)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 1, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 1, n);
 }
 LOOPS(store_span_1)
 
 static INLINE void NAME(load_span_2)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 2, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 2, n);
 }
 LOOPS(load_span_2)
 
 static INLINE void NAME(store_span_2)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 2, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 2, n);
 }
 LOOPS(store_span_2)
 
 static INLINE void NAME(load_span_3)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 3, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 3, n);
 }
 LOOPS(load_span_3)
 
 static INLINE void NAME(store_span_3)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 3, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 3, n);
 }
 LOOPS(store_span_3)
 
 static INLINE void NAME(load_span_4)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 4, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_4)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 4);
 }
-LOOPS(load_span_4)
+LOOP(load_span_4)
 
 static INLINE void NAME(store_span_4)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 4, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_4)((REAL *)args[1] + i * 4, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_4)
+LOOP(store_span_4)
 
 static INLINE void NAME(load_span_6)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 6, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_6)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 6);
 }
-LOOPS(load_span_6)
+LOOP(load_span_6)
 
 static INLINE void NAME(store_span_6)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 6, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_6)((REAL *)args[1] + i * 6, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_6)
+LOOP(store_span_6)
 
 static INLINE void NAME(load_span_8)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 8, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_8)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 8);
 }
-LOOPS(load_span_8)
+LOOP(load_span_8)
 
 static INLINE void NAME(store_span_8)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 8, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_8)((REAL *)args[1] + i * 8, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_8)
+LOOP(store_span_8)
 
 static INLINE void NAME(load_span_14)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 14, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_14)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 14);
 }
-LOOPS(load_span_14)
+LOOP(load_span_14)
 
 static INLINE void NAME(store_span_14)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 14, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_14)((REAL *)args[1] + i * 14, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_14)
+LOOP(store_span_14)
 
 static const struct {
     loop_function *load[2], *store[2];
@@ -1032,10 +1644,10 @@ static const struct {
     [1] = {WIDTHS(load_span_1), WIDTHS(store_span_1)},
     [2] = {WIDTHS(load_span_2), WIDTHS(store_span_2)},
     [3] = {WIDTHS(load_span_3), WIDTHS(store_span_3)},
-    [4] = {WIDTHS(load_span_4), WIDTHS(store_span_4)},
-    [6] = {WIDTHS(load_span_6), WIDTHS(store_span_6)},
-    [8] = {WIDTHS(load_span_8), WIDTHS(store_span_8)},
-    [14] = {WIDTHS(load_span_14), WIDTHS(store_span_14)},
+    [4] = {WIDTH(load_span_4), WIDTH(store_span_4)},
+    [6] = {WIDTH(load_span_6), WIDTH(store_span_6)},
+    [8] = {WIDTH(load_span_8), WIDTH(store_span_8)},
+    [14] = {WIDTH(load_span_14), WIDTH(store_span_14)},
 };
 
 // All rows of a part, from the batch or back to it; axes that lie as one are moved as one.
@@ -1605,7 +2217,9 @@ static INLINE void NAME(slides_of_quadratic_dense_a_b)(intptr_t n, char **args, 
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a2 = args[2];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
     _Alignas(64) REAL r3[2 * SPAN];
     _Alignas(64) REAL r4[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
@@ -1614,13 +2228,13 @@ static INLINE void NAME(slides_of_quadratic_dense_a_b)(intptr_t n, char **args, 
             REAL x2[1];
             REAL x3[2];
             REAL x4[1];
-            NAME(load_scalar)(x2, a2 + (first + i) * w);
+            NAME(load_scalar)(x2, (char *)a2 + (first + i) * w);
             NAME(slides_of_quadratic_apply_a_b)(prepared, x2[0], x3, x4);
             NAME(store_2)((char *)(r3 + i), SPAN * w, x3);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_span)(args[3], first, r3, 2, SPAN);
-        NAME(store_span)(args[4], first, r4, 1, SPAN);
+        NAME(store_few)(a3 + first * 2, r3, 2, SPAN);
+        NAME(store_few)(a4 + first * 1, r4, 1, SPAN);
     }
 }
 LOOPS(slides_of_quadratic_dense_a_b)
@@ -3222,18 +3836,19 @@ static INLINE void NAME(turned_point_dense_line_q)(intptr_t n, char **args, cons
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a3 = (REAL *)args[3];
     _Alignas(64) REAL r3[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x1[3];
             REAL x3[3];
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(turned_point_apply_line_q)(prepared, x1, x3);
             NAME(store_3)((char *)(r3 + i), SPAN * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 3, SPAN);
+        NAME(store_few)(a3 + first * 3, r3, 3, SPAN);
     }
 }
 LOOPS(turned_point_dense_line_q)
@@ -3266,6 +3881,30 @@ static INLINE void NAME(turned_point_block_p_q)(intptr_t n, char **args, const i
 }
 LOOPS(turned_point_block_p_q)
 
+static INLINE void NAME(turned_point_dense_p_q)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r3[3 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x3[3];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(turned_point_apply_p_q)(prepared, x0, x3);
+            NAME(store_3)((char *)(r3 + i), TILE * w, x3);
+        }
+        NAME(store_tile_3)(a3 + first * 3, r3, TILE);
+    }
+}
+LOOP(turned_point_dense_p_q)
+
 static void NAME(turned_point_start_p_q)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1];
@@ -3296,6 +3935,35 @@ static INLINE void NAME(turned_point_block_q)(intptr_t n, char **args, const int
     }
 }
 LOOPS(turned_point_block_q)
+
+static INLINE void NAME(turned_point_dense_q)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[2];
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r3[3 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[3];
+            REAL x3[3];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
+            NAME(turned_point_apply_q)(prepared, x0, x1, x3);
+            NAME(store_3)((char *)(r3 + i), TILE * w, x3);
+        }
+        NAME(store_tile_3)(a3 + first * 3, r3, TILE);
+    }
+}
+LOOP(turned_point_dense_q)
 
 static void NAME(turned_point_start_q)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -3348,7 +4016,8 @@ void NAME(turned_point_loop)(char **args, const intptr_t *dimensions, const intp
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{5, 2, NAME(turned_point_start_line_q), WIDTHS(turned_point_block_line_q),
         WIDTHS(turned_point_dense_line_q)}, {6, 2, NAME(turned_point_start_p_q), WIDTHS(turned_point_block_p_q),
-        {NULL}}, {4, 2, NAME(turned_point_start_q), WIDTHS(turned_point_block_q), {NULL}}};
+        WIDTH(turned_point_dense_p_q)}, {4, 2, NAME(turned_point_start_q), WIDTHS(turned_point_block_q),
+        WIDTH(turned_point_dense_q)}};
     static const struct kernel kernel = {WIDTHS(turned_point_block), {NULL}, (any_function *)NAME(turned_point),
         NAME(call_aanr), 3, 4, 3, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
@@ -4804,6 +5473,30 @@ static INLINE void NAME(circle_profile_block_base_line_p)(intptr_t n, char **arg
 }
 LOOPS(circle_profile_block_base_line_p)
 
+static INLINE void NAME(circle_profile_dense_base_line_p)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r4[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x4[6];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(circle_profile_apply_base_line_p)(prepared, x0, x4);
+            NAME(store_2x3)((char *)(r4 + i), 3 * TILE * w, TILE * w, x4);
+        }
+        NAME(store_tile_6)(a4 + first * 6, r4, TILE);
+    }
+}
+LOOP(circle_profile_dense_base_line_p)
+
 static void NAME(circle_profile_start_base_line_p)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1], c2a = strides[2], c3a = strides[3];
@@ -4834,6 +5527,30 @@ static INLINE void NAME(circle_profile_block_axis_line_p)(intptr_t n, char **arg
 }
 LOOPS(circle_profile_block_axis_line_p)
 
+static INLINE void NAME(circle_profile_dense_axis_line_p)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a1 = (REAL *)args[1];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r4[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x1[3];
+            REAL x4[6];
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
+            NAME(circle_profile_apply_axis_line_p)(prepared, x1, x4);
+            NAME(store_2x3)((char *)(r4 + i), 3 * TILE * w, TILE * w, x4);
+        }
+        NAME(store_tile_6)(a4 + first * 6, r4, TILE);
+    }
+}
+LOOP(circle_profile_dense_axis_line_p)
+
 static void NAME(circle_profile_start_axis_line_p)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c2a = strides[2], c3a = strides[3];
@@ -4863,6 +5580,30 @@ static INLINE void NAME(circle_profile_block_axis_base_line)(intptr_t n, char **
     }
 }
 LOOPS(circle_profile_block_axis_base_line)
+
+static INLINE void NAME(circle_profile_dense_axis_base_line)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r3[3 * TILE];
+    _Alignas(64) REAL r4[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r3, TILE, a3 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x3[3];
+            REAL x4[6];
+            NAME(load_3)(x3, (char *)(r3 + i), TILE * w);
+            NAME(circle_profile_apply_axis_base_line)(prepared, x3, x4);
+            NAME(store_2x3)((char *)(r4 + i), 3 * TILE * w, TILE * w, x4);
+        }
+        NAME(store_tile_6)(a4 + first * 6, r4, TILE);
+    }
+}
+LOOP(circle_profile_dense_axis_base_line)
 
 static void NAME(circle_profile_start_axis_base_line)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -4903,16 +5644,55 @@ static INLINE void NAME(circle_profile_block)(intptr_t n, char **args, const int
 }
 LOOPS(circle_profile_block)
 
+static INLINE void NAME(circle_profile_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[6 * TILE];
+    _Alignas(64) REAL r3[3 * TILE];
+    _Alignas(64) REAL r4[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
+        NAME(load_tile_6)(r2, TILE, a2 + first * 6);
+        NAME(load_tile_3)(r3, TILE, a3 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[3];
+            REAL x2[6];
+            REAL x3[3];
+            REAL x4[6];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
+            NAME(load_6)(x2, (char *)(r2 + i), TILE * w);
+            NAME(load_3)(x3, (char *)(r3 + i), TILE * w);
+            NAME(circle_profile)(x0, x1, x2, x3, x4);
+            NAME(store_2x3)((char *)(r4 + i), 3 * TILE * w, TILE * w, x4);
+        }
+        NAME(store_tile_6)(a4 + first * 6, r4, TILE);
+    }
+}
+LOOP(circle_profile_dense)
+
 void NAME(circle_profile_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}, {3, 1, 3, {3}}, {6, 2, 4,
         {2, 3}}};
     static const struct form forms[] = {{14, 2, NAME(circle_profile_start_base_line_p),
-        WIDTHS(circle_profile_block_base_line_p), {NULL}}, {13, 2, NAME(circle_profile_start_axis_line_p),
-        WIDTHS(circle_profile_block_axis_line_p), {NULL}}, {7, 4, NAME(circle_profile_start_axis_base_line),
-        WIDTHS(circle_profile_block_axis_base_line), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(circle_profile_block), {NULL}, (any_function *)NAME(circle_profile),
-        NAME(call_aaaar), 4, 5, 3, 0, 0, parts, forms};
+        WIDTHS(circle_profile_block_base_line_p), WIDTH(circle_profile_dense_base_line_p)}, {13, 2,
+        NAME(circle_profile_start_axis_line_p), WIDTHS(circle_profile_block_axis_line_p),
+        WIDTH(circle_profile_dense_axis_line_p)}, {7, 4, NAME(circle_profile_start_axis_base_line),
+        WIDTHS(circle_profile_block_axis_base_line), WIDTH(circle_profile_dense_axis_base_line)}};
+    static const struct kernel kernel = {WIDTHS(circle_profile_block), WIDTH(circle_profile_dense), (any_function
+        *)NAME(circle_profile), NAME(call_aaaar), 4, 5, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5273,6 +6053,30 @@ static INLINE void NAME(segment_profile_block_axis_base_p)(intptr_t n, char **ar
 }
 LOOPS(segment_profile_block_axis_base_p)
 
+static INLINE void NAME(segment_profile_dense_axis_base_p)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a2 = (REAL *)args[2];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r2[6 * TILE];
+    _Alignas(64) REAL r4[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r2, TILE, a2 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x2[6];
+            REAL x4[6];
+            NAME(load_6)(x2, (char *)(r2 + i), TILE * w);
+            NAME(segment_profile_apply_axis_base_p)(prepared, x2, x4);
+            NAME(store_2x3)((char *)(r4 + i), 3 * TILE * w, TILE * w, x4);
+        }
+        NAME(store_tile_6)(a4 + first * 6, r4, TILE);
+    }
+}
+LOOP(segment_profile_dense_axis_base_p)
+
 static void NAME(segment_profile_start_axis_base_p)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1], c3a = strides[3];
@@ -5302,6 +6106,30 @@ static INLINE void NAME(segment_profile_block_base_line_p)(intptr_t n, char **ar
     }
 }
 LOOPS(segment_profile_block_base_line_p)
+
+static INLINE void NAME(segment_profile_dense_base_line_p)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r4[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x4[6];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(segment_profile_apply_base_line_p)(prepared, x0, x4);
+            NAME(store_2x3)((char *)(r4 + i), 3 * TILE * w, TILE * w, x4);
+        }
+        NAME(store_tile_6)(a4 + first * 6, r4, TILE);
+    }
+}
+LOOP(segment_profile_dense_base_line_p)
 
 static void NAME(segment_profile_start_base_line_p)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -5333,6 +6161,30 @@ static INLINE void NAME(segment_profile_block_axis_base_line)(intptr_t n, char *
 }
 LOOPS(segment_profile_block_axis_base_line)
 
+static INLINE void NAME(segment_profile_dense_axis_base_line)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r3[3 * TILE];
+    _Alignas(64) REAL r4[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r3, TILE, a3 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x3[3];
+            REAL x4[6];
+            NAME(load_3)(x3, (char *)(r3 + i), TILE * w);
+            NAME(segment_profile_apply_axis_base_line)(prepared, x3, x4);
+            NAME(store_2x3)((char *)(r4 + i), 3 * TILE * w, TILE * w, x4);
+        }
+        NAME(store_tile_6)(a4 + first * 6, r4, TILE);
+    }
+}
+LOOP(segment_profile_dense_axis_base_line)
+
 static void NAME(segment_profile_start_axis_base_line)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -5362,6 +6214,30 @@ static INLINE void NAME(segment_profile_block_axis_line_p)(intptr_t n, char **ar
     }
 }
 LOOPS(segment_profile_block_axis_line_p)
+
+static INLINE void NAME(segment_profile_dense_axis_line_p)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a1 = (REAL *)args[1];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r4[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x1[3];
+            REAL x4[6];
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
+            NAME(segment_profile_apply_axis_line_p)(prepared, x1, x4);
+            NAME(store_2x3)((char *)(r4 + i), 3 * TILE * w, TILE * w, x4);
+        }
+        NAME(store_tile_6)(a4 + first * 6, r4, TILE);
+    }
+}
+LOOP(segment_profile_dense_axis_line_p)
 
 static void NAME(segment_profile_start_axis_line_p)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -5402,16 +6278,56 @@ static INLINE void NAME(segment_profile_block)(intptr_t n, char **args, const in
 }
 LOOPS(segment_profile_block)
 
+static INLINE void NAME(segment_profile_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[6 * TILE];
+    _Alignas(64) REAL r3[3 * TILE];
+    _Alignas(64) REAL r4[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
+        NAME(load_tile_6)(r2, TILE, a2 + first * 6);
+        NAME(load_tile_3)(r3, TILE, a3 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[3];
+            REAL x2[6];
+            REAL x3[3];
+            REAL x4[6];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
+            NAME(load_6)(x2, (char *)(r2 + i), TILE * w);
+            NAME(load_3)(x3, (char *)(r3 + i), TILE * w);
+            NAME(segment_profile)(x0, x1, x2, x3, x4);
+            NAME(store_2x3)((char *)(r4 + i), 3 * TILE * w, TILE * w, x4);
+        }
+        NAME(store_tile_6)(a4 + first * 6, r4, TILE);
+    }
+}
+LOOP(segment_profile_dense)
+
 void NAME(segment_profile_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}, {3, 1, 3, {3}}, {6, 2, 4,
         {2, 3}}};
     static const struct form forms[] = {{11, 3, NAME(segment_profile_start_axis_base_p),
-        WIDTHS(segment_profile_block_axis_base_p), {NULL}}, {14, 2, NAME(segment_profile_start_base_line_p),
-        WIDTHS(segment_profile_block_base_line_p), {NULL}}, {7, 2, NAME(segment_profile_start_axis_base_line),
-        WIDTHS(segment_profile_block_axis_base_line), {NULL}}, {13, 2, NAME(segment_profile_start_axis_line_p),
-        WIDTHS(segment_profile_block_axis_line_p), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(segment_profile_block), {NULL}, (any_function
+        WIDTHS(segment_profile_block_axis_base_p), WIDTH(segment_profile_dense_axis_base_p)}, {14, 2,
+        NAME(segment_profile_start_base_line_p), WIDTHS(segment_profile_block_base_line_p),
+        WIDTH(segment_profile_dense_base_line_p)}, {7, 2, NAME(segment_profile_start_axis_base_line),
+        WIDTHS(segment_profile_block_axis_base_line), WIDTH(segment_profile_dense_axis_base_line)}, {13, 2,
+        NAME(segment_profile_start_axis_line_p), WIDTHS(segment_profile_block_axis_line_p),
+        WIDTH(segment_profile_dense_axis_line_p)}};
+    static const struct kernel kernel = {WIDTHS(segment_profile_block), WIDTH(segment_profile_dense), (any_function
         *)NAME(segment_profile), NAME(call_aaaar), 4, 5, 4, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -5939,6 +6855,30 @@ static INLINE void NAME(circle_shadow_block_first_line_p)(intptr_t n, char **arg
 }
 LOOPS(circle_shadow_block_first_line_p)
 
+static INLINE void NAME(circle_shadow_dense_first_line_p)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a1 = (REAL *)args[1];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r4[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x1[3];
+            REAL x4[6];
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
+            NAME(circle_shadow_apply_first_line_p)(prepared, x1, x4);
+            NAME(store_2x3)((char *)(r4 + i), 3 * TILE * w, TILE * w, x4);
+        }
+        NAME(store_tile_6)(a4 + first * 6, r4, TILE);
+    }
+}
+LOOP(circle_shadow_dense_first_line_p)
+
 static void NAME(circle_shadow_start_first_line_p)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c2a = strides[2], c3a = strides[3];
@@ -5969,6 +6909,30 @@ static INLINE void NAME(circle_shadow_block_second_line_p)(intptr_t n, char **ar
 }
 LOOPS(circle_shadow_block_second_line_p)
 
+static INLINE void NAME(circle_shadow_dense_second_line_p)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r4[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x4[6];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(circle_shadow_apply_second_line_p)(prepared, x0, x4);
+            NAME(store_2x3)((char *)(r4 + i), 3 * TILE * w, TILE * w, x4);
+        }
+        NAME(store_tile_6)(a4 + first * 6, r4, TILE);
+    }
+}
+LOOP(circle_shadow_dense_second_line_p)
+
 static void NAME(circle_shadow_start_second_line_p)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1], c2a = strides[2], c3a = strides[3];
@@ -5998,6 +6962,30 @@ static INLINE void NAME(circle_shadow_block_first_second_line)(intptr_t n, char 
     }
 }
 LOOPS(circle_shadow_block_first_second_line)
+
+static INLINE void NAME(circle_shadow_dense_first_second_line)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r3[3 * TILE];
+    _Alignas(64) REAL r4[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r3, TILE, a3 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x3[3];
+            REAL x4[6];
+            NAME(load_3)(x3, (char *)(r3 + i), TILE * w);
+            NAME(circle_shadow_apply_first_second_line)(prepared, x3, x4);
+            NAME(store_2x3)((char *)(r4 + i), 3 * TILE * w, TILE * w, x4);
+        }
+        NAME(store_tile_6)(a4 + first * 6, r4, TILE);
+    }
+}
+LOOP(circle_shadow_dense_first_second_line)
 
 static void NAME(circle_shadow_start_first_second_line)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -6038,16 +7026,55 @@ static INLINE void NAME(circle_shadow_block)(intptr_t n, char **args, const intp
 }
 LOOPS(circle_shadow_block)
 
+static INLINE void NAME(circle_shadow_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[6 * TILE];
+    _Alignas(64) REAL r3[3 * TILE];
+    _Alignas(64) REAL r4[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
+        NAME(load_tile_6)(r2, TILE, a2 + first * 6);
+        NAME(load_tile_3)(r3, TILE, a3 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[6];
+            REAL x3[3];
+            REAL x4[6];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
+            NAME(load_6)(x2, (char *)(r2 + i), TILE * w);
+            NAME(load_3)(x3, (char *)(r3 + i), TILE * w);
+            NAME(circle_shadow)(x0, x1, x2, x3, x4);
+            NAME(store_2x3)((char *)(r4 + i), 3 * TILE * w, TILE * w, x4);
+        }
+        NAME(store_tile_6)(a4 + first * 6, r4, TILE);
+    }
+}
+LOOP(circle_shadow_dense)
+
 void NAME(circle_shadow_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}, {3, 1, 3, {3}}, {6, 2, 4,
         {2, 3}}};
     static const struct form forms[] = {{13, 2, NAME(circle_shadow_start_first_line_p),
-        WIDTHS(circle_shadow_block_first_line_p), {NULL}}, {14, 2, NAME(circle_shadow_start_second_line_p),
-        WIDTHS(circle_shadow_block_second_line_p), {NULL}}, {7, 3, NAME(circle_shadow_start_first_second_line),
-        WIDTHS(circle_shadow_block_first_second_line), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(circle_shadow_block), {NULL}, (any_function *)NAME(circle_shadow),
-        NAME(call_aaaar), 4, 5, 3, 0, 0, parts, forms};
+        WIDTHS(circle_shadow_block_first_line_p), WIDTH(circle_shadow_dense_first_line_p)}, {14, 2,
+        NAME(circle_shadow_start_second_line_p), WIDTHS(circle_shadow_block_second_line_p),
+        WIDTH(circle_shadow_dense_second_line_p)}, {7, 3, NAME(circle_shadow_start_first_second_line),
+        WIDTHS(circle_shadow_block_first_second_line), WIDTH(circle_shadow_dense_first_second_line)}};
+    static const struct kernel kernel = {WIDTHS(circle_shadow_block), WIDTH(circle_shadow_dense), (any_function
+        *)NAME(circle_shadow), NAME(call_aaaar), 4, 5, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6363,6 +7390,30 @@ static INLINE void NAME(segment_shadow_block_first_second_line)(intptr_t n, char
 }
 LOOPS(segment_shadow_block_first_second_line)
 
+static INLINE void NAME(segment_shadow_dense_first_second_line)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r3[3 * TILE];
+    _Alignas(64) REAL r4[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r3, TILE, a3 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x3[3];
+            REAL x4[6];
+            NAME(load_3)(x3, (char *)(r3 + i), TILE * w);
+            NAME(segment_shadow_apply_first_second_line)(prepared, x3, x4);
+            NAME(store_2x3)((char *)(r4 + i), 3 * TILE * w, TILE * w, x4);
+        }
+        NAME(store_tile_6)(a4 + first * 6, r4, TILE);
+    }
+}
+LOOP(segment_shadow_dense_first_second_line)
+
 static void NAME(segment_shadow_start_first_second_line)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -6392,6 +7443,30 @@ static INLINE void NAME(segment_shadow_block_first_second_p)(intptr_t n, char **
     }
 }
 LOOPS(segment_shadow_block_first_second_p)
+
+static INLINE void NAME(segment_shadow_dense_first_second_p)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a2 = (REAL *)args[2];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r2[6 * TILE];
+    _Alignas(64) REAL r4[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r2, TILE, a2 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x2[6];
+            REAL x4[6];
+            NAME(load_6)(x2, (char *)(r2 + i), TILE * w);
+            NAME(segment_shadow_apply_first_second_p)(prepared, x2, x4);
+            NAME(store_2x3)((char *)(r4 + i), 3 * TILE * w, TILE * w, x4);
+        }
+        NAME(store_tile_6)(a4 + first * 6, r4, TILE);
+    }
+}
+LOOP(segment_shadow_dense_first_second_p)
 
 static void NAME(segment_shadow_start_first_second_p)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -6423,6 +7498,30 @@ static INLINE void NAME(segment_shadow_block_first_line_p)(intptr_t n, char **ar
 }
 LOOPS(segment_shadow_block_first_line_p)
 
+static INLINE void NAME(segment_shadow_dense_first_line_p)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a1 = (REAL *)args[1];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r4[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x1[3];
+            REAL x4[6];
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
+            NAME(segment_shadow_apply_first_line_p)(prepared, x1, x4);
+            NAME(store_2x3)((char *)(r4 + i), 3 * TILE * w, TILE * w, x4);
+        }
+        NAME(store_tile_6)(a4 + first * 6, r4, TILE);
+    }
+}
+LOOP(segment_shadow_dense_first_line_p)
+
 static void NAME(segment_shadow_start_first_line_p)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c2a = strides[2], c3a = strides[3];
@@ -6452,6 +7551,30 @@ static INLINE void NAME(segment_shadow_block_second_line_p)(intptr_t n, char **a
     }
 }
 LOOPS(segment_shadow_block_second_line_p)
+
+static INLINE void NAME(segment_shadow_dense_second_line_p)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r4[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x4[6];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(segment_shadow_apply_second_line_p)(prepared, x0, x4);
+            NAME(store_2x3)((char *)(r4 + i), 3 * TILE * w, TILE * w, x4);
+        }
+        NAME(store_tile_6)(a4 + first * 6, r4, TILE);
+    }
+}
+LOOP(segment_shadow_dense_second_line_p)
 
 static void NAME(segment_shadow_start_second_line_p)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -6492,17 +7615,57 @@ static INLINE void NAME(segment_shadow_block)(intptr_t n, char **args, const int
 }
 LOOPS(segment_shadow_block)
 
+static INLINE void NAME(segment_shadow_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[6 * TILE];
+    _Alignas(64) REAL r3[3 * TILE];
+    _Alignas(64) REAL r4[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
+        NAME(load_tile_6)(r2, TILE, a2 + first * 6);
+        NAME(load_tile_3)(r3, TILE, a3 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[6];
+            REAL x3[3];
+            REAL x4[6];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
+            NAME(load_6)(x2, (char *)(r2 + i), TILE * w);
+            NAME(load_3)(x3, (char *)(r3 + i), TILE * w);
+            NAME(segment_shadow)(x0, x1, x2, x3, x4);
+            NAME(store_2x3)((char *)(r4 + i), 3 * TILE * w, TILE * w, x4);
+        }
+        NAME(store_tile_6)(a4 + first * 6, r4, TILE);
+    }
+}
+LOOP(segment_shadow_dense)
+
 void NAME(segment_shadow_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}, {3, 1, 3, {3}}, {6, 2, 4,
         {2, 3}}};
     static const struct form forms[] = {{7, 2, NAME(segment_shadow_start_first_second_line),
-        WIDTHS(segment_shadow_block_first_second_line), {NULL}}, {11, 2, NAME(segment_shadow_start_first_second_p),
-        WIDTHS(segment_shadow_block_first_second_p), {NULL}}, {13, 2, NAME(segment_shadow_start_first_line_p),
-        WIDTHS(segment_shadow_block_first_line_p), {NULL}}, {14, 2, NAME(segment_shadow_start_second_line_p),
-        WIDTHS(segment_shadow_block_second_line_p), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(segment_shadow_block), {NULL}, (any_function *)NAME(segment_shadow),
-        NAME(call_aaaar), 4, 5, 4, 0, 0, parts, forms};
+        WIDTHS(segment_shadow_block_first_second_line), WIDTH(segment_shadow_dense_first_second_line)}, {11, 2,
+        NAME(segment_shadow_start_first_second_p), WIDTHS(segment_shadow_block_first_second_p),
+        WIDTH(segment_shadow_dense_first_second_p)}, {13, 2, NAME(segment_shadow_start_first_line_p),
+        WIDTHS(segment_shadow_block_first_line_p), WIDTH(segment_shadow_dense_first_line_p)}, {14, 2,
+        NAME(segment_shadow_start_second_line_p), WIDTHS(segment_shadow_block_second_line_p),
+        WIDTH(segment_shadow_dense_second_line_p)}};
+    static const struct kernel kernel = {WIDTHS(segment_shadow_block), WIDTH(segment_shadow_dense), (any_function
+        *)NAME(segment_shadow), NAME(call_aaaar), 4, 5, 4, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10067,6 +11230,30 @@ static INLINE void NAME(point_and_tangent_block_p)(intptr_t n, char **args, cons
 }
 LOOPS(point_and_tangent_block_p)
 
+static INLINE void NAME(point_and_tangent_dense_p)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r2[14 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x1[6];
+            REAL x2[14];
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(point_and_tangent_apply_p)(prepared, x1, x2);
+            NAME(store_14)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_14)(a2 + first * 14, r2, TILE);
+    }
+}
+LOOP(point_and_tangent_dense_p)
+
 static void NAME(point_and_tangent_start_p)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -10095,13 +11282,41 @@ static INLINE void NAME(point_and_tangent_block)(intptr_t n, char **args, const 
 }
 LOOPS(point_and_tangent_block)
 
+static INLINE void NAME(point_and_tangent_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r2[14 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[6];
+            REAL x2[14];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(point_and_tangent)(x0, x1, x2);
+            NAME(store_14)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_14)(a2 + first * 14, r2, TILE);
+    }
+}
+LOOP(point_and_tangent_dense)
+
 void NAME(point_and_tangent_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {14, 1, 2, {14}}};
     static const struct form forms[] = {{1, 2, NAME(point_and_tangent_start_p), WIDTHS(point_and_tangent_block_p),
-        {NULL}}};
-    static const struct kernel kernel = {WIDTHS(point_and_tangent_block), {NULL}, (any_function
-        *)NAME(point_and_tangent), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+        WIDTH(point_and_tangent_dense_p)}};
+    static const struct kernel kernel = {WIDTHS(point_and_tangent_block), WIDTH(point_and_tangent_dense),
+        (any_function *)NAME(point_and_tangent), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 

@@ -2,7 +2,7 @@
 // command: gac generate --all cga2
 // spec: f14887bc6fa2bdb2
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 86d4d2e77dc05a5d5c399faf9c9708d5fb924667e918f096a3fff6d7075e0f3c
+// body: 0ae55d24e0a45744b771613b8c344a747b3ea19fa7be42a0003d4c596234ebe2
 
 #ifndef REAL
 #include "cga2.h"
@@ -35,20 +35,21 @@
 #if defined(__GNUC__) && __GNUC__ >= 12 && !defined(__clang__) && defined(__x86_64__) && defined(__GLIBC__)
 #define WIDE __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
 #define ON(level) __attribute__((target("arch=x86-64-" level)))
-#define LOOPS(name)                                                                     \
-    ON("v3") static void NAME(name##_v3)(intptr_t n, char **args, const intptr_t *strides) \
-    {                                                                                   \
-        NAME(name)(n, args, strides);                                                   \
-    }                                                                                   \
-    ON("v4") static void NAME(name##_v4)(intptr_t n, char **args, const intptr_t *strides) \
-    {                                                                                   \
-        NAME(name)(n, args, strides);                                                   \
+#define ONE(name, level)                                                                        \
+    ON(#level) static void NAME(name##_##level)(intptr_t n, char **args, const intptr_t *strides) \
+    {                                                                                           \
+        NAME(name)(n, args, strides);                                                           \
     }
+#define LOOP(name) ONE(name, v3)
+#define LOOPS(name) ONE(name, v3) ONE(name, v4)
+#define WIDTH(name) {NAME(name##_v3), NAME(name##_v3)}
 #define WIDTHS(name) {NAME(name##_v3), NAME(name##_v4)}
 #define CHOSEN (__builtin_cpu_supports("x86-64-v4") ? 1 : __builtin_cpu_supports("x86-64-v3") ? 0 : -1)
 #else
 #define WIDE
+#define LOOP(name)
 #define LOOPS(name)
+#define WIDTH(name) {NAME(name)}
 #define WIDTHS(name) {NAME(name)}
 #define CHOSEN 0
 #endif
@@ -63,8 +64,8 @@
 // Elements in C order go through rows of this many.
 #define SPAN 32
 
-// A vector of neighbours in memory.
-#if defined(__has_builtin)
+// A vector of neighbours in memory, where the compiler turns such of 32 bytes well.
+#if defined(__has_builtin) && (defined(ON) || defined(__clang__))
 #if __has_builtin(__builtin_shufflevector)
 #define SHUFFLE __builtin_shufflevector
 #define VECTOR(n) __attribute__((vector_size((n) * sizeof(REAL)), aligned(sizeof(REAL)), may_alias))
@@ -107,7 +108,7 @@ ON("v3") static void stream(char *to, const char *from, intptr_t bytes)
 #else
 #define PASSES(bytes) 0
 #define stream memcpy
-#define STREAM_END()
+#define STREAM_END() (void)0
 #endif
 
 typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
@@ -636,12 +637,13 @@ static void NAME(call_nr)(any_function *function, void **x)
 // Blocks of a batch, and how they get there from strides of any kind: a component of a part (an argument or a result)
 // is a row, `row` numbers long, of the elements of a block.
 
+// As many elements as fill 32 bytes, which every wide machine turns alike.
+#define TILE PRECISION(4, 8)
+
 #ifdef SHUFFLE
 typedef REAL NAME(four) VECTOR(4);
 #define AT(a, k, s) (*(NAME(four) *)((a) + (k) * (s)))
 
-// A tile is four components of as many elements as fill 32 bytes, which every wide machine turns alike.
-#define TILE PRECISION(4, 8)
 #if PRECISION(1, 0)
 // From four places, `s` bytes apart, to four, `t` bytes apart.
 static INLINE void NAME(turn)(char *a, intptr_t s, char *b, intptr_t t)
@@ -807,163 +809,923 @@ WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, REAL *x, intp
     }
 }
 
-// Rows, SPAN numbers long, of `n` elements of `size` components, in C order from element `first` on; and back.
-static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size, intptr_t n)
+// A tile of elements of each size in C order, to rows and back. Vectors are read and written in halves, the upper one
+// from half of the elements further on.
+#ifdef SHUFFLE
+typedef REAL NAME(tile) VECTOR(TILE);
+typedef REAL NAME(half) VECTOR(TILE / 2);
+#define COLUMN(k) (*(NAME(tile) *)(x + (k) * row))
+#define HALF(a, k) (((NAME(half) *)(a))[k])
+#define WHOLE(offset) (*(NAME(tile) *)(a + (offset)))
+#define UPPER(offset, size) (a + (offset) + TILE / 2 * (size))
+#define JOINED(v, w) PRECISION(SHUFFLE(v, w, 0, 1, 2, 3), SHUFFLE(v, w, 0, 1, 2, 3, 4, 5, 6, 7))
+#define LOWERS(v, w) PRECISION(SHUFFLE(v, w, 0, 1, 4, 5), SHUFFLE(v, w, 0, 1, 2, 3, 8, 9, 10, 11))
+#define UPPERS(v, w) PRECISION(SHUFFLE(v, w, 2, 3, 6, 7), SHUFFLE(v, w, 4, 5, 6, 7, 12, 13, 14, 15))
+#define READ(offset, size) JOINED(HALF(a + (offset), 0), HALF(UPPER(offset, size), 0))
+#define WRITE(offset, size, v) HALF(a + (offset), 0) = HALF(&v, 0), HALF(UPPER(offset, size), 0) = HALF(&v, 1)
+#define WRITE_BOTH(offset, size, v, w) \
+    WHOLE(offset) = LOWERS(v, w), WHOLE((offset) + TILE / 2 * (size)) = UPPERS(v, w)
+
+static INLINE void NAME(load_tile_1)(REAL *x, intptr_t row, REAL *a)
 {
-    const intptr_t w = sizeof(REAL);
-    const REAL *from = (const REAL *)(a + first * size * w);
+#if PRECISION(1, 0)
+    COLUMN(0) = WHOLE(0);
+#else
+    COLUMN(0) = WHOLE(0);
+#endif
+}
+
+static INLINE void NAME(store_tile_1)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    WHOLE(0) = COLUMN(0);
+#else
+    WHOLE(0) = COLUMN(0);
+#endif
+}
+
+static INLINE void NAME(load_tile_2)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = READ(0, 2);
+    const NAME(tile) a1 = READ(2, 2);
+    COLUMN(0) = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    COLUMN(1) = SHUFFLE(a0, a1, 1, 5, 3, 7);
+#else
+    const NAME(tile) a0 = READ(0, 2);
+    const NAME(tile) a1 = READ(4, 2);
+    COLUMN(0) = SHUFFLE(a0, a1, 0, 2, 8, 10, 4, 6, 12, 14);
+    COLUMN(1) = SHUFFLE(a0, a1, 1, 3, 9, 11, 5, 7, 13, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_2)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
+    WRITE_BOTH(0, 2, a0, a1);
+#else
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    WRITE_BOTH(0, 2, a0, a1);
+#endif
+}
+
+static INLINE void NAME(load_tile_3)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = READ(0, 3);
+    const NAME(tile) a1 = READ(2, 3);
+    COLUMN(0) = SHUFFLE(a0, a1, 0, 5, 2, 7);
+    const NAME(tile) a2 = READ(4, 3);
+    COLUMN(1) = SHUFFLE(a0, a2, 1, 4, 3, 6);
+    COLUMN(2) = SHUFFLE(a1, a2, 0, 5, 2, 7);
+#else
+    const NAME(tile) a1 = READ(4, 3);
+    const NAME(tile) a2 = READ(8, 3);
+    const NAME(tile) b0 = SHUFFLE(a1, a2, 2, 3, 9, 10, 6, 7, 13, 14);
+    const NAME(tile) a0 = READ(0, 3);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 2, 8, 9, 5, 6, 12, 13);
+    COLUMN(0) = SHUFFLE(a0, b0, 0, 3, 8, 10, 4, 7, 12, 14);
+    COLUMN(1) = SHUFFLE(b1, b0, 0, 2, 9, 11, 4, 6, 13, 15);
+    COLUMN(2) = SHUFFLE(b1, a2, 1, 3, 8, 11, 5, 7, 12, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_3)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(0), 0, 5, 2, 7);
+    WRITE_BOTH(0, 3, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(1), COLUMN(2), 1, 5, 3, 7);
+    WRITE(4, 3, a2);
+#else
+    const NAME(tile) b0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 2, 8, 10, 4, 6, 12, 14);
+    const NAME(tile) b2 = SHUFFLE(COLUMN(2), COLUMN(0), 0, 2, 9, 11, 4, 6, 13, 15);
+    const NAME(tile) a0 = SHUFFLE(b0, b2, 0, 2, 8, 10, 4, 6, 12, 14);
+    const NAME(tile) b1 = SHUFFLE(COLUMN(1), COLUMN(2), 1, 3, 9, 11, 5, 7, 13, 15);
+    const NAME(tile) a1 = SHUFFLE(b1, b0, 0, 2, 9, 11, 4, 6, 13, 15);
+    WRITE_BOTH(0, 3, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(b2, b1, 1, 3, 9, 11, 5, 7, 13, 15);
+    WRITE(8, 3, a2);
+#endif
+}
+
+static INLINE void NAME(load_tile_4)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(4);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(8);
+    const NAME(tile) a3 = WHOLE(12);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+#else
+    const NAME(tile) a0 = READ(0, 4);
+    const NAME(tile) a1 = READ(4, 4);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(8, 4);
+    const NAME(tile) a3 = READ(12, 4);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_4)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 4, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
+    WRITE_BOTH(4, 4, a2, a3);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(0, 4, a0, a1);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(8, 4, a2, a3);
+#endif
+}
+
+static INLINE void NAME(load_tile_6)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(6);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(12);
+    const NAME(tile) a3 = WHOLE(18);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(tile) a4 = READ(4, 6);
+    const NAME(tile) a5 = READ(10, 6);
+    COLUMN(4) = SHUFFLE(a4, a5, 0, 4, 2, 6);
+    COLUMN(5) = SHUFFLE(a4, a5, 1, 5, 3, 7);
+#else
+    const NAME(tile) a0 = READ(0, 6);
+    const NAME(tile) a1 = READ(6, 6);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(12, 6);
+    const NAME(tile) a3 = READ(18, 6);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a4 = READ(2, 6);
+    const NAME(tile) a5 = READ(8, 6);
+    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = READ(14, 6);
+    const NAME(tile) a7 = READ(20, 6);
+    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(4) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(5) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_6)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 6, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
+    WRITE_BOTH(4, 6, a2, a3);
+    const NAME(tile) a4 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
+    const NAME(tile) a5 = SHUFFLE(COLUMN(4), COLUMN(5), 1, 5, 3, 7);
+    WRITE_BOTH(8, 6, a4, a5);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE(0, 6, a0);
+    const NAME(tile) b4_0 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_1 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(2, 6, a4, a1);
+    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(8, 6, a5, a2);
+    const NAME(tile) b4_2 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(14, 6, a6, a3);
+    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(20, 6, a7);
+#endif
+}
+
+static INLINE void NAME(load_tile_8)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(8);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(16);
+    const NAME(tile) a3 = WHOLE(24);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(tile) a4 = WHOLE(4);
+    const NAME(tile) a5 = WHOLE(12);
+    const NAME(tile) b4 = SHUFFLE(a4, a5, 0, 4, 2, 6);
+    const NAME(tile) b5 = SHUFFLE(a4, a5, 1, 5, 3, 7);
+    const NAME(tile) a6 = WHOLE(20);
+    const NAME(tile) a7 = WHOLE(28);
+    const NAME(tile) b6 = SHUFFLE(a6, a7, 0, 4, 2, 6);
+    const NAME(tile) b7 = SHUFFLE(a6, a7, 1, 5, 3, 7);
+    COLUMN(4) = SHUFFLE(b4, b6, 0, 1, 4, 5);
+    COLUMN(5) = SHUFFLE(b5, b7, 0, 1, 4, 5);
+    COLUMN(6) = SHUFFLE(b4, b6, 2, 3, 6, 7);
+    COLUMN(7) = SHUFFLE(b5, b7, 2, 3, 6, 7);
+#else
+    const NAME(tile) a0 = READ(0, 8);
+    const NAME(tile) a1 = READ(8, 8);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(16, 8);
+    const NAME(tile) a3 = READ(24, 8);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a4 = READ(4, 8);
+    const NAME(tile) a5 = READ(12, 8);
+    const NAME(tile) b4_0 = SHUFFLE(a4, a5, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a6 = READ(20, 8);
+    const NAME(tile) a7 = READ(28, 8);
+    const NAME(tile) b4_1 = SHUFFLE(a6, a7, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(4) = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(5) = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(6) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(7) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_8)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 8, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 4, 2, 6);
+    WRITE_BOTH(4, 8, a2, a3);
+    const NAME(tile) a4 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
+    const NAME(tile) a5 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
+    WRITE_BOTH(8, 8, a4, a5);
+    const NAME(tile) a6 = SHUFFLE(COLUMN(4), COLUMN(5), 1, 5, 3, 7);
+    const NAME(tile) a7 = SHUFFLE(COLUMN(6), COLUMN(7), 1, 5, 3, 7);
+    WRITE_BOTH(12, 8, a6, a7);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_0 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_1 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(0, 8, a0, a4);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(8, 8, a1, a5);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_2 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(COLUMN(6), COLUMN(7), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(16, 8, a2, a6);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(24, 8, a3, a7);
+#endif
+}
+
+static INLINE void NAME(load_tile_9)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(9);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(18);
+    const NAME(tile) a3 = WHOLE(27);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(tile) a4 = WHOLE(4);
+    const NAME(tile) a5 = WHOLE(13);
+    const NAME(tile) b4 = SHUFFLE(a4, a5, 0, 4, 2, 6);
+    const NAME(tile) b5 = SHUFFLE(a4, a5, 1, 5, 3, 7);
+    const NAME(tile) a6 = WHOLE(22);
+    const NAME(tile) a7 = WHOLE(31);
+    const NAME(tile) b6 = SHUFFLE(a6, a7, 0, 4, 2, 6);
+    const NAME(tile) b7 = SHUFFLE(a6, a7, 1, 5, 3, 7);
+    COLUMN(4) = SHUFFLE(b4, b6, 0, 1, 4, 5);
+    COLUMN(5) = SHUFFLE(b5, b7, 0, 1, 4, 5);
+    COLUMN(6) = SHUFFLE(b4, b6, 2, 3, 6, 7);
+    COLUMN(7) = SHUFFLE(b5, b7, 2, 3, 6, 7);
+    const NAME(tile) a8 = READ(7, 9);
+    const NAME(tile) a9 = READ(16, 9);
+    COLUMN(8) = SHUFFLE(a8, a9, 1, 5, 3, 7);
+#else
+    const NAME(tile) a0 = READ(0, 9);
+    const NAME(tile) a1 = READ(9, 9);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(18, 9);
+    const NAME(tile) a3 = READ(27, 9);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a4 = READ(4, 9);
+    const NAME(tile) a5 = READ(13, 9);
+    const NAME(tile) b4_0 = SHUFFLE(a4, a5, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a6 = READ(22, 9);
+    const NAME(tile) a7 = READ(31, 9);
+    const NAME(tile) b4_1 = SHUFFLE(a6, a7, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(4) = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(5) = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(6) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(7) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a8 = READ(5, 9);
+    const NAME(tile) a9 = READ(14, 9);
+    const NAME(tile) b8_2 = SHUFFLE(a8, a9, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a10 = READ(23, 9);
+    const NAME(tile) a11 = READ(32, 9);
+    const NAME(tile) b8_3 = SHUFFLE(a10, a11, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(8) = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_9)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 9, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 4, 2, 6);
+    WRITE_BOTH(4, 9, a2, a3);
+    const NAME(tile) a4 = SHUFFLE(COLUMN(8), COLUMN(0), 0, 5, 2, 7);
+    const NAME(tile) a5 = SHUFFLE(COLUMN(1), COLUMN(2), 1, 5, 3, 7);
+    WRITE_BOTH(8, 9, a4, a5);
+    const NAME(tile) a6 = SHUFFLE(COLUMN(3), COLUMN(4), 1, 5, 3, 7);
+    const NAME(tile) a7 = SHUFFLE(COLUMN(5), COLUMN(6), 1, 5, 3, 7);
+    WRITE_BOTH(12, 9, a6, a7);
+    const NAME(tile) a8 = SHUFFLE(COLUMN(7), COLUMN(8), 1, 5, 3, 7);
+    WRITE(16, 9, a8);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_0 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_1 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(0, 9, a0, a4);
+    const NAME(tile) b8_0 = SHUFFLE(COLUMN(5), COLUMN(6), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b8_1 = SHUFFLE(COLUMN(7), COLUMN(8), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a8 = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(5, 9, a8, a1);
+    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(13, 9, a5);
+    const NAME(tile) a9 = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(14, 9, a9, a2);
+    const NAME(tile) b4_2 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(COLUMN(6), COLUMN(7), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE(22, 9, a6);
+    const NAME(tile) b8_2 = SHUFFLE(COLUMN(5), COLUMN(6), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b8_3 = SHUFFLE(COLUMN(7), COLUMN(8), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a10 = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(23, 9, a10, a3);
+    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(31, 9, a7);
+    const NAME(tile) a11 = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(32, 9, a11);
+#endif
+}
+
+static INLINE void NAME(load_tile_16)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(16);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(32);
+    const NAME(tile) a3 = WHOLE(48);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(tile) a4 = WHOLE(4);
+    const NAME(tile) a5 = WHOLE(20);
+    const NAME(tile) b4 = SHUFFLE(a4, a5, 0, 4, 2, 6);
+    const NAME(tile) b5 = SHUFFLE(a4, a5, 1, 5, 3, 7);
+    const NAME(tile) a6 = WHOLE(36);
+    const NAME(tile) a7 = WHOLE(52);
+    const NAME(tile) b6 = SHUFFLE(a6, a7, 0, 4, 2, 6);
+    const NAME(tile) b7 = SHUFFLE(a6, a7, 1, 5, 3, 7);
+    COLUMN(4) = SHUFFLE(b4, b6, 0, 1, 4, 5);
+    COLUMN(5) = SHUFFLE(b5, b7, 0, 1, 4, 5);
+    COLUMN(6) = SHUFFLE(b4, b6, 2, 3, 6, 7);
+    COLUMN(7) = SHUFFLE(b5, b7, 2, 3, 6, 7);
+    const NAME(tile) a8 = WHOLE(8);
+    const NAME(tile) a9 = WHOLE(24);
+    const NAME(tile) b8 = SHUFFLE(a8, a9, 0, 4, 2, 6);
+    const NAME(tile) b9 = SHUFFLE(a8, a9, 1, 5, 3, 7);
+    const NAME(tile) a10 = WHOLE(40);
+    const NAME(tile) a11 = WHOLE(56);
+    const NAME(tile) b10 = SHUFFLE(a10, a11, 0, 4, 2, 6);
+    const NAME(tile) b11 = SHUFFLE(a10, a11, 1, 5, 3, 7);
+    COLUMN(8) = SHUFFLE(b8, b10, 0, 1, 4, 5);
+    COLUMN(9) = SHUFFLE(b9, b11, 0, 1, 4, 5);
+    COLUMN(10) = SHUFFLE(b8, b10, 2, 3, 6, 7);
+    COLUMN(11) = SHUFFLE(b9, b11, 2, 3, 6, 7);
+    const NAME(tile) a12 = WHOLE(12);
+    const NAME(tile) a13 = WHOLE(28);
+    const NAME(tile) b12 = SHUFFLE(a12, a13, 0, 4, 2, 6);
+    const NAME(tile) b13 = SHUFFLE(a12, a13, 1, 5, 3, 7);
+    const NAME(tile) a14 = WHOLE(44);
+    const NAME(tile) a15 = WHOLE(60);
+    const NAME(tile) b14 = SHUFFLE(a14, a15, 0, 4, 2, 6);
+    const NAME(tile) b15 = SHUFFLE(a14, a15, 1, 5, 3, 7);
+    COLUMN(12) = SHUFFLE(b12, b14, 0, 1, 4, 5);
+    COLUMN(13) = SHUFFLE(b13, b15, 0, 1, 4, 5);
+    COLUMN(14) = SHUFFLE(b12, b14, 2, 3, 6, 7);
+    COLUMN(15) = SHUFFLE(b13, b15, 2, 3, 6, 7);
+#else
+    const NAME(tile) a0 = READ(0, 16);
+    const NAME(tile) a1 = READ(16, 16);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(32, 16);
+    const NAME(tile) a3 = READ(48, 16);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a4 = READ(4, 16);
+    const NAME(tile) a5 = READ(20, 16);
+    const NAME(tile) b4_0 = SHUFFLE(a4, a5, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a6 = READ(36, 16);
+    const NAME(tile) a7 = READ(52, 16);
+    const NAME(tile) b4_1 = SHUFFLE(a6, a7, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(4) = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(5) = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(6) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(7) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a8 = READ(8, 16);
+    const NAME(tile) a9 = READ(24, 16);
+    const NAME(tile) b8_0 = SHUFFLE(a8, a9, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a10 = READ(40, 16);
+    const NAME(tile) a11 = READ(56, 16);
+    const NAME(tile) b8_1 = SHUFFLE(a10, a11, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b8_2 = SHUFFLE(a8, a9, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b8_3 = SHUFFLE(a10, a11, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(8) = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(9) = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(10) = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(11) = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a12 = READ(12, 16);
+    const NAME(tile) a13 = READ(28, 16);
+    const NAME(tile) b12_0 = SHUFFLE(a12, a13, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a14 = READ(44, 16);
+    const NAME(tile) a15 = READ(60, 16);
+    const NAME(tile) b12_1 = SHUFFLE(a14, a15, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b12_2 = SHUFFLE(a12, a13, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b12_3 = SHUFFLE(a14, a15, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(12) = SHUFFLE(b12_0, b12_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(13) = SHUFFLE(b12_0, b12_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(14) = SHUFFLE(b12_2, b12_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(15) = SHUFFLE(b12_2, b12_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_16)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 16, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 4, 2, 6);
+    WRITE_BOTH(4, 16, a2, a3);
+    const NAME(tile) a4 = SHUFFLE(COLUMN(8), COLUMN(9), 0, 4, 2, 6);
+    const NAME(tile) a5 = SHUFFLE(COLUMN(10), COLUMN(11), 0, 4, 2, 6);
+    WRITE_BOTH(8, 16, a4, a5);
+    const NAME(tile) a6 = SHUFFLE(COLUMN(12), COLUMN(13), 0, 4, 2, 6);
+    const NAME(tile) a7 = SHUFFLE(COLUMN(14), COLUMN(15), 0, 4, 2, 6);
+    WRITE_BOTH(12, 16, a6, a7);
+    const NAME(tile) a8 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
+    const NAME(tile) a9 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
+    WRITE_BOTH(16, 16, a8, a9);
+    const NAME(tile) a10 = SHUFFLE(COLUMN(4), COLUMN(5), 1, 5, 3, 7);
+    const NAME(tile) a11 = SHUFFLE(COLUMN(6), COLUMN(7), 1, 5, 3, 7);
+    WRITE_BOTH(20, 16, a10, a11);
+    const NAME(tile) a12 = SHUFFLE(COLUMN(8), COLUMN(9), 1, 5, 3, 7);
+    const NAME(tile) a13 = SHUFFLE(COLUMN(10), COLUMN(11), 1, 5, 3, 7);
+    WRITE_BOTH(24, 16, a12, a13);
+    const NAME(tile) a14 = SHUFFLE(COLUMN(12), COLUMN(13), 1, 5, 3, 7);
+    const NAME(tile) a15 = SHUFFLE(COLUMN(14), COLUMN(15), 1, 5, 3, 7);
+    WRITE_BOTH(28, 16, a14, a15);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_0 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_1 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(0, 16, a0, a4);
+    const NAME(tile) b8_0 = SHUFFLE(COLUMN(8), COLUMN(9), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b8_1 = SHUFFLE(COLUMN(10), COLUMN(11), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a8 = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b12_0 = SHUFFLE(COLUMN(12), COLUMN(13), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b12_1 = SHUFFLE(COLUMN(14), COLUMN(15), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a12 = SHUFFLE(b12_0, b12_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(8, 16, a8, a12);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(16, 16, a1, a5);
+    const NAME(tile) a9 = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a13 = SHUFFLE(b12_0, b12_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(24, 16, a9, a13);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_2 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(COLUMN(6), COLUMN(7), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(32, 16, a2, a6);
+    const NAME(tile) b8_2 = SHUFFLE(COLUMN(8), COLUMN(9), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b8_3 = SHUFFLE(COLUMN(10), COLUMN(11), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a10 = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b12_2 = SHUFFLE(COLUMN(12), COLUMN(13), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b12_3 = SHUFFLE(COLUMN(14), COLUMN(15), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a14 = SHUFFLE(b12_2, b12_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(40, 16, a10, a14);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(48, 16, a3, a7);
+    const NAME(tile) a11 = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a15 = SHUFFLE(b12_2, b12_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(56, 16, a11, a15);
+#endif
+}
+#undef COLUMN
+#undef HALF
+#undef WHOLE
+#undef UPPER
+#undef JOINED
+#undef LOWERS
+#undef UPPERS
+#undef READ
+#undef WRITE
+#undef WRITE_BOTH
+#else
+
+static INLINE void NAME(load_tile_1)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 1; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 1 + k];
+}
+
+static INLINE void NAME(store_tile_1)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 1; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 1 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_2)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 2; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 2 + k];
+}
+
+static INLINE void NAME(store_tile_2)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 2; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 2 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_3)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 3; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 3 + k];
+}
+
+static INLINE void NAME(store_tile_3)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 3; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 3 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_4)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 4; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 4 + k];
+}
+
+static INLINE void NAME(store_tile_4)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 4; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 4 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_6)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 6; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 6 + k];
+}
+
+static INLINE void NAME(store_tile_6)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 6; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 6 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_8)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 8; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 8 + k];
+}
+
+static INLINE void NAME(store_tile_8)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 8; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 8 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_9)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 9; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 9 + k];
+}
+
+static INLINE void NAME(store_tile_9)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 9; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 9 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_16)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 16; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 16 + k];
+}
+
+static INLINE void NAME(store_tile_16)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 16; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 16 + k] = x[k * row + i];
+}
+#endif
+
+// Rows, SPAN numbers long, of `n` elements of at most three numbers in C order, and back.
+static INLINE void NAME(load_few)(REAL *x, const REAL *a, intptr_t size, intptr_t n)
+{
     if (size == 1) {
-        memcpy(x, from, n * w);
+        memcpy(x, a, n * sizeof(REAL));
     } else if (size == 2) {
         for (intptr_t i = 0; i < n; ++i) {
-            x[i] = from[2 * i];
-            x[SPAN + i] = from[2 * i + 1];
-        }
-    } else if (size == 3) {
-        for (intptr_t i = 0; i < n; ++i) {
-            x[i] = from[3 * i];
-            x[SPAN + i] = from[3 * i + 1];
-            x[2 * SPAN + i] = from[3 * i + 2];
+            x[i] = a[2 * i];
+            x[SPAN + i] = a[2 * i + 1];
         }
     } else {
-        NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, n);
+        for (intptr_t i = 0; i < n; ++i) {
+            x[i] = a[3 * i];
+            x[SPAN + i] = a[3 * i + 1];
+            x[2 * SPAN + i] = a[3 * i + 2];
+        }
     }
 }
 
-static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size, intptr_t n)
+static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr_t n)
 {
-    const intptr_t w = sizeof(REAL);
-    REAL *to = (REAL *)(a + first * size * w);
     if (size == 1) {
-        memcpy(to, x, n * w);
+        memcpy(a, x, n * sizeof(REAL));
     } else if (size == 2) {
         for (intptr_t i = 0; i < n; ++i) {
-            to[2 * i] = x[i];
-            to[2 * i + 1] = x[SPAN + i];
-        }
-    } else if (size == 3) {
-        for (intptr_t i = 0; i < n; ++i) {
-            to[3 * i] = x[i];
-            to[3 * i + 1] = x[SPAN + i];
-            to[3 * i + 2] = x[2 * SPAN + i];
+            a[2 * i] = x[i];
+            a[2 * i + 1] = x[SPAN + i];
         }
     } else {
-        NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, n);
+        for (intptr_t i = 0; i < n; ++i) {
+            a[3 * i] = x[i];
+            a[3 * i + 1] = x[SPAN + i];
+            a[3 * i + 2] = x[2 * SPAN + i];
+        }
     }
 }
 
-// The same as loops, one for each size that is known: between rows and elements in C order.
+// Loops between rows and elements of each size.
 static INLINE void NAME(load_span_1)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 1, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 1, n);
 }
 LOOPS(load_span_1)
 
 static INLINE void NAME(store_span_1)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 1, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 1, n);
 }
 LOOPS(store_span_1)
 
 static INLINE void NAME(load_span_2)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 2, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 2, n);
 }
 LOOPS(load_span_2)
 
 static INLINE void NAME(store_span_2)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 2, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 2, n);
 }
 LOOPS(store_span_2)
 
 static INLINE void NAME(load_span_3)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 3, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 3, n);
 }
 LOOPS(load_span_3)
 
 static INLINE void NAME(store_span_3)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 3, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 3, n);
 }
 LOOPS(store_span_3)
 
 static INLINE void NAME(load_span_4)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 4, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_4)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 4);
 }
-LOOPS(load_span_4)
+LOOP(load_span_4)
 
 static INLINE void NAME(store_span_4)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 4, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_4)((REAL *)args[1] + i * 4, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_4)
+LOOP(store_span_4)
 
 static INLINE void NAME(load_span_6)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 6, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_6)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 6);
 }
-LOOPS(load_span_6)
+LOOP(load_span_6)
 
 static INLINE void NAME(store_span_6)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 6, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_6)((REAL *)args[1] + i * 6, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_6)
+LOOP(store_span_6)
 
 static INLINE void NAME(load_span_8)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 8, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_8)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 8);
 }
-LOOPS(load_span_8)
+LOOP(load_span_8)
 
 static INLINE void NAME(store_span_8)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 8, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_8)((REAL *)args[1] + i * 8, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_8)
+LOOP(store_span_8)
 
 static INLINE void NAME(load_span_9)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 9, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_9)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 9);
 }
-LOOPS(load_span_9)
+LOOP(load_span_9)
 
 static INLINE void NAME(store_span_9)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 9, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_9)((REAL *)args[1] + i * 9, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_9)
+LOOP(store_span_9)
 
 static INLINE void NAME(load_span_16)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 16, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_16)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 16);
 }
-LOOPS(load_span_16)
+LOOP(load_span_16)
 
 static INLINE void NAME(store_span_16)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 16, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_16)((REAL *)args[1] + i * 16, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_16)
+LOOP(store_span_16)
 
 static const struct {
     loop_function *load[2], *store[2];
@@ -971,11 +1733,11 @@ static const struct {
     [1] = {WIDTHS(load_span_1), WIDTHS(store_span_1)},
     [2] = {WIDTHS(load_span_2), WIDTHS(store_span_2)},
     [3] = {WIDTHS(load_span_3), WIDTHS(store_span_3)},
-    [4] = {WIDTHS(load_span_4), WIDTHS(store_span_4)},
-    [6] = {WIDTHS(load_span_6), WIDTHS(store_span_6)},
-    [8] = {WIDTHS(load_span_8), WIDTHS(store_span_8)},
-    [9] = {WIDTHS(load_span_9), WIDTHS(store_span_9)},
-    [16] = {WIDTHS(load_span_16), WIDTHS(store_span_16)},
+    [4] = {WIDTH(load_span_4), WIDTH(store_span_4)},
+    [6] = {WIDTH(load_span_6), WIDTH(store_span_6)},
+    [8] = {WIDTH(load_span_8), WIDTH(store_span_8)},
+    [9] = {WIDTH(load_span_9), WIDTH(store_span_9)},
+    [16] = {WIDTH(load_span_16), WIDTH(store_span_16)},
 };
 
 // All rows of a part, from the batch or back to it; axes that lie as one are moved as one.
@@ -2394,11 +3156,39 @@ static INLINE void NAME(even_product_block)(intptr_t n, char **args, const intpt
 }
 LOOPS(even_product_block)
 
+static INLINE void NAME(even_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[8 * TILE];
+    _Alignas(64) REAL r2[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        NAME(load_tile_8)(r1, TILE, a1 + first * 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            REAL x2[8];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_8)(x1, (char *)(r1 + i), TILE * w);
+            NAME(even_product)(x0, x1, x2);
+            NAME(store_8)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_8)(a2 + first * 8, r2, TILE);
+    }
+}
+LOOP(even_product_dense)
+
 void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(even_product_block), {NULL}, (any_function *)NAME(even_product),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(even_product_block), WIDTH(even_product_dense), (any_function
+        *)NAME(even_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2465,10 +3255,33 @@ static INLINE void NAME(reverse_block)(intptr_t n, char **args, const intptr_t *
 }
 LOOPS(reverse_block)
 
+static INLINE void NAME(reverse_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[16 * TILE];
+    _Alignas(64) REAL r1[16 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_16)(r0, TILE, a0 + first * 16);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[16];
+            REAL x1[16];
+            NAME(load_16)(x0, (char *)(r0 + i), TILE * w);
+            NAME(reverse)(x0, x1);
+            NAME(store_16)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_16)(a1 + first * 16, r1, TILE);
+    }
+}
+LOOP(reverse_dense)
+
 void NAME(reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {WIDTHS(reverse_block), {NULL}, (any_function *)NAME(reverse),
+    static const struct kernel kernel = {WIDTHS(reverse_block), WIDTH(reverse_dense), (any_function *)NAME(reverse),
         NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -2516,11 +3329,34 @@ static INLINE void NAME(even_reverse_block)(intptr_t n, char **args, const intpt
 }
 LOOPS(even_reverse_block)
 
+static INLINE void NAME(even_reverse_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(even_reverse)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_8)(a1 + first * 8, r1, TILE);
+    }
+}
+LOOP(even_reverse_dense)
+
 void NAME(even_reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(even_reverse_block), {NULL}, (any_function *)NAME(even_reverse),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(even_reverse_block), WIDTH(even_reverse_dense), (any_function
+        *)NAME(even_reverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2585,11 +3421,34 @@ static INLINE void NAME(grade_involution_block)(intptr_t n, char **args, const i
 }
 LOOPS(grade_involution_block)
 
+static INLINE void NAME(grade_involution_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[16 * TILE];
+    _Alignas(64) REAL r1[16 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_16)(r0, TILE, a0 + first * 16);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[16];
+            REAL x1[16];
+            NAME(load_16)(x0, (char *)(r0 + i), TILE * w);
+            NAME(grade_involution)(x0, x1);
+            NAME(store_16)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_16)(a1 + first * 16, r1, TILE);
+    }
+}
+LOOP(grade_involution_dense)
+
 void NAME(grade_involution_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {WIDTHS(grade_involution_block), {NULL}, (any_function
-        *)NAME(grade_involution), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(grade_involution_block), WIDTH(grade_involution_dense),
+        (any_function *)NAME(grade_involution), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2652,11 +3511,34 @@ static INLINE void NAME(dual_block)(intptr_t n, char **args, const intptr_t *str
 }
 LOOPS(dual_block)
 
+static INLINE void NAME(dual_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[16 * TILE];
+    _Alignas(64) REAL r1[16 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_16)(r0, TILE, a0 + first * 16);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[16];
+            REAL x1[16];
+            NAME(load_16)(x0, (char *)(r0 + i), TILE * w);
+            NAME(dual)(x0, x1);
+            NAME(store_16)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_16)(a1 + first * 16, r1, TILE);
+    }
+}
+LOOP(dual_dense)
+
 void NAME(dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {WIDTHS(dual_block), {NULL}, (any_function *)NAME(dual), NAME(call_ar), 1,
-        2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(dual_block), WIDTH(dual_dense), (any_function *)NAME(dual),
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2719,11 +3601,34 @@ static INLINE void NAME(undual_block)(intptr_t n, char **args, const intptr_t *s
 }
 LOOPS(undual_block)
 
+static INLINE void NAME(undual_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[16 * TILE];
+    _Alignas(64) REAL r1[16 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_16)(r0, TILE, a0 + first * 16);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[16];
+            REAL x1[16];
+            NAME(load_16)(x0, (char *)(r0 + i), TILE * w);
+            NAME(undual)(x0, x1);
+            NAME(store_16)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_16)(a1 + first * 16, r1, TILE);
+    }
+}
+LOOP(undual_dense)
+
 void NAME(undual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {WIDTHS(undual_block), {NULL}, (any_function *)NAME(undual), NAME(call_ar),
-        1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(undual_block), WIDTH(undual_dense), (any_function *)NAME(undual),
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2788,11 +3693,34 @@ static INLINE void NAME(polarity_block)(intptr_t n, char **args, const intptr_t 
 }
 LOOPS(polarity_block)
 
+static INLINE void NAME(polarity_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[16 * TILE];
+    _Alignas(64) REAL r1[16 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_16)(r0, TILE, a0 + first * 16);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[16];
+            REAL x1[16];
+            NAME(load_16)(x0, (char *)(r0 + i), TILE * w);
+            NAME(polarity)(x0, x1);
+            NAME(store_16)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_16)(a1 + first * 16, r1, TILE);
+    }
+}
+LOOP(polarity_dense)
+
 void NAME(polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {WIDTHS(polarity_block), {NULL}, (any_function *)NAME(polarity),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(polarity_block), WIDTH(polarity_dense), (any_function
+        *)NAME(polarity), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2831,26 +3759,29 @@ static INLINE void NAME(embed_point_dense)(intptr_t n, char **args, const intptr
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r1[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[2 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_2)(r0, TILE, a0 + first * 2);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[2];
             REAL x1[4];
-            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x0, (char *)(r0 + i), TILE * w);
             NAME(embed_point)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4, SPAN);
+        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
     }
 }
-LOOPS(embed_point_dense)
+LOOP(embed_point_dense)
 
 void NAME(embed_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(embed_point_block), WIDTHS(embed_point_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(embed_point_block), WIDTH(embed_point_dense), (any_function
         *)NAME(embed_point), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -2888,18 +3819,19 @@ static INLINE void NAME(extract_point_dense)(intptr_t n, char **args, const intp
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
     _Alignas(64) REAL r1[2 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[4];
             REAL x1[2];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(extract_point)(x0, x1);
             NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 2, SPAN);
+        NAME(store_few)(a1 + first * 2, r1, 2, SPAN);
     }
 }
 LOOPS(extract_point_dense)
@@ -2949,26 +3881,29 @@ static INLINE void NAME(normalize_vector_dense)(intptr_t n, char **args, const i
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r1[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[4];
             REAL x1[4];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
             NAME(normalize_vector)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4, SPAN);
+        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
     }
 }
-LOOPS(normalize_vector_dense)
+LOOP(normalize_vector_dense)
 
 void NAME(normalize_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(normalize_vector_block), WIDTHS(normalize_vector_dense),
+    static const struct kernel kernel = {WIDTHS(normalize_vector_block), WIDTH(normalize_vector_dense),
         (any_function *)NAME(normalize_vector), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3013,8 +3948,9 @@ static INLINE void NAME(inner_product_of_points_dense)(intptr_t n, char **args, 
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -3022,12 +3958,12 @@ static INLINE void NAME(inner_product_of_points_dense)(intptr_t n, char **args, 
             REAL x0[2];
             REAL x1[2];
             REAL x2[1];
-            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(inner_product_of_points)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
     }
 }
 LOOPS(inner_product_of_points_dense)
@@ -3079,8 +4015,9 @@ static INLINE void NAME(distance_squared_points_dense)(intptr_t n, char **args, 
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -3088,12 +4025,12 @@ static INLINE void NAME(distance_squared_points_dense)(intptr_t n, char **args, 
             REAL x0[2];
             REAL x1[2];
             REAL x2[1];
-            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(distance_squared_points)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
     }
 }
 LOOPS(distance_squared_points_dense)
@@ -3146,8 +4083,9 @@ static INLINE void NAME(distance_points_dense)(intptr_t n, char **args, const in
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -3155,12 +4093,12 @@ static INLINE void NAME(distance_points_dense)(intptr_t n, char **args, const in
             REAL x0[2];
             REAL x1[2];
             REAL x2[1];
-            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(distance_points)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
     }
 }
 LOOPS(distance_points_dense)
@@ -3217,8 +4155,9 @@ static INLINE void NAME(inner_product_of_vectors_dense)(intptr_t n, char **args,
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -3226,12 +4165,12 @@ static INLINE void NAME(inner_product_of_vectors_dense)(intptr_t n, char **args,
             REAL x0[4];
             REAL x1[4];
             REAL x2[1];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
             NAME(inner_product_of_vectors)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
     }
 }
 LOOPS(inner_product_of_vectors_dense)
@@ -3275,18 +4214,19 @@ static INLINE void NAME(flat_point_from_point_dense)(intptr_t n, char **args, co
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
     _Alignas(64) REAL r1[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[2];
             REAL x1[3];
-            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(flat_point_from_point)(x0, x1);
             NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 3, SPAN);
+        NAME(store_few)(a1 + first * 3, r1, 3, SPAN);
     }
 }
 LOOPS(flat_point_from_point_dense)
@@ -3332,18 +4272,19 @@ static INLINE void NAME(point_from_flat_point_dense)(intptr_t n, char **args, co
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
     _Alignas(64) REAL r1[2 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[3];
             REAL x1[2];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(point_from_flat_point)(x0, x1);
             NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 2, SPAN);
+        NAME(store_few)(a1 + first * 2, r1, 2, SPAN);
     }
 }
 LOOPS(point_from_flat_point_dense)
@@ -3396,8 +4337,9 @@ static INLINE void NAME(line_from_points_dense)(intptr_t n, char **args, const i
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -3405,12 +4347,12 @@ static INLINE void NAME(line_from_points_dense)(intptr_t n, char **args, const i
             REAL x0[2];
             REAL x1[2];
             REAL x2[3];
-            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(line_from_points)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(line_from_points_dense)
@@ -3463,8 +4405,9 @@ static INLINE void NAME(line_from_point_direction_dense)(intptr_t n, char **args
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -3472,12 +4415,12 @@ static INLINE void NAME(line_from_point_direction_dense)(intptr_t n, char **args
             REAL x0[2];
             REAL x1[2];
             REAL x2[3];
-            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(line_from_point_direction)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(line_from_point_direction_dense)
@@ -3526,8 +4469,9 @@ static INLINE void NAME(line_from_normal_dense)(intptr_t n, char **args, const i
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -3535,12 +4479,12 @@ static INLINE void NAME(line_from_normal_dense)(intptr_t n, char **args, const i
             REAL x0[2];
             REAL x1[1];
             REAL x2[3];
-            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
-            NAME(load_scalar)(x1, a1 + (first + i) * w);
+            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
+            NAME(load_scalar)(x1, (char *)a1 + (first + i) * w);
             NAME(line_from_normal)(x0, x1[0], x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(line_from_normal_dense)
@@ -3593,8 +4537,9 @@ static INLINE void NAME(line_from_point_normal_dense)(intptr_t n, char **args, c
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -3602,12 +4547,12 @@ static INLINE void NAME(line_from_point_normal_dense)(intptr_t n, char **args, c
             REAL x0[2];
             REAL x1[2];
             REAL x2[3];
-            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(line_from_point_normal)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(line_from_point_normal_dense)
@@ -3665,8 +4610,9 @@ static INLINE void NAME(bisector_line_dense)(intptr_t n, char **args, const intp
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -3674,12 +4620,12 @@ static INLINE void NAME(bisector_line_dense)(intptr_t n, char **args, const intp
             REAL x0[2];
             REAL x1[2];
             REAL x2[3];
-            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(bisector_line)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(bisector_line_dense)
@@ -3725,8 +4671,9 @@ static INLINE void NAME(dual_line_from_normal_dense)(intptr_t n, char **args, co
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -3734,12 +4681,12 @@ static INLINE void NAME(dual_line_from_normal_dense)(intptr_t n, char **args, co
             REAL x0[2];
             REAL x1[1];
             REAL x2[3];
-            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
-            NAME(load_scalar)(x1, a1 + (first + i) * w);
+            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
+            NAME(load_scalar)(x1, (char *)a1 + (first + i) * w);
             NAME(dual_line_from_normal)(x0, x1[0], x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(dual_line_from_normal_dense)
@@ -3785,18 +4732,19 @@ static INLINE void NAME(line_polarity_dense)(intptr_t n, char **args, const intp
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
     _Alignas(64) REAL r1[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[3];
             REAL x1[3];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(line_polarity)(x0, x1);
             NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 3, SPAN);
+        NAME(store_few)(a1 + first * 3, r1, 3, SPAN);
     }
 }
 LOOPS(line_polarity_dense)
@@ -3842,18 +4790,19 @@ static INLINE void NAME(line_from_dual_dense)(intptr_t n, char **args, const int
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
     _Alignas(64) REAL r1[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[3];
             REAL x1[3];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(line_from_dual)(x0, x1);
             NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 3, SPAN);
+        NAME(store_few)(a1 + first * 3, r1, 3, SPAN);
     }
 }
 LOOPS(line_from_dual_dense)
@@ -3898,26 +4847,29 @@ static INLINE void NAME(circle_from_line_dense)(intptr_t n, char **args, const i
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r1[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[3];
             REAL x1[4];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
             NAME(circle_from_line)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4, SPAN);
+        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
     }
 }
-LOOPS(circle_from_line_dense)
+LOOP(circle_from_line_dense)
 
 void NAME(circle_from_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(circle_from_line_block), WIDTHS(circle_from_line_dense),
+    static const struct kernel kernel = {WIDTHS(circle_from_line_block), WIDTH(circle_from_line_dense),
         (any_function *)NAME(circle_from_line), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -4062,6 +5014,30 @@ static INLINE void NAME(point_pair_from_points_block_a)(intptr_t n, char **args,
 }
 LOOPS(point_pair_from_points_block_a)
 
+static INLINE void NAME(point_pair_from_points_dense_a)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r1[2 * TILE];
+    _Alignas(64) REAL r2[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_2)(r1, TILE, a1 + first * 2);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x1[2];
+            REAL x2[6];
+            NAME(load_2)(x1, (char *)(r1 + i), TILE * w);
+            NAME(point_pair_from_points_apply_a)(prepared, x1, x2);
+            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
+    }
+}
+LOOP(point_pair_from_points_dense_a)
+
 static void NAME(point_pair_from_points_start_a)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -4087,6 +5063,30 @@ static INLINE void NAME(point_pair_from_points_block_b)(intptr_t n, char **args,
     }
 }
 LOOPS(point_pair_from_points_block_b)
+
+static INLINE void NAME(point_pair_from_points_dense_b)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[2 * TILE];
+    _Alignas(64) REAL r2[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_2)(r0, TILE, a0 + first * 2);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[2];
+            REAL x2[6];
+            NAME(load_2)(x0, (char *)(r0 + i), TILE * w);
+            NAME(point_pair_from_points_apply_b)(prepared, x0, x2);
+            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
+    }
+}
+LOOP(point_pair_from_points_dense_b)
 
 static void NAME(point_pair_from_points_start_b)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -4116,14 +5116,43 @@ static INLINE void NAME(point_pair_from_points_block)(intptr_t n, char **args, c
 }
 LOOPS(point_pair_from_points_block)
 
+static INLINE void NAME(point_pair_from_points_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[2 * TILE];
+    _Alignas(64) REAL r1[2 * TILE];
+    _Alignas(64) REAL r2[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_2)(r0, TILE, a0 + first * 2);
+        NAME(load_tile_2)(r1, TILE, a1 + first * 2);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            REAL x2[6];
+            NAME(load_2)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_2)(x1, (char *)(r1 + i), TILE * w);
+            NAME(point_pair_from_points)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
+    }
+}
+LOOP(point_pair_from_points_dense)
+
 void NAME(point_pair_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {6, 1, 2, {6}}};
     static const struct form forms[] = {{1, 2, NAME(point_pair_from_points_start_a),
-        WIDTHS(point_pair_from_points_block_a), {NULL}}, {2, 2, NAME(point_pair_from_points_start_b),
-        WIDTHS(point_pair_from_points_block_b), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_from_points_block), {NULL}, (any_function
-        *)NAME(point_pair_from_points), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
+        WIDTHS(point_pair_from_points_block_a), WIDTH(point_pair_from_points_dense_a)}, {2, 2,
+        NAME(point_pair_from_points_start_b), WIDTHS(point_pair_from_points_block_b),
+        WIDTH(point_pair_from_points_dense_b)}};
+    static const struct kernel kernel = {WIDTHS(point_pair_from_points_block), WIDTH(point_pair_from_points_dense),
+        (any_function *)NAME(point_pair_from_points), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4281,6 +5310,30 @@ static INLINE void NAME(point_pair_from_centre_block_0_1)(intptr_t n, char **arg
 }
 LOOPS(point_pair_from_centre_block_0_1)
 
+static INLINE void NAME(point_pair_from_centre_dense_0_1)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r2[1 * TILE];
+    _Alignas(64) REAL r3[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_1)(r2, TILE, a2 + first * 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x2[1];
+            REAL x3[6];
+            NAME(load_scalar)(x2, (char *)(r2 + i));
+            NAME(point_pair_from_centre_apply_0_1)(prepared, x2[0], x3);
+            NAME(store_6)((char *)(r3 + i), TILE * w, x3);
+        }
+        NAME(store_tile_6)(a3 + first * 6, r3, TILE);
+    }
+}
+LOOP(point_pair_from_centre_dense_0_1)
+
 static void NAME(point_pair_from_centre_start_0_1)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -4308,6 +5361,30 @@ static INLINE void NAME(point_pair_from_centre_block_0_2)(intptr_t n, char **arg
     }
 }
 LOOPS(point_pair_from_centre_block_0_2)
+
+static INLINE void NAME(point_pair_from_centre_dense_0_2)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a1 = (REAL *)args[1];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r1[2 * TILE];
+    _Alignas(64) REAL r3[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_2)(r1, TILE, a1 + first * 2);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x1[2];
+            REAL x3[6];
+            NAME(load_2)(x1, (char *)(r1 + i), TILE * w);
+            NAME(point_pair_from_centre_apply_0_2)(prepared, x1, x3);
+            NAME(store_6)((char *)(r3 + i), TILE * w, x3);
+        }
+        NAME(store_tile_6)(a3 + first * 6, r3, TILE);
+    }
+}
+LOOP(point_pair_from_centre_dense_0_2)
 
 static void NAME(point_pair_from_centre_start_0_2)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -4342,14 +5419,48 @@ static INLINE void NAME(point_pair_from_centre_block)(intptr_t n, char **args, c
 }
 LOOPS(point_pair_from_centre_block)
 
+static INLINE void NAME(point_pair_from_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r0[2 * TILE];
+    _Alignas(64) REAL r1[2 * TILE];
+    _Alignas(64) REAL r2[1 * TILE];
+    _Alignas(64) REAL r3[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_2)(r0, TILE, a0 + first * 2);
+        NAME(load_tile_2)(r1, TILE, a1 + first * 2);
+        NAME(load_tile_1)(r2, TILE, a2 + first * 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            REAL x2[1];
+            REAL x3[6];
+            NAME(load_2)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_2)(x1, (char *)(r1 + i), TILE * w);
+            NAME(load_scalar)(x2, (char *)(r2 + i));
+            NAME(point_pair_from_centre)(x0, x1, x2[0], x3);
+            NAME(store_6)((char *)(r3 + i), TILE * w, x3);
+        }
+        NAME(store_tile_6)(a3 + first * 6, r3, TILE);
+    }
+}
+LOOP(point_pair_from_centre_dense)
+
 void NAME(point_pair_from_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}, {6, 1, 2, {6}}};
     static const struct form forms[] = {{3, 2, NAME(point_pair_from_centre_start_0_1),
-        WIDTHS(point_pair_from_centre_block_0_1), {NULL}}, {5, 2, NAME(point_pair_from_centre_start_0_2),
-        WIDTHS(point_pair_from_centre_block_0_2), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_from_centre_block), {NULL}, (any_function
-        *)NAME(point_pair_from_centre), NAME(call_aanr), 3, 4, 2, 0, 0, parts, forms};
+        WIDTHS(point_pair_from_centre_block_0_1), WIDTH(point_pair_from_centre_dense_0_1)}, {5, 2,
+        NAME(point_pair_from_centre_start_0_2), WIDTHS(point_pair_from_centre_block_0_2),
+        WIDTH(point_pair_from_centre_dense_0_2)}};
+    static const struct kernel kernel = {WIDTHS(point_pair_from_centre_block), WIDTH(point_pair_from_centre_dense),
+        (any_function *)NAME(point_pair_from_centre), NAME(call_aanr), 3, 4, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4665,21 +5776,24 @@ static INLINE void NAME(circle_from_points_dense_a_b)(intptr_t n, char **args, c
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a2 = args[2];
-    _Alignas(64) REAL r3[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r2[2 * TILE];
+    _Alignas(64) REAL r3[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_2)(r2, TILE, a2 + first * 2);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x2[2];
             REAL x3[4];
-            NAME(load_2)(x2, a2 + (first + i) * 2 * w, w);
+            NAME(load_2)(x2, (char *)(r2 + i), TILE * w);
             NAME(circle_from_points_apply_a_b)(prepared, x2, x3);
-            NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
+            NAME(store_4)((char *)(r3 + i), TILE * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 4, SPAN);
+        NAME(store_tile_4)(a3 + first * 4, r3, TILE);
     }
 }
-LOOPS(circle_from_points_dense_a_b)
+LOOP(circle_from_points_dense_a_b)
 
 static void NAME(circle_from_points_start_a_b)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -4714,21 +5828,24 @@ static INLINE void NAME(circle_from_points_dense_a_c)(intptr_t n, char **args, c
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
-    _Alignas(64) REAL r3[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a1 = (REAL *)args[1];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r1[2 * TILE];
+    _Alignas(64) REAL r3[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_2)(r1, TILE, a1 + first * 2);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x1[2];
             REAL x3[4];
-            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, (char *)(r1 + i), TILE * w);
             NAME(circle_from_points_apply_a_c)(prepared, x1, x3);
-            NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
+            NAME(store_4)((char *)(r3 + i), TILE * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 4, SPAN);
+        NAME(store_tile_4)(a3 + first * 4, r3, TILE);
     }
 }
-LOOPS(circle_from_points_dense_a_c)
+LOOP(circle_from_points_dense_a_c)
 
 static void NAME(circle_from_points_start_a_c)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -4763,21 +5880,24 @@ static INLINE void NAME(circle_from_points_dense_b_c)(intptr_t n, char **args, c
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r3[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r0[2 * TILE];
+    _Alignas(64) REAL r3[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_2)(r0, TILE, a0 + first * 2);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[2];
             REAL x3[4];
-            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x0, (char *)(r0 + i), TILE * w);
             NAME(circle_from_points_apply_b_c)(prepared, x0, x3);
-            NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
+            NAME(store_4)((char *)(r3 + i), TILE * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 4, SPAN);
+        NAME(store_tile_4)(a3 + first * 4, r3, TILE);
     }
 }
-LOOPS(circle_from_points_dense_b_c)
+LOOP(circle_from_points_dense_b_c)
 
 static void NAME(circle_from_points_start_b_c)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -4816,37 +5936,44 @@ static INLINE void NAME(circle_from_points_dense)(intptr_t n, char **args, const
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    _Alignas(64) REAL r3[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r0[2 * TILE];
+    _Alignas(64) REAL r1[2 * TILE];
+    _Alignas(64) REAL r2[2 * TILE];
+    _Alignas(64) REAL r3[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_2)(r0, TILE, a0 + first * 2);
+        NAME(load_tile_2)(r1, TILE, a1 + first * 2);
+        NAME(load_tile_2)(r2, TILE, a2 + first * 2);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[2];
             REAL x1[2];
             REAL x2[2];
             REAL x3[4];
-            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
-            NAME(load_2)(x2, a2 + (first + i) * 2 * w, w);
+            NAME(load_2)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_2)(x1, (char *)(r1 + i), TILE * w);
+            NAME(load_2)(x2, (char *)(r2 + i), TILE * w);
             NAME(circle_from_points)(x0, x1, x2, x3);
-            NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
+            NAME(store_4)((char *)(r3 + i), TILE * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 4, SPAN);
+        NAME(store_tile_4)(a3 + first * 4, r3, TILE);
     }
 }
-LOOPS(circle_from_points_dense)
+LOOP(circle_from_points_dense)
 
 void NAME(circle_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}, {4, 1, 3, {4}}};
     static const struct form forms[] = {{3, 3, NAME(circle_from_points_start_a_b),
-        WIDTHS(circle_from_points_block_a_b), WIDTHS(circle_from_points_dense_a_b)}, {5, 3,
+        WIDTHS(circle_from_points_block_a_b), WIDTH(circle_from_points_dense_a_b)}, {5, 3,
         NAME(circle_from_points_start_a_c), WIDTHS(circle_from_points_block_a_c),
-        WIDTHS(circle_from_points_dense_a_c)}, {6, 3, NAME(circle_from_points_start_b_c),
-        WIDTHS(circle_from_points_block_b_c), WIDTHS(circle_from_points_dense_b_c)}};
-    static const struct kernel kernel = {WIDTHS(circle_from_points_block), WIDTHS(circle_from_points_dense),
+        WIDTH(circle_from_points_dense_a_c)}, {6, 3, NAME(circle_from_points_start_b_c),
+        WIDTHS(circle_from_points_block_b_c), WIDTH(circle_from_points_dense_b_c)}};
+    static const struct kernel kernel = {WIDTHS(circle_from_points_block), WIDTH(circle_from_points_dense),
         (any_function *)NAME(circle_from_points), NAME(call_aaar), 3, 4, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -4891,30 +6018,35 @@ static INLINE void NAME(dual_circle_from_centre_dense)(intptr_t n, char **args, 
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[2 * TILE];
+    _Alignas(64) REAL r1[1 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_2)(r0, TILE, a0 + first * 2);
+        NAME(load_tile_1)(r1, TILE, a1 + first * 1);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[2];
             REAL x1[1];
             REAL x2[4];
-            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
-            NAME(load_scalar)(x1, a1 + (first + i) * w);
+            NAME(load_2)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_scalar)(x1, (char *)(r1 + i));
             NAME(dual_circle_from_centre)(x0, x1[0], x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4, SPAN);
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
     }
 }
-LOOPS(dual_circle_from_centre_dense)
+LOOP(dual_circle_from_centre_dense)
 
 void NAME(dual_circle_from_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(dual_circle_from_centre_block),
-        WIDTHS(dual_circle_from_centre_dense), (any_function *)NAME(dual_circle_from_centre), NAME(call_anr), 2, 3,
+        WIDTH(dual_circle_from_centre_dense), (any_function *)NAME(dual_circle_from_centre), NAME(call_anr), 2, 3,
         0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -4962,30 +6094,35 @@ static INLINE void NAME(dual_circle_through_point_dense)(intptr_t n, char **args
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[2 * TILE];
+    _Alignas(64) REAL r1[2 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_2)(r0, TILE, a0 + first * 2);
+        NAME(load_tile_2)(r1, TILE, a1 + first * 2);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[2];
             REAL x1[2];
             REAL x2[4];
-            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(load_2)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_2)(x1, (char *)(r1 + i), TILE * w);
             NAME(dual_circle_through_point)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4, SPAN);
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
     }
 }
-LOOPS(dual_circle_through_point_dense)
+LOOP(dual_circle_through_point_dense)
 
 void NAME(dual_circle_through_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(dual_circle_through_point_block),
-        WIDTHS(dual_circle_through_point_dense), (any_function *)NAME(dual_circle_through_point), NAME(call_aar), 2,
+        WIDTH(dual_circle_through_point_dense), (any_function *)NAME(dual_circle_through_point), NAME(call_aar), 2,
         3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -5031,29 +6168,34 @@ static INLINE void NAME(circle_from_centre_dense)(intptr_t n, char **args, const
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[2 * TILE];
+    _Alignas(64) REAL r1[1 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_2)(r0, TILE, a0 + first * 2);
+        NAME(load_tile_1)(r1, TILE, a1 + first * 1);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[2];
             REAL x1[1];
             REAL x2[4];
-            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
-            NAME(load_scalar)(x1, a1 + (first + i) * w);
+            NAME(load_2)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_scalar)(x1, (char *)(r1 + i));
             NAME(circle_from_centre)(x0, x1[0], x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4, SPAN);
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
     }
 }
-LOOPS(circle_from_centre_dense)
+LOOP(circle_from_centre_dense)
 
 void NAME(circle_from_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(circle_from_centre_block), WIDTHS(circle_from_centre_dense),
+    static const struct kernel kernel = {WIDTHS(circle_from_centre_block), WIDTH(circle_from_centre_dense),
         (any_function *)NAME(circle_from_centre), NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -5098,30 +6240,35 @@ static INLINE void NAME(circle_from_centre_radius_squared_dense)(intptr_t n, cha
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[2 * TILE];
+    _Alignas(64) REAL r1[1 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_2)(r0, TILE, a0 + first * 2);
+        NAME(load_tile_1)(r1, TILE, a1 + first * 1);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[2];
             REAL x1[1];
             REAL x2[4];
-            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
-            NAME(load_scalar)(x1, a1 + (first + i) * w);
+            NAME(load_2)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_scalar)(x1, (char *)(r1 + i));
             NAME(circle_from_centre_radius_squared)(x0, x1[0], x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4, SPAN);
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
     }
 }
-LOOPS(circle_from_centre_radius_squared_dense)
+LOOP(circle_from_centre_radius_squared_dense)
 
 void NAME(circle_from_centre_radius_squared_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(circle_from_centre_radius_squared_block),
-        WIDTHS(circle_from_centre_radius_squared_dense), (any_function *)NAME(circle_from_centre_radius_squared),
+        WIDTH(circle_from_centre_radius_squared_dense), (any_function *)NAME(circle_from_centre_radius_squared),
         NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -5161,26 +6308,29 @@ static INLINE void NAME(circle_polarity_dense)(intptr_t n, char **args, const in
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r1[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[4];
             REAL x1[4];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
             NAME(circle_polarity)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4, SPAN);
+        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
     }
 }
-LOOPS(circle_polarity_dense)
+LOOP(circle_polarity_dense)
 
 void NAME(circle_polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(circle_polarity_block), WIDTHS(circle_polarity_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(circle_polarity_block), WIDTH(circle_polarity_dense), (any_function
         *)NAME(circle_polarity), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -5220,26 +6370,29 @@ static INLINE void NAME(circle_from_dual_dense)(intptr_t n, char **args, const i
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r1[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[4];
             REAL x1[4];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
             NAME(circle_from_dual)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4, SPAN);
+        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
     }
 }
-LOOPS(circle_from_dual_dense)
+LOOP(circle_from_dual_dense)
 
 void NAME(circle_from_dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(circle_from_dual_block), WIDTHS(circle_from_dual_dense),
+    static const struct kernel kernel = {WIDTHS(circle_from_dual_block), WIDTH(circle_from_dual_dense),
         (any_function *)NAME(circle_from_dual), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -5292,8 +6445,9 @@ static INLINE void NAME(tangent_line_of_circle_dense)(intptr_t n, char **args, c
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -5301,12 +6455,12 @@ static INLINE void NAME(tangent_line_of_circle_dense)(intptr_t n, char **args, c
             REAL x0[4];
             REAL x1[2];
             REAL x2[3];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
-            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
+            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(tangent_line_of_circle)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(tangent_line_of_circle_dense)
@@ -5350,18 +6504,19 @@ static INLINE void NAME(line_direction_dense)(intptr_t n, char **args, const int
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
     _Alignas(64) REAL r1[2 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[3];
             REAL x1[2];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(line_direction)(x0, x1);
             NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 2, SPAN);
+        NAME(store_few)(a1 + first * 2, r1, 2, SPAN);
     }
 }
 LOOPS(line_direction_dense)
@@ -5418,7 +6573,9 @@ static INLINE void NAME(line_to_normal_dense)(intptr_t n, char **args, const int
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r1[2 * SPAN];
     _Alignas(64) REAL r2[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
@@ -5427,13 +6584,13 @@ static INLINE void NAME(line_to_normal_dense)(intptr_t n, char **args, const int
             REAL x0[3];
             REAL x1[2];
             REAL x2[1];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(line_to_normal)(x0, x1, x2);
             NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[1], first, r1, 2, SPAN);
-        NAME(store_span)(args[2], first, r2, 1, SPAN);
+        NAME(store_few)(a1 + first * 2, r1, 2, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
     }
 }
 LOOPS(line_to_normal_dense)
@@ -5487,18 +6644,19 @@ static INLINE void NAME(line_support_dense)(intptr_t n, char **args, const intpt
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
     _Alignas(64) REAL r1[2 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[3];
             REAL x1[2];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(line_support)(x0, x1);
             NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 2, SPAN);
+        NAME(store_few)(a1 + first * 2, r1, 2, SPAN);
     }
 }
 LOOPS(line_support_dense)
@@ -5545,18 +6703,19 @@ static INLINE void NAME(circle_centre_dense)(intptr_t n, char **args, const intp
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
     _Alignas(64) REAL r1[2 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[4];
             REAL x1[2];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(circle_centre)(x0, x1);
             NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 2, SPAN);
+        NAME(store_few)(a1 + first * 2, r1, 2, SPAN);
     }
 }
 LOOPS(circle_centre_dense)
@@ -5609,18 +6768,19 @@ static INLINE void NAME(circle_radius_squared_dense)(intptr_t n, char **args, co
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
     _Alignas(64) REAL r1[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[4];
             REAL x1[1];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(circle_radius_squared)(x0, x1);
             NAME(store_scalar)((char *)(r1 + i), x1);
         }
-        NAME(store_span)(args[1], first, r1, 1, SPAN);
+        NAME(store_few)(a1 + first * 1, r1, 1, SPAN);
     }
 }
 LOOPS(circle_radius_squared_dense)
@@ -5671,18 +6831,19 @@ static INLINE void NAME(dual_circle_radius_squared_dense)(intptr_t n, char **arg
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
     _Alignas(64) REAL r1[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[4];
             REAL x1[1];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(dual_circle_radius_squared)(x0, x1);
             NAME(store_scalar)((char *)(r1 + i), x1);
         }
-        NAME(store_span)(args[1], first, r1, 1, SPAN);
+        NAME(store_few)(a1 + first * 1, r1, 1, SPAN);
     }
 }
 LOOPS(dual_circle_radius_squared_dense)
@@ -5723,18 +6884,19 @@ static INLINE void NAME(circle_weight_dense)(intptr_t n, char **args, const intp
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
     _Alignas(64) REAL r1[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[4];
             REAL x1[1];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(circle_weight)(x0, x1);
             NAME(store_scalar)((char *)(r1 + i), x1);
         }
-        NAME(store_span)(args[1], first, r1, 1, SPAN);
+        NAME(store_few)(a1 + first * 1, r1, 1, SPAN);
     }
 }
 LOOPS(circle_weight_dense)
@@ -5800,18 +6962,19 @@ static INLINE void NAME(circle_kind_dense)(intptr_t n, char **args, const intptr
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
     _Alignas(64) REAL r1[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[4];
             REAL x1[1];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(circle_kind)(x0, x1);
             NAME(store_scalar)((char *)(r1 + i), x1);
         }
-        NAME(store_span)(args[1], first, r1, 1, SPAN);
+        NAME(store_few)(a1 + first * 1, r1, 1, SPAN);
     }
 }
 LOOPS(circle_kind_dense)
@@ -5866,11 +7029,34 @@ static INLINE void NAME(point_pair_centre_block)(intptr_t n, char **args, const 
 }
 LOOPS(point_pair_centre_block)
 
+static INLINE void NAME(point_pair_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[2 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[2];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(point_pair_centre)(x0, x1);
+            NAME(store_2)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_2)(a1 + first * 2, r1, TILE);
+    }
+}
+LOOP(point_pair_centre_dense)
+
 void NAME(point_pair_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_centre_block), {NULL}, (any_function
-        *)NAME(point_pair_centre), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(point_pair_centre_block), WIDTH(point_pair_centre_dense),
+        (any_function *)NAME(point_pair_centre), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5914,11 +7100,35 @@ static INLINE void NAME(point_pair_radius_squared_block)(intptr_t n, char **args
 }
 LOOPS(point_pair_radius_squared_block)
 
+static INLINE void NAME(point_pair_radius_squared_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[1];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(point_pair_radius_squared)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_tile_1)(a1 + first * 1, r1, TILE);
+    }
+}
+LOOP(point_pair_radius_squared_dense)
+
 void NAME(point_pair_radius_squared_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_radius_squared_block), {NULL}, (any_function
-        *)NAME(point_pair_radius_squared), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(point_pair_radius_squared_block),
+        WIDTH(point_pair_radius_squared_dense), (any_function *)NAME(point_pair_radius_squared), NAME(call_ar), 1,
+        2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5991,11 +7201,39 @@ static INLINE void NAME(point_pair_points_block)(intptr_t n, char **args, const 
 }
 LOOPS(point_pair_points_block)
 
+static INLINE void NAME(point_pair_points_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[2 * TILE];
+    _Alignas(64) REAL r2[2 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[2];
+            REAL x2[2];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(point_pair_points)(x0, x1, x2);
+            NAME(store_2)((char *)(r1 + i), TILE * w, x1);
+            NAME(store_2)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_2)(a1 + first * 2, r1, TILE);
+        NAME(store_tile_2)(a2 + first * 2, r2, TILE);
+    }
+}
+LOOP(point_pair_points_dense)
+
 void NAME(point_pair_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_points_block), {NULL}, (any_function
-        *)NAME(point_pair_points), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(point_pair_points_block), WIDTH(point_pair_points_dense),
+        (any_function *)NAME(point_pair_points), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6033,11 +7271,34 @@ static INLINE void NAME(point_pair_direction_block)(intptr_t n, char **args, con
 }
 LOOPS(point_pair_direction_block)
 
+static INLINE void NAME(point_pair_direction_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[2 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[2];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(point_pair_direction)(x0, x1);
+            NAME(store_2)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_2)(a1 + first * 2, r1, TILE);
+    }
+}
+LOOP(point_pair_direction_dense)
+
 void NAME(point_pair_direction_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_direction_block), {NULL}, (any_function
-        *)NAME(point_pair_direction), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(point_pair_direction_block), WIDTH(point_pair_direction_dense),
+        (any_function *)NAME(point_pair_direction), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6069,11 +7330,34 @@ static INLINE void NAME(point_pair_weight_block)(intptr_t n, char **args, const 
 }
 LOOPS(point_pair_weight_block)
 
+static INLINE void NAME(point_pair_weight_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[1];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(point_pair_weight)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_tile_1)(a1 + first * 1, r1, TILE);
+    }
+}
+LOOP(point_pair_weight_dense)
+
 void NAME(point_pair_weight_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_weight_block), {NULL}, (any_function
-        *)NAME(point_pair_weight), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(point_pair_weight_block), WIDTH(point_pair_weight_dense),
+        (any_function *)NAME(point_pair_weight), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6104,10 +7388,33 @@ static INLINE void NAME(point_pair_line_block)(intptr_t n, char **args, const in
 }
 LOOPS(point_pair_line_block)
 
+static INLINE void NAME(point_pair_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[3];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(point_pair_line)(x0, x1);
+            NAME(store_3)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_3)(a1 + first * 3, r1, TILE);
+    }
+}
+LOOP(point_pair_line_dense)
+
 void NAME(point_pair_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_line_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(point_pair_line_block), WIDTH(point_pair_line_dense), (any_function
         *)NAME(point_pair_line), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -6172,11 +7479,35 @@ static INLINE void NAME(point_pair_surround_circle_block)(intptr_t n, char **arg
 }
 LOOPS(point_pair_surround_circle_block)
 
+static INLINE void NAME(point_pair_surround_circle_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[4];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(point_pair_surround_circle)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
+    }
+}
+LOOP(point_pair_surround_circle_dense)
+
 void NAME(point_pair_surround_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_surround_circle_block), {NULL}, (any_function
-        *)NAME(point_pair_surround_circle), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(point_pair_surround_circle_block),
+        WIDTH(point_pair_surround_circle_dense), (any_function *)NAME(point_pair_surround_circle), NAME(call_ar), 1,
+        2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6235,10 +7566,33 @@ static INLINE void NAME(point_pair_kind_block)(intptr_t n, char **args, const in
 }
 LOOPS(point_pair_kind_block)
 
+static INLINE void NAME(point_pair_kind_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[1];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(point_pair_kind)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_tile_1)(a1 + first * 1, r1, TILE);
+    }
+}
+LOOP(point_pair_kind_dense)
+
 void NAME(point_pair_kind_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_kind_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(point_pair_kind_block), WIDTH(point_pair_kind_dense), (any_function
         *)NAME(point_pair_kind), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -6320,18 +7674,19 @@ static INLINE void NAME(signed_distance_point_line_dense_line)(intptr_t n, char 
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[2];
             REAL x2[1];
-            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(signed_distance_point_line_apply_line)(prepared, x0, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
     }
 }
 LOOPS(signed_distance_point_line_dense_line)
@@ -6368,8 +7723,9 @@ static INLINE void NAME(signed_distance_point_line_dense)(intptr_t n, char **arg
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -6377,12 +7733,12 @@ static INLINE void NAME(signed_distance_point_line_dense)(intptr_t n, char **arg
             REAL x0[2];
             REAL x1[3];
             REAL x2[1];
-            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(signed_distance_point_line)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
     }
 }
 LOOPS(signed_distance_point_line_dense)
@@ -6495,18 +7851,19 @@ static INLINE void NAME(signed_distance_point_circle_dense_circle)(intptr_t n, c
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[2];
             REAL x2[1];
-            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(signed_distance_point_circle_apply_circle)(prepared, x0, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
     }
 }
 LOOPS(signed_distance_point_circle_dense_circle)
@@ -6543,8 +7900,9 @@ static INLINE void NAME(signed_distance_point_circle_dense)(intptr_t n, char **a
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -6552,12 +7910,12 @@ static INLINE void NAME(signed_distance_point_circle_dense)(intptr_t n, char **a
             REAL x0[2];
             REAL x1[4];
             REAL x2[1];
-            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
+            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
             NAME(signed_distance_point_circle)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
     }
 }
 LOOPS(signed_distance_point_circle_dense)
@@ -6648,18 +8006,19 @@ static INLINE void NAME(power_of_point_dense_s)(intptr_t n, char **args, const i
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[2];
             REAL x2[1];
-            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(power_of_point_apply_s)(prepared, x0, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
     }
 }
 LOOPS(power_of_point_dense_s)
@@ -6696,8 +8055,9 @@ static INLINE void NAME(power_of_point_dense)(intptr_t n, char **args, const int
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -6705,12 +8065,12 @@ static INLINE void NAME(power_of_point_dense)(intptr_t n, char **args, const int
             REAL x0[2];
             REAL x1[4];
             REAL x2[1];
-            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
+            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
             NAME(power_of_point)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
     }
 }
 LOOPS(power_of_point_dense)
@@ -6890,18 +8250,19 @@ static INLINE void NAME(signed_distance_lines_dense_a)(intptr_t n, char **args, 
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x1[3];
             REAL x2[1];
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(signed_distance_lines_apply_a)(prepared, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
     }
 }
 LOOPS(signed_distance_lines_dense_a)
@@ -6937,18 +8298,19 @@ static INLINE void NAME(signed_distance_lines_dense_b)(intptr_t n, char **args, 
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[3];
             REAL x2[1];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(signed_distance_lines_apply_b)(prepared, x0, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
     }
 }
 LOOPS(signed_distance_lines_dense_b)
@@ -6985,8 +8347,9 @@ static INLINE void NAME(signed_distance_lines_dense)(intptr_t n, char **args, co
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -6994,12 +8357,12 @@ static INLINE void NAME(signed_distance_lines_dense)(intptr_t n, char **args, co
             REAL x0[3];
             REAL x1[3];
             REAL x2[1];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(signed_distance_lines)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
     }
 }
 LOOPS(signed_distance_lines_dense)
@@ -7182,18 +8545,19 @@ static INLINE void NAME(distance_line_circle_dense_circle)(intptr_t n, char **ar
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[3];
             REAL x2[1];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(distance_line_circle_apply_circle)(prepared, x0, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
     }
 }
 LOOPS(distance_line_circle_dense_circle)
@@ -7229,18 +8593,19 @@ static INLINE void NAME(distance_line_circle_dense_line)(intptr_t n, char **args
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x1[4];
             REAL x2[1];
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
             NAME(distance_line_circle_apply_line)(prepared, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
     }
 }
 LOOPS(distance_line_circle_dense_line)
@@ -7277,8 +8642,9 @@ static INLINE void NAME(distance_line_circle_dense)(intptr_t n, char **args, con
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -7286,12 +8652,12 @@ static INLINE void NAME(distance_line_circle_dense)(intptr_t n, char **args, con
             REAL x0[3];
             REAL x1[4];
             REAL x2[1];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
+            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
             NAME(distance_line_circle)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
     }
 }
 LOOPS(distance_line_circle_dense)
@@ -7513,18 +8879,19 @@ static INLINE void NAME(distance_circles_dense_a)(intptr_t n, char **args, const
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x1[4];
             REAL x2[1];
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
             NAME(distance_circles_apply_a)(prepared, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
     }
 }
 LOOPS(distance_circles_dense_a)
@@ -7560,18 +8927,19 @@ static INLINE void NAME(distance_circles_dense_b)(intptr_t n, char **args, const
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[4];
             REAL x2[1];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(distance_circles_apply_b)(prepared, x0, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
     }
 }
 LOOPS(distance_circles_dense_b)
@@ -7604,14 +8972,38 @@ static INLINE void NAME(distance_circles_block)(intptr_t n, char **args, const i
 }
 LOOPS(distance_circles_block)
 
+static INLINE void NAME(distance_circles_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[1];
+            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
+            NAME(distance_circles)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+    }
+}
+LOOPS(distance_circles_dense)
+
 void NAME(distance_circles_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{1, 2, NAME(distance_circles_start_a), WIDTHS(distance_circles_block_a),
         WIDTHS(distance_circles_dense_a)}, {2, 2, NAME(distance_circles_start_b), WIDTHS(distance_circles_block_b),
         WIDTHS(distance_circles_dense_b)}};
-    static const struct kernel kernel = {WIDTHS(distance_circles_block), {NULL}, (any_function
-        *)NAME(distance_circles), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(distance_circles_block), WIDTHS(distance_circles_dense),
+        (any_function *)NAME(distance_circles), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7718,8 +9110,9 @@ static INLINE void NAME(inversive_distance_dense)(intptr_t n, char **args, const
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -7727,12 +9120,12 @@ static INLINE void NAME(inversive_distance_dense)(intptr_t n, char **args, const
             REAL x0[4];
             REAL x1[4];
             REAL x2[1];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
             NAME(inversive_distance)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
     }
 }
 LOOPS(inversive_distance_dense)
@@ -7793,11 +9186,40 @@ static INLINE void NAME(inner_product_of_point_pairs_block)(intptr_t n, char **a
 }
 LOOPS(inner_product_of_point_pairs_block)
 
+static INLINE void NAME(inner_product_of_point_pairs_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r2[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[6];
+            REAL x2[1];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(inner_product_of_point_pairs)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_tile_1)(a2 + first * 1, r2, TILE);
+    }
+}
+LOOP(inner_product_of_point_pairs_dense)
+
 void NAME(inner_product_of_point_pairs_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(inner_product_of_point_pairs_block), {NULL}, (any_function
-        *)NAME(inner_product_of_point_pairs), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(inner_product_of_point_pairs_block),
+        WIDTH(inner_product_of_point_pairs_dense), (any_function *)NAME(inner_product_of_point_pairs),
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7952,18 +9374,19 @@ static INLINE void NAME(project_point_on_line_dense_line)(intptr_t n, char **arg
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[2 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[2];
             REAL x2[2];
-            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(project_point_on_line_apply_line)(prepared, x0, x2);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
     }
 }
 LOOPS(project_point_on_line_dense_line)
@@ -8000,8 +9423,9 @@ static INLINE void NAME(project_point_on_line_dense)(intptr_t n, char **args, co
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[2 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -8009,12 +9433,12 @@ static INLINE void NAME(project_point_on_line_dense)(intptr_t n, char **args, co
             REAL x0[2];
             REAL x1[3];
             REAL x2[2];
-            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(project_point_on_line)(x0, x1, x2);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
     }
 }
 LOOPS(project_point_on_line_dense)
@@ -8136,18 +9560,19 @@ static INLINE void NAME(project_point_on_circle_dense_circle)(intptr_t n, char *
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[2 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[2];
             REAL x2[2];
-            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(project_point_on_circle_apply_circle)(prepared, x0, x2);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
     }
 }
 LOOPS(project_point_on_circle_dense_circle)
@@ -8184,8 +9609,9 @@ static INLINE void NAME(project_point_on_circle_dense)(intptr_t n, char **args, 
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[2 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -8193,12 +9619,12 @@ static INLINE void NAME(project_point_on_circle_dense)(intptr_t n, char **args, 
             REAL x0[2];
             REAL x1[4];
             REAL x2[2];
-            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
+            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
             NAME(project_point_on_circle)(x0, x1, x2);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
     }
 }
 LOOPS(project_point_on_circle_dense)
@@ -8308,18 +9734,19 @@ static INLINE void NAME(reflect_point_dense_line)(intptr_t n, char **args, const
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[2 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[2];
             REAL x2[2];
-            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(reflect_point_apply_line)(prepared, x0, x2);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
     }
 }
 LOOPS(reflect_point_dense_line)
@@ -8356,8 +9783,9 @@ static INLINE void NAME(reflect_point_dense)(intptr_t n, char **args, const intp
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[2 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -8365,12 +9793,12 @@ static INLINE void NAME(reflect_point_dense)(intptr_t n, char **args, const intp
             REAL x0[2];
             REAL x1[3];
             REAL x2[2];
-            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(reflect_point)(x0, x1, x2);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
     }
 }
 LOOPS(reflect_point_dense)
@@ -8433,8 +9861,9 @@ static INLINE void NAME(meet_lines_dense)(intptr_t n, char **args, const intptr_
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[2 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -8442,12 +9871,12 @@ static INLINE void NAME(meet_lines_dense)(intptr_t n, char **args, const intptr_
             REAL x0[3];
             REAL x1[3];
             REAL x2[2];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(meet_lines)(x0, x1, x2);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
     }
 }
 LOOPS(meet_lines_dense)
@@ -8512,11 +9941,39 @@ static INLINE void NAME(meet_line_circle_block)(intptr_t n, char **args, const i
 }
 LOOPS(meet_line_circle_block)
 
+static INLINE void NAME(meet_line_circle_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[4];
+            REAL x2[6];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
+            NAME(meet_line_circle)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
+    }
+}
+LOOP(meet_line_circle_dense)
+
 void NAME(meet_line_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(meet_line_circle_block), {NULL}, (any_function
-        *)NAME(meet_line_circle), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(meet_line_circle_block), WIDTH(meet_line_circle_dense),
+        (any_function *)NAME(meet_line_circle), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8576,11 +10033,39 @@ static INLINE void NAME(meet_circles_block)(intptr_t n, char **args, const intpt
 }
 LOOPS(meet_circles_block)
 
+static INLINE void NAME(meet_circles_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[6];
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
+            NAME(meet_circles)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
+    }
+}
+LOOP(meet_circles_dense)
+
 void NAME(meet_circles_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(meet_circles_block), {NULL}, (any_function *)NAME(meet_circles),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(meet_circles_block), WIDTH(meet_circles_dense), (any_function
+        *)NAME(meet_circles), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9002,18 +10487,19 @@ static INLINE void NAME(hit_ray_circle_dense_d_circle)(intptr_t n, char **args, 
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a3 = (REAL *)args[3];
     _Alignas(64) REAL r3[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[2];
             REAL x3[1];
-            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(hit_ray_circle_apply_d_circle)(prepared, x0, x3);
             NAME(store_scalar)((char *)(r3 + i), x3);
         }
-        NAME(store_span)(args[3], first, r3, 1, SPAN);
+        NAME(store_few)(a3 + first * 1, r3, 1, SPAN);
     }
 }
 LOOPS(hit_ray_circle_dense_d_circle)
@@ -9051,18 +10537,19 @@ static INLINE void NAME(hit_ray_circle_dense_p_circle)(intptr_t n, char **args, 
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a3 = (REAL *)args[3];
     _Alignas(64) REAL r3[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x1[2];
             REAL x3[1];
-            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(hit_ray_circle_apply_p_circle)(prepared, x1, x3);
             NAME(store_scalar)((char *)(r3 + i), x3);
         }
-        NAME(store_span)(args[3], first, r3, 1, SPAN);
+        NAME(store_few)(a3 + first * 1, r3, 1, SPAN);
     }
 }
 LOOPS(hit_ray_circle_dense_p_circle)
@@ -9103,8 +10590,9 @@ static INLINE void NAME(hit_ray_circle_dense_circle)(intptr_t n, char **args, co
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[2];
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a3 = (REAL *)args[3];
     _Alignas(64) REAL r3[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -9112,12 +10600,12 @@ static INLINE void NAME(hit_ray_circle_dense_circle)(intptr_t n, char **args, co
             REAL x0[2];
             REAL x1[2];
             REAL x3[1];
-            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(hit_ray_circle_apply_circle)(prepared, x0, x1, x3);
             NAME(store_scalar)((char *)(r3 + i), x3);
         }
-        NAME(store_span)(args[3], first, r3, 1, SPAN);
+        NAME(store_few)(a3 + first * 1, r3, 1, SPAN);
     }
 }
 LOOPS(hit_ray_circle_dense_circle)
@@ -9153,6 +10641,33 @@ static INLINE void NAME(hit_ray_circle_block)(intptr_t n, char **args, const int
 }
 LOOPS(hit_ray_circle_block)
 
+static INLINE void NAME(hit_ray_circle_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r3[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            REAL x2[4];
+            REAL x3[1];
+            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
+            NAME(load_4)(x2, (char *)a2 + (first + i) * 4 * w, w);
+            NAME(hit_ray_circle)(x0, x1, x2, x3);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+        }
+        NAME(store_few)(a3 + first * 1, r3, 1, SPAN);
+    }
+}
+LOOPS(hit_ray_circle_dense)
+
 void NAME(hit_ray_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {4, 1, 2, {4}}, {1, 0, 3, {0}}};
@@ -9161,8 +10676,8 @@ void NAME(hit_ray_circle_loop)(char **args, const intptr_t *dimensions, const in
         NAME(hit_ray_circle_start_p_circle), WIDTHS(hit_ray_circle_block_p_circle),
         WIDTHS(hit_ray_circle_dense_p_circle)}, {4, 2, NAME(hit_ray_circle_start_circle),
         WIDTHS(hit_ray_circle_block_circle), WIDTHS(hit_ray_circle_dense_circle)}};
-    static const struct kernel kernel = {WIDTHS(hit_ray_circle_block), {NULL}, (any_function *)NAME(hit_ray_circle),
-        NAME(call_aaar), 3, 4, 3, 0, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(hit_ray_circle_block), WIDTHS(hit_ray_circle_dense), (any_function
+        *)NAME(hit_ray_circle), NAME(call_aaar), 3, 4, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9324,21 +10839,24 @@ static INLINE void NAME(motor_from_point_dense_angle)(intptr_t n, char **args, c
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[2 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_2)(r0, TILE, a0 + first * 2);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[2];
             REAL x2[4];
-            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x0, (char *)(r0 + i), TILE * w);
             NAME(motor_from_point_apply_angle)(prepared, x0, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4, SPAN);
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
     }
 }
-LOOPS(motor_from_point_dense_angle)
+LOOP(motor_from_point_dense_angle)
 
 static void NAME(motor_from_point_start_angle)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -9385,7 +10903,7 @@ void NAME(motor_from_point_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
     static const struct form forms[] = {{2, 2, NAME(motor_from_point_start_angle),
-        WIDTHS(motor_from_point_block_angle), WIDTHS(motor_from_point_dense_angle)}};
+        WIDTHS(motor_from_point_block_angle), WIDTH(motor_from_point_dense_angle)}};
     static const struct kernel kernel = {WIDTHS(motor_from_point_block), {NULL}, (any_function
         *)NAME(motor_from_point), NAME(call_anr), 2, 3, 1, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
@@ -9424,18 +10942,19 @@ static INLINE void NAME(translator_from_vector_dense)(intptr_t n, char **args, c
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
     _Alignas(64) REAL r1[2 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[2];
             REAL x1[2];
-            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(translator_from_vector)(x0, x1);
             NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 2, SPAN);
+        NAME(store_few)(a1 + first * 2, r1, 2, SPAN);
     }
 }
 LOOPS(translator_from_vector_dense)
@@ -9481,18 +11000,19 @@ static INLINE void NAME(dilator_from_scale_dense)(intptr_t n, char **args, const
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
     _Alignas(64) REAL r1[2 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[1];
             REAL x1[2];
-            NAME(load_scalar)(x0, a0 + (first + i) * w);
+            NAME(load_scalar)(x0, (char *)a0 + (first + i) * w);
             NAME(dilator_from_scale)(x0[0], x1);
             NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 2, SPAN);
+        NAME(store_few)(a1 + first * 2, r1, 2, SPAN);
     }
 }
 LOOPS(dilator_from_scale_dense)
@@ -9535,18 +11055,19 @@ static INLINE void NAME(dilator_to_scale_dense)(intptr_t n, char **args, const i
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
     _Alignas(64) REAL r1[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[2];
             REAL x1[1];
-            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(dilator_to_scale)(x0, x1);
             NAME(store_scalar)((char *)(r1 + i), x1);
         }
-        NAME(store_span)(args[1], first, r1, 1, SPAN);
+        NAME(store_few)(a1 + first * 1, r1, 1, SPAN);
     }
 }
 LOOPS(dilator_to_scale_dense)
@@ -9588,18 +11109,19 @@ static INLINE void NAME(transversor_from_vector_dense)(intptr_t n, char **args, 
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
     _Alignas(64) REAL r1[2 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[2];
             REAL x1[2];
-            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(transversor_from_vector)(x0, x1);
             NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 2, SPAN);
+        NAME(store_few)(a1 + first * 2, r1, 2, SPAN);
     }
 }
 LOOPS(transversor_from_vector_dense)
@@ -9658,30 +11180,35 @@ static INLINE void NAME(motor_from_rotor_translation_dense)(intptr_t n, char **a
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[2 * TILE];
+    _Alignas(64) REAL r1[2 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_2)(r0, TILE, a0 + first * 2);
+        NAME(load_tile_2)(r1, TILE, a1 + first * 2);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[2];
             REAL x1[2];
             REAL x2[4];
-            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(load_2)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_2)(x1, (char *)(r1 + i), TILE * w);
             NAME(motor_from_rotor_translation)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4, SPAN);
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
     }
 }
-LOOPS(motor_from_rotor_translation_dense)
+LOOP(motor_from_rotor_translation_dense)
 
 void NAME(motor_from_rotor_translation_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(motor_from_rotor_translation_block),
-        WIDTHS(motor_from_rotor_translation_dense), (any_function *)NAME(motor_from_rotor_translation),
+        WIDTH(motor_from_rotor_translation_dense), (any_function *)NAME(motor_from_rotor_translation),
         NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -9731,7 +11258,9 @@ static INLINE void NAME(motor_to_rotor_translation_dense)(intptr_t n, char **arg
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r1[2 * SPAN];
     _Alignas(64) REAL r2[2 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
@@ -9740,13 +11269,13 @@ static INLINE void NAME(motor_to_rotor_translation_dense)(intptr_t n, char **arg
             REAL x0[4];
             REAL x1[2];
             REAL x2[2];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(motor_to_rotor_translation)(x0, x1, x2);
             NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[1], first, r1, 2, SPAN);
-        NAME(store_span)(args[2], first, r2, 2, SPAN);
+        NAME(store_few)(a1 + first * 2, r1, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
     }
 }
 LOOPS(motor_to_rotor_translation_dense)
@@ -9807,10 +11336,33 @@ static INLINE void NAME(motor_to_matrix_block)(intptr_t n, char **args, const in
 }
 LOOPS(motor_to_matrix_block)
 
+static INLINE void NAME(motor_to_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[9 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[4];
+            REAL x1[9];
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
+            NAME(motor_to_matrix)(x0, x1);
+            NAME(store_3x3)((char *)(r1 + i), 3 * TILE * w, TILE * w, x1);
+        }
+        NAME(store_tile_9)(a1 + first * 9, r1, TILE);
+    }
+}
+LOOP(motor_to_matrix_dense)
+
 void NAME(motor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {9, 2, 1, {3, 3}}};
-    static const struct kernel kernel = {WIDTHS(motor_to_matrix_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(motor_to_matrix_block), WIDTH(motor_to_matrix_dense), (any_function
         *)NAME(motor_to_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -9875,29 +11427,34 @@ static INLINE void NAME(motor_product_dense)(intptr_t n, char **args, const intp
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[4];
             REAL x1[4];
             REAL x2[4];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
             NAME(motor_product)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4, SPAN);
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
     }
 }
-LOOPS(motor_product_dense)
+LOOP(motor_product_dense)
 
 void NAME(motor_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(motor_product_block), WIDTHS(motor_product_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(motor_product_block), WIDTH(motor_product_dense), (any_function
         *)NAME(motor_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -9938,26 +11495,29 @@ static INLINE void NAME(motor_inverse_dense)(intptr_t n, char **args, const intp
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r1[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[4];
             REAL x1[4];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
             NAME(motor_inverse)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4, SPAN);
+        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
     }
 }
-LOOPS(motor_inverse_dense)
+LOOP(motor_inverse_dense)
 
 void NAME(motor_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(motor_inverse_block), WIDTHS(motor_inverse_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(motor_inverse_block), WIDTH(motor_inverse_dense), (any_function
         *)NAME(motor_inverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -10119,26 +11679,29 @@ static INLINE void NAME(motor_square_root_dense)(intptr_t n, char **args, const 
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r1[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[4];
             REAL x1[4];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
             NAME(motor_square_root)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4, SPAN);
+        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
     }
 }
-LOOPS(motor_square_root_dense)
+LOOP(motor_square_root_dense)
 
 void NAME(motor_square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(motor_square_root_block), WIDTHS(motor_square_root_dense),
+    static const struct kernel kernel = {WIDTHS(motor_square_root_block), WIDTH(motor_square_root_dense),
         (any_function *)NAME(motor_square_root), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -11032,11 +12595,34 @@ static INLINE void NAME(versor_square_root_block)(intptr_t n, char **args, const
 }
 LOOPS(versor_square_root_block)
 
+static INLINE void NAME(versor_square_root_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(versor_square_root)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_8)(a1 + first * 8, r1, TILE);
+    }
+}
+LOOP(versor_square_root_dense)
+
 void NAME(versor_square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(versor_square_root_block), {NULL}, (any_function
-        *)NAME(versor_square_root), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(versor_square_root_block), WIDTH(versor_square_root_dense),
+        (any_function *)NAME(versor_square_root), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11132,11 +12718,34 @@ static INLINE void NAME(normalize_versor_block)(intptr_t n, char **args, const i
 }
 LOOPS(normalize_versor_block)
 
+static INLINE void NAME(normalize_versor_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(normalize_versor)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_8)(a1 + first * 8, r1, TILE);
+    }
+}
+LOOP(normalize_versor_dense)
+
 void NAME(normalize_versor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(normalize_versor_block), {NULL}, (any_function
-        *)NAME(normalize_versor), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(normalize_versor_block), WIDTH(normalize_versor_dense),
+        (any_function *)NAME(normalize_versor), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11173,11 +12782,34 @@ static INLINE void NAME(versor_from_motor_block)(intptr_t n, char **args, const 
 }
 LOOPS(versor_from_motor_block)
 
+static INLINE void NAME(versor_from_motor_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[4];
+            REAL x1[8];
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
+            NAME(versor_from_motor)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_8)(a1 + first * 8, r1, TILE);
+    }
+}
+LOOP(versor_from_motor_dense)
+
 void NAME(versor_from_motor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(versor_from_motor_block), {NULL}, (any_function
-        *)NAME(versor_from_motor), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(versor_from_motor_block), WIDTH(versor_from_motor_dense),
+        (any_function *)NAME(versor_from_motor), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11212,11 +12844,34 @@ static INLINE void NAME(versor_from_dilator_block)(intptr_t n, char **args, cons
 }
 LOOPS(versor_from_dilator_block)
 
+static INLINE void NAME(versor_from_dilator_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[2 * TILE];
+    _Alignas(64) REAL r1[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_2)(r0, TILE, a0 + first * 2);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[2];
+            REAL x1[8];
+            NAME(load_2)(x0, (char *)(r0 + i), TILE * w);
+            NAME(versor_from_dilator)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_8)(a1 + first * 8, r1, TILE);
+    }
+}
+LOOP(versor_from_dilator_dense)
+
 void NAME(versor_from_dilator_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(versor_from_dilator_block), {NULL}, (any_function
-        *)NAME(versor_from_dilator), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(versor_from_dilator_block), WIDTH(versor_from_dilator_dense),
+        (any_function *)NAME(versor_from_dilator), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11251,11 +12906,35 @@ static INLINE void NAME(versor_from_transversor_block)(intptr_t n, char **args, 
 }
 LOOPS(versor_from_transversor_block)
 
+static INLINE void NAME(versor_from_transversor_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[2 * TILE];
+    _Alignas(64) REAL r1[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_2)(r0, TILE, a0 + first * 2);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[2];
+            REAL x1[8];
+            NAME(load_2)(x0, (char *)(r0 + i), TILE * w);
+            NAME(versor_from_transversor)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_8)(a1 + first * 8, r1, TILE);
+    }
+}
+LOOP(versor_from_transversor_dense)
+
 void NAME(versor_from_transversor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(versor_from_transversor_block), {NULL}, (any_function
-        *)NAME(versor_from_transversor), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(versor_from_transversor_block),
+        WIDTH(versor_from_transversor_dense), (any_function *)NAME(versor_from_transversor), NAME(call_ar), 1, 2, 0,
+        0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11299,8 +12978,9 @@ static INLINE void NAME(translator_between_points_dense)(intptr_t n, char **args
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[2 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -11308,12 +12988,12 @@ static INLINE void NAME(translator_between_points_dense)(intptr_t n, char **args
             REAL x0[2];
             REAL x1[2];
             REAL x2[2];
-            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(translator_between_points)(x0, x1, x2);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
     }
 }
 LOOPS(translator_between_points_dense)
@@ -11416,12 +13096,48 @@ static INLINE void NAME(versor_decomposition_block)(intptr_t n, char **args, con
 }
 LOOPS(versor_decomposition_block)
 
+static INLINE void NAME(versor_decomposition_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r1[1 * SPAN];
+    _Alignas(64) REAL r2[2 * SPAN];
+    _Alignas(64) REAL r3[2 * SPAN];
+    _Alignas(64) REAL r4[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[1];
+            REAL x2[2];
+            REAL x3[2];
+            REAL x4[2];
+            NAME(load_8)(x0, (char *)a0 + (first + i) * 8 * w, w);
+            NAME(versor_decomposition)(x0, x1, x2, x3, x4);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r3 + i), SPAN * w, x3);
+            NAME(store_2)((char *)(r4 + i), SPAN * w, x4);
+        }
+        NAME(store_few)(a1 + first * 1, r1, 1, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
+        NAME(store_few)(a3 + first * 2, r3, 2, SPAN);
+        NAME(store_few)(a4 + first * 2, r4, 2, SPAN);
+    }
+}
+LOOPS(versor_decomposition_dense)
+
 void NAME(versor_decomposition_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {1, 0, 1, {0}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}, {2, 1, 3,
         {2}}};
-    static const struct kernel kernel = {WIDTHS(versor_decomposition_block), {NULL}, (any_function
-        *)NAME(versor_decomposition), NAME(call_arrrr), 1, 5, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(versor_decomposition_block), WIDTHS(versor_decomposition_dense),
+        (any_function *)NAME(versor_decomposition), NAME(call_arrrr), 1, 5, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11475,8 +13191,9 @@ static INLINE void NAME(move_point_dense)(intptr_t n, char **args, const intptr_
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[2 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -11484,12 +13201,12 @@ static INLINE void NAME(move_point_dense)(intptr_t n, char **args, const intptr_
             REAL x0[4];
             REAL x1[2];
             REAL x2[2];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
-            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
+            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(move_point)(x0, x1, x2);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
     }
 }
 LOOPS(move_point_dense)
@@ -11547,8 +13264,9 @@ static INLINE void NAME(rotate_point_dense)(intptr_t n, char **args, const intpt
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[2 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -11556,12 +13274,12 @@ static INLINE void NAME(rotate_point_dense)(intptr_t n, char **args, const intpt
             REAL x0[2];
             REAL x1[2];
             REAL x2[2];
-            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(rotate_point)(x0, x1, x2);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
     }
 }
 LOOPS(rotate_point_dense)
@@ -11612,8 +13330,9 @@ static INLINE void NAME(translate_point_dense)(intptr_t n, char **args, const in
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[2 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -11621,12 +13340,12 @@ static INLINE void NAME(translate_point_dense)(intptr_t n, char **args, const in
             REAL x0[2];
             REAL x1[2];
             REAL x2[2];
-            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(translate_point)(x0, x1, x2);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
     }
 }
 LOOPS(translate_point_dense)
@@ -11678,8 +13397,9 @@ static INLINE void NAME(dilate_point_dense)(intptr_t n, char **args, const intpt
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[2 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -11687,12 +13407,12 @@ static INLINE void NAME(dilate_point_dense)(intptr_t n, char **args, const intpt
             REAL x0[2];
             REAL x1[2];
             REAL x2[2];
-            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(dilate_point)(x0, x1, x2);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
     }
 }
 LOOPS(dilate_point_dense)
@@ -11840,21 +13560,24 @@ static INLINE void NAME(move_vector_dense_m)(intptr_t n, char **args, const intp
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x1[4];
             REAL x2[4];
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
             NAME(move_vector_apply_m)(prepared, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4, SPAN);
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
     }
 }
-LOOPS(move_vector_dense_m)
+LOOP(move_vector_dense_m)
 
 static void NAME(move_vector_start_m)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -11888,31 +13611,36 @@ static INLINE void NAME(move_vector_dense)(intptr_t n, char **args, const intptr
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[4];
             REAL x1[4];
             REAL x2[4];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
             NAME(move_vector)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4, SPAN);
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
     }
 }
-LOOPS(move_vector_dense)
+LOOP(move_vector_dense)
 
 void NAME(move_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{1, 3, NAME(move_vector_start_m), WIDTHS(move_vector_block_m),
-        WIDTHS(move_vector_dense_m)}};
-    static const struct kernel kernel = {WIDTHS(move_vector_block), WIDTHS(move_vector_dense), (any_function
+        WIDTH(move_vector_dense_m)}};
+    static const struct kernel kernel = {WIDTHS(move_vector_block), WIDTH(move_vector_dense), (any_function
         *)NAME(move_vector), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -12111,6 +13839,30 @@ static INLINE void NAME(move_point_pair_block_m)(intptr_t n, char **args, const 
 }
 LOOPS(move_point_pair_block_m)
 
+static INLINE void NAME(move_point_pair_dense_m)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r2[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x1[6];
+            REAL x2[6];
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(move_point_pair_apply_m)(prepared, x1, x2);
+            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
+    }
+}
+LOOP(move_point_pair_dense_m)
+
 static void NAME(move_point_pair_start_m)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -12139,12 +13891,40 @@ static INLINE void NAME(move_point_pair_block)(intptr_t n, char **args, const in
 }
 LOOPS(move_point_pair_block)
 
+static INLINE void NAME(move_point_pair_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r2[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[4];
+            REAL x1[6];
+            REAL x2[6];
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(move_point_pair)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
+    }
+}
+LOOP(move_point_pair_dense)
+
 void NAME(move_point_pair_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
     static const struct form forms[] = {{1, 2, NAME(move_point_pair_start_m), WIDTHS(move_point_pair_block_m),
-        {NULL}}};
-    static const struct kernel kernel = {WIDTHS(move_point_pair_block), {NULL}, (any_function
+        WIDTH(move_point_pair_dense_m)}};
+    static const struct kernel kernel = {WIDTHS(move_point_pair_block), WIDTH(move_point_pair_dense), (any_function
         *)NAME(move_point_pair), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -12250,18 +14030,19 @@ static INLINE void NAME(move_line_dense_m)(intptr_t n, char **args, const intptr
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x1[3];
             REAL x2[3];
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(move_line_apply_m)(prepared, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(move_line_dense_m)
@@ -12298,8 +14079,9 @@ static INLINE void NAME(move_line_dense)(intptr_t n, char **args, const intptr_t
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -12307,12 +14089,12 @@ static INLINE void NAME(move_line_dense)(intptr_t n, char **args, const intptr_t
             REAL x0[4];
             REAL x1[3];
             REAL x2[3];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(move_line)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(move_line_dense)
@@ -12462,21 +14244,24 @@ static INLINE void NAME(move_circle_dense_m)(intptr_t n, char **args, const intp
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x1[4];
             REAL x2[4];
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
             NAME(move_circle_apply_m)(prepared, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4, SPAN);
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
     }
 }
-LOOPS(move_circle_dense_m)
+LOOP(move_circle_dense_m)
 
 static void NAME(move_circle_start_m)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -12510,31 +14295,36 @@ static INLINE void NAME(move_circle_dense)(intptr_t n, char **args, const intptr
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[4];
             REAL x1[4];
             REAL x2[4];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
             NAME(move_circle)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4, SPAN);
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
     }
 }
-LOOPS(move_circle_dense)
+LOOP(move_circle_dense)
 
 void NAME(move_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{1, 3, NAME(move_circle_start_m), WIDTHS(move_circle_block_m),
-        WIDTHS(move_circle_dense_m)}};
-    static const struct kernel kernel = {WIDTHS(move_circle_block), WIDTHS(move_circle_dense), (any_function
+        WIDTH(move_circle_dense_m)}};
+    static const struct kernel kernel = {WIDTHS(move_circle_block), WIDTH(move_circle_dense), (any_function
         *)NAME(move_circle), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -12820,21 +14610,24 @@ static INLINE void NAME(transform_vector_dense_v)(intptr_t n, char **args, const
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x1[4];
             REAL x2[4];
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
             NAME(transform_vector_apply_v)(prepared, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4, SPAN);
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
     }
 }
-LOOPS(transform_vector_dense_v)
+LOOP(transform_vector_dense_v)
 
 static void NAME(transform_vector_start_v)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -12864,13 +14657,41 @@ static INLINE void NAME(transform_vector_block)(intptr_t n, char **args, const i
 }
 LOOPS(transform_vector_block)
 
+static INLINE void NAME(transform_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[4];
+            REAL x2[4];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
+            NAME(transform_vector)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
+    }
+}
+LOOP(transform_vector_dense)
+
 void NAME(transform_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{1, 2, NAME(transform_vector_start_v), WIDTHS(transform_vector_block_v),
-        WIDTHS(transform_vector_dense_v)}};
-    static const struct kernel kernel = {WIDTHS(transform_vector_block), {NULL}, (any_function
-        *)NAME(transform_vector), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+        WIDTH(transform_vector_dense_v)}};
+    static const struct kernel kernel = {WIDTHS(transform_vector_block), WIDTH(transform_vector_dense),
+        (any_function *)NAME(transform_vector), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13658,21 +15479,24 @@ static INLINE void NAME(transform_circle_dense_v)(intptr_t n, char **args, const
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x1[4];
             REAL x2[4];
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
             NAME(transform_circle_apply_v)(prepared, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4, SPAN);
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
     }
 }
-LOOPS(transform_circle_dense_v)
+LOOP(transform_circle_dense_v)
 
 static void NAME(transform_circle_start_v)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -13702,13 +15526,41 @@ static INLINE void NAME(transform_circle_block)(intptr_t n, char **args, const i
 }
 LOOPS(transform_circle_block)
 
+static INLINE void NAME(transform_circle_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[4];
+            REAL x2[4];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
+            NAME(transform_circle)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
+    }
+}
+LOOP(transform_circle_dense)
+
 void NAME(transform_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{1, 2, NAME(transform_circle_start_v), WIDTHS(transform_circle_block_v),
-        WIDTHS(transform_circle_dense_v)}};
-    static const struct kernel kernel = {WIDTHS(transform_circle_block), {NULL}, (any_function
-        *)NAME(transform_circle), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+        WIDTH(transform_circle_dense_v)}};
+    static const struct kernel kernel = {WIDTHS(transform_circle_block), WIDTH(transform_circle_dense),
+        (any_function *)NAME(transform_circle), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13827,21 +15679,24 @@ static INLINE void NAME(invert_vector_dense_s)(intptr_t n, char **args, const in
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[4];
             REAL x2[4];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
             NAME(invert_vector_apply_s)(prepared, x0, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4, SPAN);
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
     }
 }
-LOOPS(invert_vector_dense_s)
+LOOP(invert_vector_dense_s)
 
 static void NAME(invert_vector_start_s)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -13875,31 +15730,36 @@ static INLINE void NAME(invert_vector_dense)(intptr_t n, char **args, const intp
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[4];
             REAL x1[4];
             REAL x2[4];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
             NAME(invert_vector)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4, SPAN);
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
     }
 }
-LOOPS(invert_vector_dense)
+LOOP(invert_vector_dense)
 
 void NAME(invert_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{2, 2, NAME(invert_vector_start_s), WIDTHS(invert_vector_block_s),
-        WIDTHS(invert_vector_dense_s)}};
-    static const struct kernel kernel = {WIDTHS(invert_vector_block), WIDTHS(invert_vector_dense), (any_function
+        WIDTH(invert_vector_dense_s)}};
+    static const struct kernel kernel = {WIDTHS(invert_vector_block), WIDTH(invert_vector_dense), (any_function
         *)NAME(invert_vector), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -14092,6 +15952,30 @@ static INLINE void NAME(invert_point_pair_block_s)(intptr_t n, char **args, cons
 }
 LOOPS(invert_point_pair_block_s)
 
+static INLINE void NAME(invert_point_pair_dense_s)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r2[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x2[6];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(invert_point_pair_apply_s)(prepared, x0, x2);
+            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
+    }
+}
+LOOP(invert_point_pair_dense_s)
+
 static void NAME(invert_point_pair_start_s)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1];
@@ -14120,13 +16004,41 @@ static INLINE void NAME(invert_point_pair_block)(intptr_t n, char **args, const 
 }
 LOOPS(invert_point_pair_block)
 
+static INLINE void NAME(invert_point_pair_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[4];
+            REAL x2[6];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
+            NAME(invert_point_pair)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
+    }
+}
+LOOP(invert_point_pair_dense)
+
 void NAME(invert_point_pair_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
     static const struct form forms[] = {{2, 2, NAME(invert_point_pair_start_s), WIDTHS(invert_point_pair_block_s),
-        {NULL}}};
-    static const struct kernel kernel = {WIDTHS(invert_point_pair_block), {NULL}, (any_function
-        *)NAME(invert_point_pair), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+        WIDTH(invert_point_pair_dense_s)}};
+    static const struct kernel kernel = {WIDTHS(invert_point_pair_block), WIDTH(invert_point_pair_dense),
+        (any_function *)NAME(invert_point_pair), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -14249,21 +16161,24 @@ static INLINE void NAME(invert_circle_dense_s)(intptr_t n, char **args, const in
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[4];
             REAL x2[4];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
             NAME(invert_circle_apply_s)(prepared, x0, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4, SPAN);
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
     }
 }
-LOOPS(invert_circle_dense_s)
+LOOP(invert_circle_dense_s)
 
 static void NAME(invert_circle_start_s)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -14297,31 +16212,36 @@ static INLINE void NAME(invert_circle_dense)(intptr_t n, char **args, const intp
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[4];
             REAL x1[4];
             REAL x2[4];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
             NAME(invert_circle)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4, SPAN);
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
     }
 }
-LOOPS(invert_circle_dense)
+LOOP(invert_circle_dense)
 
 void NAME(invert_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{2, 2, NAME(invert_circle_start_s), WIDTHS(invert_circle_block_s),
-        WIDTHS(invert_circle_dense_s)}};
-    static const struct kernel kernel = {WIDTHS(invert_circle_block), WIDTHS(invert_circle_dense), (any_function
+        WIDTH(invert_circle_dense_s)}};
+    static const struct kernel kernel = {WIDTHS(invert_circle_block), WIDTH(invert_circle_dense), (any_function
         *)NAME(invert_circle), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -14395,8 +16315,9 @@ static INLINE void NAME(invert_point_dense)(intptr_t n, char **args, const intpt
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[2 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -14404,12 +16325,12 @@ static INLINE void NAME(invert_point_dense)(intptr_t n, char **args, const intpt
             REAL x0[2];
             REAL x1[4];
             REAL x2[2];
-            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
+            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
             NAME(invert_point)(x0, x1, x2);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
     }
 }
 LOOPS(invert_point_dense)
@@ -16426,6 +18347,31 @@ static INLINE void NAME(similarity_between_rounds_block_a_n_m_scale)(intptr_t n,
 }
 LOOPS(similarity_between_rounds_block_a_n_m_scale)
 
+static INLINE void NAME(similarity_between_rounds_dense_a_n_m_scale)(intptr_t n, char **args, const intptr_t
+    *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a1 = (REAL *)args[1];
+    REAL *a5 = (REAL *)args[5];
+    _Alignas(64) REAL r1[2 * TILE];
+    _Alignas(64) REAL r5[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_2)(r1, TILE, a1 + first * 2);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x1[2];
+            REAL x5[8];
+            NAME(load_2)(x1, (char *)(r1 + i), TILE * w);
+            NAME(similarity_between_rounds_apply_a_n_m_scale)(prepared, x1, x5);
+            NAME(store_8)((char *)(r5 + i), TILE * w, x5);
+        }
+        NAME(store_tile_8)(a5 + first * 8, r5, TILE);
+    }
+}
+LOOP(similarity_between_rounds_dense_a_n_m_scale)
+
 static void NAME(similarity_between_rounds_start_a_n_m_scale)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c2a = strides[2], c3a = strides[3];
@@ -16459,6 +18405,31 @@ static INLINE void NAME(similarity_between_rounds_block_b_n_m_scale)(intptr_t n,
 }
 LOOPS(similarity_between_rounds_block_b_n_m_scale)
 
+static INLINE void NAME(similarity_between_rounds_dense_b_n_m_scale)(intptr_t n, char **args, const intptr_t
+    *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a5 = (REAL *)args[5];
+    _Alignas(64) REAL r0[2 * TILE];
+    _Alignas(64) REAL r5[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_2)(r0, TILE, a0 + first * 2);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[2];
+            REAL x5[8];
+            NAME(load_2)(x0, (char *)(r0 + i), TILE * w);
+            NAME(similarity_between_rounds_apply_b_n_m_scale)(prepared, x0, x5);
+            NAME(store_8)((char *)(r5 + i), TILE * w, x5);
+        }
+        NAME(store_tile_8)(a5 + first * 8, r5, TILE);
+    }
+}
+LOOP(similarity_between_rounds_dense_b_n_m_scale)
+
 static void NAME(similarity_between_rounds_start_b_n_m_scale)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1], c2a = strides[2], c3a = strides[3];
@@ -16490,6 +18461,30 @@ static INLINE void NAME(similarity_between_rounds_block_a_b_n_m)(intptr_t n, cha
     }
 }
 LOOPS(similarity_between_rounds_block_a_b_n_m)
+
+static INLINE void NAME(similarity_between_rounds_dense_a_b_n_m)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a4 = (REAL *)args[4];
+    REAL *a5 = (REAL *)args[5];
+    _Alignas(64) REAL r4[1 * TILE];
+    _Alignas(64) REAL r5[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_1)(r4, TILE, a4 + first * 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x4[1];
+            REAL x5[8];
+            NAME(load_scalar)(x4, (char *)(r4 + i));
+            NAME(similarity_between_rounds_apply_a_b_n_m)(prepared, x4[0], x5);
+            NAME(store_8)((char *)(r5 + i), TILE * w, x5);
+        }
+        NAME(store_tile_8)(a5 + first * 8, r5, TILE);
+    }
+}
+LOOP(similarity_between_rounds_dense_a_b_n_m)
 
 static void NAME(similarity_between_rounds_start_a_b_n_m)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -16567,19 +18562,63 @@ static INLINE void NAME(similarity_between_rounds_block)(intptr_t n, char **args
 }
 LOOPS(similarity_between_rounds_block)
 
+static INLINE void NAME(similarity_between_rounds_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
+    REAL *a5 = (REAL *)args[5];
+    _Alignas(64) REAL r0[2 * TILE];
+    _Alignas(64) REAL r1[2 * TILE];
+    _Alignas(64) REAL r2[2 * TILE];
+    _Alignas(64) REAL r3[2 * TILE];
+    _Alignas(64) REAL r4[1 * TILE];
+    _Alignas(64) REAL r5[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_2)(r0, TILE, a0 + first * 2);
+        NAME(load_tile_2)(r1, TILE, a1 + first * 2);
+        NAME(load_tile_2)(r2, TILE, a2 + first * 2);
+        NAME(load_tile_2)(r3, TILE, a3 + first * 2);
+        NAME(load_tile_1)(r4, TILE, a4 + first * 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            REAL x2[2];
+            REAL x3[2];
+            REAL x4[1];
+            REAL x5[8];
+            NAME(load_2)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_2)(x1, (char *)(r1 + i), TILE * w);
+            NAME(load_2)(x2, (char *)(r2 + i), TILE * w);
+            NAME(load_2)(x3, (char *)(r3 + i), TILE * w);
+            NAME(load_scalar)(x4, (char *)(r4 + i));
+            NAME(similarity_between_rounds)(x0, x1, x2, x3, x4[0], x5);
+            NAME(store_8)((char *)(r5 + i), TILE * w, x5);
+        }
+        NAME(store_tile_8)(a5 + first * 8, r5, TILE);
+    }
+}
+LOOP(similarity_between_rounds_dense)
+
 void NAME(similarity_between_rounds_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}, {2, 1, 3, {2}}, {1, 0, 4,
         {0}}, {8, 1, 4, {8}}};
     static const struct form forms[] = {{29, 2, NAME(similarity_between_rounds_start_a_n_m_scale),
-        WIDTHS(similarity_between_rounds_block_a_n_m_scale), {NULL}}, {30, 2,
-        NAME(similarity_between_rounds_start_b_n_m_scale), WIDTHS(similarity_between_rounds_block_b_n_m_scale),
-        {NULL}}, {15, 2, NAME(similarity_between_rounds_start_a_b_n_m),
-        WIDTHS(similarity_between_rounds_block_a_b_n_m), {NULL}}, {23, 2,
-        NAME(similarity_between_rounds_start_a_b_n_scale), WIDTHS(similarity_between_rounds_block_a_b_n_scale),
-        {NULL}}};
-    static const struct kernel kernel = {WIDTHS(similarity_between_rounds_block), {NULL}, (any_function
-        *)NAME(similarity_between_rounds), NAME(call_aaaanr), 5, 6, 4, 0, 0, parts, forms};
+        WIDTHS(similarity_between_rounds_block_a_n_m_scale), WIDTH(similarity_between_rounds_dense_a_n_m_scale)},
+        {30, 2, NAME(similarity_between_rounds_start_b_n_m_scale),
+        WIDTHS(similarity_between_rounds_block_b_n_m_scale), WIDTH(similarity_between_rounds_dense_b_n_m_scale)},
+        {15, 2, NAME(similarity_between_rounds_start_a_b_n_m), WIDTHS(similarity_between_rounds_block_a_b_n_m),
+        WIDTH(similarity_between_rounds_dense_a_b_n_m)}, {23, 2, NAME(similarity_between_rounds_start_a_b_n_scale),
+        WIDTHS(similarity_between_rounds_block_a_b_n_scale), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(similarity_between_rounds_block),
+        WIDTH(similarity_between_rounds_dense), (any_function *)NAME(similarity_between_rounds), NAME(call_aaaanr),
+        5, 6, 4, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

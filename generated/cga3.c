@@ -2,7 +2,7 @@
 // command: gac generate --all cga3
 // spec: d19093e28632a342
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: d5c4e119cb316e22bb3cae0c5e4fd9363f548dc6da3d1910b98a94ecf7aaaa26
+// body: a4a39687ad9037bb3a42f251f96c8f633060e7b1e6811205783a48aecda71a8c
 
 #ifndef REAL
 #include "cga3.h"
@@ -35,20 +35,21 @@
 #if defined(__GNUC__) && __GNUC__ >= 12 && !defined(__clang__) && defined(__x86_64__) && defined(__GLIBC__)
 #define WIDE __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
 #define ON(level) __attribute__((target("arch=x86-64-" level)))
-#define LOOPS(name)                                                                     \
-    ON("v3") static void NAME(name##_v3)(intptr_t n, char **args, const intptr_t *strides) \
-    {                                                                                   \
-        NAME(name)(n, args, strides);                                                   \
-    }                                                                                   \
-    ON("v4") static void NAME(name##_v4)(intptr_t n, char **args, const intptr_t *strides) \
-    {                                                                                   \
-        NAME(name)(n, args, strides);                                                   \
+#define ONE(name, level)                                                                        \
+    ON(#level) static void NAME(name##_##level)(intptr_t n, char **args, const intptr_t *strides) \
+    {                                                                                           \
+        NAME(name)(n, args, strides);                                                           \
     }
+#define LOOP(name) ONE(name, v3)
+#define LOOPS(name) ONE(name, v3) ONE(name, v4)
+#define WIDTH(name) {NAME(name##_v3), NAME(name##_v3)}
 #define WIDTHS(name) {NAME(name##_v3), NAME(name##_v4)}
 #define CHOSEN (__builtin_cpu_supports("x86-64-v4") ? 1 : __builtin_cpu_supports("x86-64-v3") ? 0 : -1)
 #else
 #define WIDE
+#define LOOP(name)
 #define LOOPS(name)
+#define WIDTH(name) {NAME(name)}
 #define WIDTHS(name) {NAME(name)}
 #define CHOSEN 0
 #endif
@@ -63,8 +64,8 @@
 // Elements in C order go through rows of this many.
 #define SPAN 32
 
-// A vector of neighbours in memory.
-#if defined(__has_builtin)
+// A vector of neighbours in memory, where the compiler turns such of 32 bytes well.
+#if defined(__has_builtin) && (defined(ON) || defined(__clang__))
 #if __has_builtin(__builtin_shufflevector)
 #define SHUFFLE __builtin_shufflevector
 #define VECTOR(n) __attribute__((vector_size((n) * sizeof(REAL)), aligned(sizeof(REAL)), may_alias))
@@ -107,7 +108,7 @@ ON("v3") static void stream(char *to, const char *from, intptr_t bytes)
 #else
 #define PASSES(bytes) 0
 #define stream memcpy
-#define STREAM_END()
+#define STREAM_END() (void)0
 #endif
 
 typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
@@ -785,12 +786,13 @@ static void NAME(call_nr)(any_function *function, void **x)
 // Blocks of a batch, and how they get there from strides of any kind: a component of a part (an argument or a result)
 // is a row, `row` numbers long, of the elements of a block.
 
+// As many elements as fill 32 bytes, which every wide machine turns alike.
+#define TILE PRECISION(4, 8)
+
 #ifdef SHUFFLE
 typedef REAL NAME(four) VECTOR(4);
 #define AT(a, k, s) (*(NAME(four) *)((a) + (k) * (s)))
 
-// A tile is four components of as many elements as fill 32 bytes, which every wide machine turns alike.
-#define TILE PRECISION(4, 8)
 #if PRECISION(1, 0)
 // From four places, `s` bytes apart, to four, `t` bytes apart.
 static INLINE void NAME(turn)(char *a, intptr_t s, char *b, intptr_t t)
@@ -956,205 +958,1551 @@ WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, REAL *x, intp
     }
 }
 
-// Rows, SPAN numbers long, of `n` elements of `size` components, in C order from element `first` on; and back.
-static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size, intptr_t n)
+// A tile of elements of each size in C order, to rows and back. Vectors are read and written in halves, the upper one
+// from half of the elements further on.
+#ifdef SHUFFLE
+typedef REAL NAME(tile) VECTOR(TILE);
+typedef REAL NAME(half) VECTOR(TILE / 2);
+#define COLUMN(k) (*(NAME(tile) *)(x + (k) * row))
+#define HALF(a, k) (((NAME(half) *)(a))[k])
+#define WHOLE(offset) (*(NAME(tile) *)(a + (offset)))
+#define UPPER(offset, size) (a + (offset) + TILE / 2 * (size))
+#define JOINED(v, w) PRECISION(SHUFFLE(v, w, 0, 1, 2, 3), SHUFFLE(v, w, 0, 1, 2, 3, 4, 5, 6, 7))
+#define LOWERS(v, w) PRECISION(SHUFFLE(v, w, 0, 1, 4, 5), SHUFFLE(v, w, 0, 1, 2, 3, 8, 9, 10, 11))
+#define UPPERS(v, w) PRECISION(SHUFFLE(v, w, 2, 3, 6, 7), SHUFFLE(v, w, 4, 5, 6, 7, 12, 13, 14, 15))
+#define READ(offset, size) JOINED(HALF(a + (offset), 0), HALF(UPPER(offset, size), 0))
+#define WRITE(offset, size, v) HALF(a + (offset), 0) = HALF(&v, 0), HALF(UPPER(offset, size), 0) = HALF(&v, 1)
+#define WRITE_BOTH(offset, size, v, w) \
+    WHOLE(offset) = LOWERS(v, w), WHOLE((offset) + TILE / 2 * (size)) = UPPERS(v, w)
+
+static INLINE void NAME(load_tile_1)(REAL *x, intptr_t row, REAL *a)
 {
-    const intptr_t w = sizeof(REAL);
-    const REAL *from = (const REAL *)(a + first * size * w);
+#if PRECISION(1, 0)
+    COLUMN(0) = WHOLE(0);
+#else
+    COLUMN(0) = WHOLE(0);
+#endif
+}
+
+static INLINE void NAME(store_tile_1)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    WHOLE(0) = COLUMN(0);
+#else
+    WHOLE(0) = COLUMN(0);
+#endif
+}
+
+static INLINE void NAME(load_tile_2)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = READ(0, 2);
+    const NAME(tile) a1 = READ(2, 2);
+    COLUMN(0) = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    COLUMN(1) = SHUFFLE(a0, a1, 1, 5, 3, 7);
+#else
+    const NAME(tile) a0 = READ(0, 2);
+    const NAME(tile) a1 = READ(4, 2);
+    COLUMN(0) = SHUFFLE(a0, a1, 0, 2, 8, 10, 4, 6, 12, 14);
+    COLUMN(1) = SHUFFLE(a0, a1, 1, 3, 9, 11, 5, 7, 13, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_2)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
+    WRITE_BOTH(0, 2, a0, a1);
+#else
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    WRITE_BOTH(0, 2, a0, a1);
+#endif
+}
+
+static INLINE void NAME(load_tile_3)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = READ(0, 3);
+    const NAME(tile) a1 = READ(2, 3);
+    COLUMN(0) = SHUFFLE(a0, a1, 0, 5, 2, 7);
+    const NAME(tile) a2 = READ(4, 3);
+    COLUMN(1) = SHUFFLE(a0, a2, 1, 4, 3, 6);
+    COLUMN(2) = SHUFFLE(a1, a2, 0, 5, 2, 7);
+#else
+    const NAME(tile) a1 = READ(4, 3);
+    const NAME(tile) a2 = READ(8, 3);
+    const NAME(tile) b0 = SHUFFLE(a1, a2, 2, 3, 9, 10, 6, 7, 13, 14);
+    const NAME(tile) a0 = READ(0, 3);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 2, 8, 9, 5, 6, 12, 13);
+    COLUMN(0) = SHUFFLE(a0, b0, 0, 3, 8, 10, 4, 7, 12, 14);
+    COLUMN(1) = SHUFFLE(b1, b0, 0, 2, 9, 11, 4, 6, 13, 15);
+    COLUMN(2) = SHUFFLE(b1, a2, 1, 3, 8, 11, 5, 7, 12, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_3)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(0), 0, 5, 2, 7);
+    WRITE_BOTH(0, 3, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(1), COLUMN(2), 1, 5, 3, 7);
+    WRITE(4, 3, a2);
+#else
+    const NAME(tile) b0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 2, 8, 10, 4, 6, 12, 14);
+    const NAME(tile) b2 = SHUFFLE(COLUMN(2), COLUMN(0), 0, 2, 9, 11, 4, 6, 13, 15);
+    const NAME(tile) a0 = SHUFFLE(b0, b2, 0, 2, 8, 10, 4, 6, 12, 14);
+    const NAME(tile) b1 = SHUFFLE(COLUMN(1), COLUMN(2), 1, 3, 9, 11, 5, 7, 13, 15);
+    const NAME(tile) a1 = SHUFFLE(b1, b0, 0, 2, 9, 11, 4, 6, 13, 15);
+    WRITE_BOTH(0, 3, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(b2, b1, 1, 3, 9, 11, 5, 7, 13, 15);
+    WRITE(8, 3, a2);
+#endif
+}
+
+static INLINE void NAME(load_tile_4)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(4);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(8);
+    const NAME(tile) a3 = WHOLE(12);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+#else
+    const NAME(tile) a0 = READ(0, 4);
+    const NAME(tile) a1 = READ(4, 4);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(8, 4);
+    const NAME(tile) a3 = READ(12, 4);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_4)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 4, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
+    WRITE_BOTH(4, 4, a2, a3);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(0, 4, a0, a1);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(8, 4, a2, a3);
+#endif
+}
+
+static INLINE void NAME(load_tile_5)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(5);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(10);
+    const NAME(tile) a3 = WHOLE(15);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(tile) a4 = READ(3, 5);
+    const NAME(tile) a5 = READ(8, 5);
+    COLUMN(4) = SHUFFLE(a4, a5, 1, 5, 3, 7);
+#else
+    const NAME(tile) a0 = READ(0, 5);
+    const NAME(tile) a1 = READ(5, 5);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(10, 5);
+    const NAME(tile) a3 = READ(15, 5);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a4 = READ(1, 5);
+    const NAME(tile) a5 = READ(6, 5);
+    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = READ(11, 5);
+    const NAME(tile) a7 = READ(16, 5);
+    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(4) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_5)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 5, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(0), 0, 5, 2, 7);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(1), COLUMN(2), 1, 5, 3, 7);
+    WRITE_BOTH(4, 5, a2, a3);
+    const NAME(tile) a4 = SHUFFLE(COLUMN(3), COLUMN(4), 1, 5, 3, 7);
+    WRITE(8, 5, a4);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE(0, 5, a0);
+    const NAME(tile) b4_0 = SHUFFLE(COLUMN(1), COLUMN(2), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_1 = SHUFFLE(COLUMN(3), COLUMN(4), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(1, 5, a4, a1);
+    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(6, 5, a5, a2);
+    const NAME(tile) b4_2 = SHUFFLE(COLUMN(1), COLUMN(2), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(COLUMN(3), COLUMN(4), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(11, 5, a6, a3);
+    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(16, 5, a7);
+#endif
+}
+
+static INLINE void NAME(load_tile_6)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(6);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(12);
+    const NAME(tile) a3 = WHOLE(18);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(tile) a4 = READ(4, 6);
+    const NAME(tile) a5 = READ(10, 6);
+    COLUMN(4) = SHUFFLE(a4, a5, 0, 4, 2, 6);
+    COLUMN(5) = SHUFFLE(a4, a5, 1, 5, 3, 7);
+#else
+    const NAME(tile) a0 = READ(0, 6);
+    const NAME(tile) a1 = READ(6, 6);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(12, 6);
+    const NAME(tile) a3 = READ(18, 6);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a4 = READ(2, 6);
+    const NAME(tile) a5 = READ(8, 6);
+    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = READ(14, 6);
+    const NAME(tile) a7 = READ(20, 6);
+    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(4) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(5) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_6)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 6, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
+    WRITE_BOTH(4, 6, a2, a3);
+    const NAME(tile) a4 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
+    const NAME(tile) a5 = SHUFFLE(COLUMN(4), COLUMN(5), 1, 5, 3, 7);
+    WRITE_BOTH(8, 6, a4, a5);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE(0, 6, a0);
+    const NAME(tile) b4_0 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_1 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(2, 6, a4, a1);
+    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(8, 6, a5, a2);
+    const NAME(tile) b4_2 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(14, 6, a6, a3);
+    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(20, 6, a7);
+#endif
+}
+
+static INLINE void NAME(load_tile_8)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(8);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(16);
+    const NAME(tile) a3 = WHOLE(24);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(tile) a4 = WHOLE(4);
+    const NAME(tile) a5 = WHOLE(12);
+    const NAME(tile) b4 = SHUFFLE(a4, a5, 0, 4, 2, 6);
+    const NAME(tile) b5 = SHUFFLE(a4, a5, 1, 5, 3, 7);
+    const NAME(tile) a6 = WHOLE(20);
+    const NAME(tile) a7 = WHOLE(28);
+    const NAME(tile) b6 = SHUFFLE(a6, a7, 0, 4, 2, 6);
+    const NAME(tile) b7 = SHUFFLE(a6, a7, 1, 5, 3, 7);
+    COLUMN(4) = SHUFFLE(b4, b6, 0, 1, 4, 5);
+    COLUMN(5) = SHUFFLE(b5, b7, 0, 1, 4, 5);
+    COLUMN(6) = SHUFFLE(b4, b6, 2, 3, 6, 7);
+    COLUMN(7) = SHUFFLE(b5, b7, 2, 3, 6, 7);
+#else
+    const NAME(tile) a0 = READ(0, 8);
+    const NAME(tile) a1 = READ(8, 8);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(16, 8);
+    const NAME(tile) a3 = READ(24, 8);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a4 = READ(4, 8);
+    const NAME(tile) a5 = READ(12, 8);
+    const NAME(tile) b4_0 = SHUFFLE(a4, a5, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a6 = READ(20, 8);
+    const NAME(tile) a7 = READ(28, 8);
+    const NAME(tile) b4_1 = SHUFFLE(a6, a7, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(4) = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(5) = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(6) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(7) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_8)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 8, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 4, 2, 6);
+    WRITE_BOTH(4, 8, a2, a3);
+    const NAME(tile) a4 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
+    const NAME(tile) a5 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
+    WRITE_BOTH(8, 8, a4, a5);
+    const NAME(tile) a6 = SHUFFLE(COLUMN(4), COLUMN(5), 1, 5, 3, 7);
+    const NAME(tile) a7 = SHUFFLE(COLUMN(6), COLUMN(7), 1, 5, 3, 7);
+    WRITE_BOTH(12, 8, a6, a7);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_0 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_1 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(0, 8, a0, a4);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(8, 8, a1, a5);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_2 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(COLUMN(6), COLUMN(7), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(16, 8, a2, a6);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(24, 8, a3, a7);
+#endif
+}
+
+static INLINE void NAME(load_tile_9)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(9);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(18);
+    const NAME(tile) a3 = WHOLE(27);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(tile) a4 = WHOLE(4);
+    const NAME(tile) a5 = WHOLE(13);
+    const NAME(tile) b4 = SHUFFLE(a4, a5, 0, 4, 2, 6);
+    const NAME(tile) b5 = SHUFFLE(a4, a5, 1, 5, 3, 7);
+    const NAME(tile) a6 = WHOLE(22);
+    const NAME(tile) a7 = WHOLE(31);
+    const NAME(tile) b6 = SHUFFLE(a6, a7, 0, 4, 2, 6);
+    const NAME(tile) b7 = SHUFFLE(a6, a7, 1, 5, 3, 7);
+    COLUMN(4) = SHUFFLE(b4, b6, 0, 1, 4, 5);
+    COLUMN(5) = SHUFFLE(b5, b7, 0, 1, 4, 5);
+    COLUMN(6) = SHUFFLE(b4, b6, 2, 3, 6, 7);
+    COLUMN(7) = SHUFFLE(b5, b7, 2, 3, 6, 7);
+    const NAME(tile) a8 = READ(7, 9);
+    const NAME(tile) a9 = READ(16, 9);
+    COLUMN(8) = SHUFFLE(a8, a9, 1, 5, 3, 7);
+#else
+    const NAME(tile) a0 = READ(0, 9);
+    const NAME(tile) a1 = READ(9, 9);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(18, 9);
+    const NAME(tile) a3 = READ(27, 9);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a4 = READ(4, 9);
+    const NAME(tile) a5 = READ(13, 9);
+    const NAME(tile) b4_0 = SHUFFLE(a4, a5, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a6 = READ(22, 9);
+    const NAME(tile) a7 = READ(31, 9);
+    const NAME(tile) b4_1 = SHUFFLE(a6, a7, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(4) = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(5) = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(6) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(7) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a8 = READ(5, 9);
+    const NAME(tile) a9 = READ(14, 9);
+    const NAME(tile) b8_2 = SHUFFLE(a8, a9, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a10 = READ(23, 9);
+    const NAME(tile) a11 = READ(32, 9);
+    const NAME(tile) b8_3 = SHUFFLE(a10, a11, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(8) = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_9)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 9, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 4, 2, 6);
+    WRITE_BOTH(4, 9, a2, a3);
+    const NAME(tile) a4 = SHUFFLE(COLUMN(8), COLUMN(0), 0, 5, 2, 7);
+    const NAME(tile) a5 = SHUFFLE(COLUMN(1), COLUMN(2), 1, 5, 3, 7);
+    WRITE_BOTH(8, 9, a4, a5);
+    const NAME(tile) a6 = SHUFFLE(COLUMN(3), COLUMN(4), 1, 5, 3, 7);
+    const NAME(tile) a7 = SHUFFLE(COLUMN(5), COLUMN(6), 1, 5, 3, 7);
+    WRITE_BOTH(12, 9, a6, a7);
+    const NAME(tile) a8 = SHUFFLE(COLUMN(7), COLUMN(8), 1, 5, 3, 7);
+    WRITE(16, 9, a8);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_0 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_1 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(0, 9, a0, a4);
+    const NAME(tile) b8_0 = SHUFFLE(COLUMN(5), COLUMN(6), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b8_1 = SHUFFLE(COLUMN(7), COLUMN(8), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a8 = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(5, 9, a8, a1);
+    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(13, 9, a5);
+    const NAME(tile) a9 = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(14, 9, a9, a2);
+    const NAME(tile) b4_2 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(COLUMN(6), COLUMN(7), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE(22, 9, a6);
+    const NAME(tile) b8_2 = SHUFFLE(COLUMN(5), COLUMN(6), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b8_3 = SHUFFLE(COLUMN(7), COLUMN(8), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a10 = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(23, 9, a10, a3);
+    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(31, 9, a7);
+    const NAME(tile) a11 = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(32, 9, a11);
+#endif
+}
+
+static INLINE void NAME(load_tile_10)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(10);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(20);
+    const NAME(tile) a3 = WHOLE(30);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(tile) a4 = WHOLE(4);
+    const NAME(tile) a5 = WHOLE(14);
+    const NAME(tile) b4 = SHUFFLE(a4, a5, 0, 4, 2, 6);
+    const NAME(tile) b5 = SHUFFLE(a4, a5, 1, 5, 3, 7);
+    const NAME(tile) a6 = WHOLE(24);
+    const NAME(tile) a7 = WHOLE(34);
+    const NAME(tile) b6 = SHUFFLE(a6, a7, 0, 4, 2, 6);
+    const NAME(tile) b7 = SHUFFLE(a6, a7, 1, 5, 3, 7);
+    COLUMN(4) = SHUFFLE(b4, b6, 0, 1, 4, 5);
+    COLUMN(5) = SHUFFLE(b5, b7, 0, 1, 4, 5);
+    COLUMN(6) = SHUFFLE(b4, b6, 2, 3, 6, 7);
+    COLUMN(7) = SHUFFLE(b5, b7, 2, 3, 6, 7);
+    const NAME(tile) a8 = READ(8, 10);
+    const NAME(tile) a9 = READ(18, 10);
+    COLUMN(8) = SHUFFLE(a8, a9, 0, 4, 2, 6);
+    COLUMN(9) = SHUFFLE(a8, a9, 1, 5, 3, 7);
+#else
+    const NAME(tile) a0 = READ(0, 10);
+    const NAME(tile) a1 = READ(10, 10);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(20, 10);
+    const NAME(tile) a3 = READ(30, 10);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a4 = READ(4, 10);
+    const NAME(tile) a5 = READ(14, 10);
+    const NAME(tile) b4_0 = SHUFFLE(a4, a5, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a6 = READ(24, 10);
+    const NAME(tile) a7 = READ(34, 10);
+    const NAME(tile) b4_1 = SHUFFLE(a6, a7, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(4) = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(5) = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(6) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(7) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a8 = READ(6, 10);
+    const NAME(tile) a9 = READ(16, 10);
+    const NAME(tile) b8_2 = SHUFFLE(a8, a9, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a10 = READ(26, 10);
+    const NAME(tile) a11 = READ(36, 10);
+    const NAME(tile) b8_3 = SHUFFLE(a10, a11, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(8) = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(9) = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_10)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 10, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 4, 2, 6);
+    WRITE_BOTH(4, 10, a2, a3);
+    const NAME(tile) a4 = SHUFFLE(COLUMN(8), COLUMN(9), 0, 4, 2, 6);
+    const NAME(tile) a5 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
+    WRITE_BOTH(8, 10, a4, a5);
+    const NAME(tile) a6 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
+    const NAME(tile) a7 = SHUFFLE(COLUMN(4), COLUMN(5), 1, 5, 3, 7);
+    WRITE_BOTH(12, 10, a6, a7);
+    const NAME(tile) a8 = SHUFFLE(COLUMN(6), COLUMN(7), 1, 5, 3, 7);
+    const NAME(tile) a9 = SHUFFLE(COLUMN(8), COLUMN(9), 1, 5, 3, 7);
+    WRITE_BOTH(16, 10, a8, a9);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_0 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_1 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(0, 10, a0, a4);
+    const NAME(tile) b8_0 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b8_1 = SHUFFLE(COLUMN(8), COLUMN(9), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a8 = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(6, 10, a8, a1);
+    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(14, 10, a5);
+    const NAME(tile) a9 = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(16, 10, a9, a2);
+    const NAME(tile) b4_2 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(COLUMN(6), COLUMN(7), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE(24, 10, a6);
+    const NAME(tile) b8_2 = SHUFFLE(COLUMN(6), COLUMN(7), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b8_3 = SHUFFLE(COLUMN(8), COLUMN(9), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a10 = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(26, 10, a10, a3);
+    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(34, 10, a7);
+    const NAME(tile) a11 = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(36, 10, a11);
+#endif
+}
+
+static INLINE void NAME(load_tile_16)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(16);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(32);
+    const NAME(tile) a3 = WHOLE(48);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(tile) a4 = WHOLE(4);
+    const NAME(tile) a5 = WHOLE(20);
+    const NAME(tile) b4 = SHUFFLE(a4, a5, 0, 4, 2, 6);
+    const NAME(tile) b5 = SHUFFLE(a4, a5, 1, 5, 3, 7);
+    const NAME(tile) a6 = WHOLE(36);
+    const NAME(tile) a7 = WHOLE(52);
+    const NAME(tile) b6 = SHUFFLE(a6, a7, 0, 4, 2, 6);
+    const NAME(tile) b7 = SHUFFLE(a6, a7, 1, 5, 3, 7);
+    COLUMN(4) = SHUFFLE(b4, b6, 0, 1, 4, 5);
+    COLUMN(5) = SHUFFLE(b5, b7, 0, 1, 4, 5);
+    COLUMN(6) = SHUFFLE(b4, b6, 2, 3, 6, 7);
+    COLUMN(7) = SHUFFLE(b5, b7, 2, 3, 6, 7);
+    const NAME(tile) a8 = WHOLE(8);
+    const NAME(tile) a9 = WHOLE(24);
+    const NAME(tile) b8 = SHUFFLE(a8, a9, 0, 4, 2, 6);
+    const NAME(tile) b9 = SHUFFLE(a8, a9, 1, 5, 3, 7);
+    const NAME(tile) a10 = WHOLE(40);
+    const NAME(tile) a11 = WHOLE(56);
+    const NAME(tile) b10 = SHUFFLE(a10, a11, 0, 4, 2, 6);
+    const NAME(tile) b11 = SHUFFLE(a10, a11, 1, 5, 3, 7);
+    COLUMN(8) = SHUFFLE(b8, b10, 0, 1, 4, 5);
+    COLUMN(9) = SHUFFLE(b9, b11, 0, 1, 4, 5);
+    COLUMN(10) = SHUFFLE(b8, b10, 2, 3, 6, 7);
+    COLUMN(11) = SHUFFLE(b9, b11, 2, 3, 6, 7);
+    const NAME(tile) a12 = WHOLE(12);
+    const NAME(tile) a13 = WHOLE(28);
+    const NAME(tile) b12 = SHUFFLE(a12, a13, 0, 4, 2, 6);
+    const NAME(tile) b13 = SHUFFLE(a12, a13, 1, 5, 3, 7);
+    const NAME(tile) a14 = WHOLE(44);
+    const NAME(tile) a15 = WHOLE(60);
+    const NAME(tile) b14 = SHUFFLE(a14, a15, 0, 4, 2, 6);
+    const NAME(tile) b15 = SHUFFLE(a14, a15, 1, 5, 3, 7);
+    COLUMN(12) = SHUFFLE(b12, b14, 0, 1, 4, 5);
+    COLUMN(13) = SHUFFLE(b13, b15, 0, 1, 4, 5);
+    COLUMN(14) = SHUFFLE(b12, b14, 2, 3, 6, 7);
+    COLUMN(15) = SHUFFLE(b13, b15, 2, 3, 6, 7);
+#else
+    const NAME(tile) a0 = READ(0, 16);
+    const NAME(tile) a1 = READ(16, 16);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(32, 16);
+    const NAME(tile) a3 = READ(48, 16);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a4 = READ(4, 16);
+    const NAME(tile) a5 = READ(20, 16);
+    const NAME(tile) b4_0 = SHUFFLE(a4, a5, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a6 = READ(36, 16);
+    const NAME(tile) a7 = READ(52, 16);
+    const NAME(tile) b4_1 = SHUFFLE(a6, a7, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(4) = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(5) = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(6) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(7) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a8 = READ(8, 16);
+    const NAME(tile) a9 = READ(24, 16);
+    const NAME(tile) b8_0 = SHUFFLE(a8, a9, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a10 = READ(40, 16);
+    const NAME(tile) a11 = READ(56, 16);
+    const NAME(tile) b8_1 = SHUFFLE(a10, a11, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b8_2 = SHUFFLE(a8, a9, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b8_3 = SHUFFLE(a10, a11, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(8) = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(9) = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(10) = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(11) = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a12 = READ(12, 16);
+    const NAME(tile) a13 = READ(28, 16);
+    const NAME(tile) b12_0 = SHUFFLE(a12, a13, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a14 = READ(44, 16);
+    const NAME(tile) a15 = READ(60, 16);
+    const NAME(tile) b12_1 = SHUFFLE(a14, a15, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b12_2 = SHUFFLE(a12, a13, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b12_3 = SHUFFLE(a14, a15, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(12) = SHUFFLE(b12_0, b12_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(13) = SHUFFLE(b12_0, b12_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(14) = SHUFFLE(b12_2, b12_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(15) = SHUFFLE(b12_2, b12_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_16)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 16, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 4, 2, 6);
+    WRITE_BOTH(4, 16, a2, a3);
+    const NAME(tile) a4 = SHUFFLE(COLUMN(8), COLUMN(9), 0, 4, 2, 6);
+    const NAME(tile) a5 = SHUFFLE(COLUMN(10), COLUMN(11), 0, 4, 2, 6);
+    WRITE_BOTH(8, 16, a4, a5);
+    const NAME(tile) a6 = SHUFFLE(COLUMN(12), COLUMN(13), 0, 4, 2, 6);
+    const NAME(tile) a7 = SHUFFLE(COLUMN(14), COLUMN(15), 0, 4, 2, 6);
+    WRITE_BOTH(12, 16, a6, a7);
+    const NAME(tile) a8 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
+    const NAME(tile) a9 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
+    WRITE_BOTH(16, 16, a8, a9);
+    const NAME(tile) a10 = SHUFFLE(COLUMN(4), COLUMN(5), 1, 5, 3, 7);
+    const NAME(tile) a11 = SHUFFLE(COLUMN(6), COLUMN(7), 1, 5, 3, 7);
+    WRITE_BOTH(20, 16, a10, a11);
+    const NAME(tile) a12 = SHUFFLE(COLUMN(8), COLUMN(9), 1, 5, 3, 7);
+    const NAME(tile) a13 = SHUFFLE(COLUMN(10), COLUMN(11), 1, 5, 3, 7);
+    WRITE_BOTH(24, 16, a12, a13);
+    const NAME(tile) a14 = SHUFFLE(COLUMN(12), COLUMN(13), 1, 5, 3, 7);
+    const NAME(tile) a15 = SHUFFLE(COLUMN(14), COLUMN(15), 1, 5, 3, 7);
+    WRITE_BOTH(28, 16, a14, a15);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_0 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_1 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(0, 16, a0, a4);
+    const NAME(tile) b8_0 = SHUFFLE(COLUMN(8), COLUMN(9), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b8_1 = SHUFFLE(COLUMN(10), COLUMN(11), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a8 = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b12_0 = SHUFFLE(COLUMN(12), COLUMN(13), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b12_1 = SHUFFLE(COLUMN(14), COLUMN(15), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a12 = SHUFFLE(b12_0, b12_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(8, 16, a8, a12);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(16, 16, a1, a5);
+    const NAME(tile) a9 = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a13 = SHUFFLE(b12_0, b12_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(24, 16, a9, a13);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_2 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(COLUMN(6), COLUMN(7), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(32, 16, a2, a6);
+    const NAME(tile) b8_2 = SHUFFLE(COLUMN(8), COLUMN(9), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b8_3 = SHUFFLE(COLUMN(10), COLUMN(11), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a10 = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b12_2 = SHUFFLE(COLUMN(12), COLUMN(13), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b12_3 = SHUFFLE(COLUMN(14), COLUMN(15), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a14 = SHUFFLE(b12_2, b12_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(40, 16, a10, a14);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(48, 16, a3, a7);
+    const NAME(tile) a11 = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a15 = SHUFFLE(b12_2, b12_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(56, 16, a11, a15);
+#endif
+}
+
+static INLINE void NAME(load_tile_32)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(32);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(64);
+    const NAME(tile) a3 = WHOLE(96);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(tile) a4 = WHOLE(4);
+    const NAME(tile) a5 = WHOLE(36);
+    const NAME(tile) b4 = SHUFFLE(a4, a5, 0, 4, 2, 6);
+    const NAME(tile) b5 = SHUFFLE(a4, a5, 1, 5, 3, 7);
+    const NAME(tile) a6 = WHOLE(68);
+    const NAME(tile) a7 = WHOLE(100);
+    const NAME(tile) b6 = SHUFFLE(a6, a7, 0, 4, 2, 6);
+    const NAME(tile) b7 = SHUFFLE(a6, a7, 1, 5, 3, 7);
+    COLUMN(4) = SHUFFLE(b4, b6, 0, 1, 4, 5);
+    COLUMN(5) = SHUFFLE(b5, b7, 0, 1, 4, 5);
+    COLUMN(6) = SHUFFLE(b4, b6, 2, 3, 6, 7);
+    COLUMN(7) = SHUFFLE(b5, b7, 2, 3, 6, 7);
+    const NAME(tile) a8 = WHOLE(8);
+    const NAME(tile) a9 = WHOLE(40);
+    const NAME(tile) b8 = SHUFFLE(a8, a9, 0, 4, 2, 6);
+    const NAME(tile) b9 = SHUFFLE(a8, a9, 1, 5, 3, 7);
+    const NAME(tile) a10 = WHOLE(72);
+    const NAME(tile) a11 = WHOLE(104);
+    const NAME(tile) b10 = SHUFFLE(a10, a11, 0, 4, 2, 6);
+    const NAME(tile) b11 = SHUFFLE(a10, a11, 1, 5, 3, 7);
+    COLUMN(8) = SHUFFLE(b8, b10, 0, 1, 4, 5);
+    COLUMN(9) = SHUFFLE(b9, b11, 0, 1, 4, 5);
+    COLUMN(10) = SHUFFLE(b8, b10, 2, 3, 6, 7);
+    COLUMN(11) = SHUFFLE(b9, b11, 2, 3, 6, 7);
+    const NAME(tile) a12 = WHOLE(12);
+    const NAME(tile) a13 = WHOLE(44);
+    const NAME(tile) b12 = SHUFFLE(a12, a13, 0, 4, 2, 6);
+    const NAME(tile) b13 = SHUFFLE(a12, a13, 1, 5, 3, 7);
+    const NAME(tile) a14 = WHOLE(76);
+    const NAME(tile) a15 = WHOLE(108);
+    const NAME(tile) b14 = SHUFFLE(a14, a15, 0, 4, 2, 6);
+    const NAME(tile) b15 = SHUFFLE(a14, a15, 1, 5, 3, 7);
+    COLUMN(12) = SHUFFLE(b12, b14, 0, 1, 4, 5);
+    COLUMN(13) = SHUFFLE(b13, b15, 0, 1, 4, 5);
+    COLUMN(14) = SHUFFLE(b12, b14, 2, 3, 6, 7);
+    COLUMN(15) = SHUFFLE(b13, b15, 2, 3, 6, 7);
+    const NAME(tile) a16 = WHOLE(16);
+    const NAME(tile) a17 = WHOLE(48);
+    const NAME(tile) b16 = SHUFFLE(a16, a17, 0, 4, 2, 6);
+    const NAME(tile) b17 = SHUFFLE(a16, a17, 1, 5, 3, 7);
+    const NAME(tile) a18 = WHOLE(80);
+    const NAME(tile) a19 = WHOLE(112);
+    const NAME(tile) b18 = SHUFFLE(a18, a19, 0, 4, 2, 6);
+    const NAME(tile) b19 = SHUFFLE(a18, a19, 1, 5, 3, 7);
+    COLUMN(16) = SHUFFLE(b16, b18, 0, 1, 4, 5);
+    COLUMN(17) = SHUFFLE(b17, b19, 0, 1, 4, 5);
+    COLUMN(18) = SHUFFLE(b16, b18, 2, 3, 6, 7);
+    COLUMN(19) = SHUFFLE(b17, b19, 2, 3, 6, 7);
+    const NAME(tile) a20 = WHOLE(20);
+    const NAME(tile) a21 = WHOLE(52);
+    const NAME(tile) b20 = SHUFFLE(a20, a21, 0, 4, 2, 6);
+    const NAME(tile) b21 = SHUFFLE(a20, a21, 1, 5, 3, 7);
+    const NAME(tile) a22 = WHOLE(84);
+    const NAME(tile) a23 = WHOLE(116);
+    const NAME(tile) b22 = SHUFFLE(a22, a23, 0, 4, 2, 6);
+    const NAME(tile) b23 = SHUFFLE(a22, a23, 1, 5, 3, 7);
+    COLUMN(20) = SHUFFLE(b20, b22, 0, 1, 4, 5);
+    COLUMN(21) = SHUFFLE(b21, b23, 0, 1, 4, 5);
+    COLUMN(22) = SHUFFLE(b20, b22, 2, 3, 6, 7);
+    COLUMN(23) = SHUFFLE(b21, b23, 2, 3, 6, 7);
+    const NAME(tile) a24 = WHOLE(24);
+    const NAME(tile) a25 = WHOLE(56);
+    const NAME(tile) b24 = SHUFFLE(a24, a25, 0, 4, 2, 6);
+    const NAME(tile) b25 = SHUFFLE(a24, a25, 1, 5, 3, 7);
+    const NAME(tile) a26 = WHOLE(88);
+    const NAME(tile) a27 = WHOLE(120);
+    const NAME(tile) b26 = SHUFFLE(a26, a27, 0, 4, 2, 6);
+    const NAME(tile) b27 = SHUFFLE(a26, a27, 1, 5, 3, 7);
+    COLUMN(24) = SHUFFLE(b24, b26, 0, 1, 4, 5);
+    COLUMN(25) = SHUFFLE(b25, b27, 0, 1, 4, 5);
+    COLUMN(26) = SHUFFLE(b24, b26, 2, 3, 6, 7);
+    COLUMN(27) = SHUFFLE(b25, b27, 2, 3, 6, 7);
+    const NAME(tile) a28 = WHOLE(28);
+    const NAME(tile) a29 = WHOLE(60);
+    const NAME(tile) b28 = SHUFFLE(a28, a29, 0, 4, 2, 6);
+    const NAME(tile) b29 = SHUFFLE(a28, a29, 1, 5, 3, 7);
+    const NAME(tile) a30 = WHOLE(92);
+    const NAME(tile) a31 = WHOLE(124);
+    const NAME(tile) b30 = SHUFFLE(a30, a31, 0, 4, 2, 6);
+    const NAME(tile) b31 = SHUFFLE(a30, a31, 1, 5, 3, 7);
+    COLUMN(28) = SHUFFLE(b28, b30, 0, 1, 4, 5);
+    COLUMN(29) = SHUFFLE(b29, b31, 0, 1, 4, 5);
+    COLUMN(30) = SHUFFLE(b28, b30, 2, 3, 6, 7);
+    COLUMN(31) = SHUFFLE(b29, b31, 2, 3, 6, 7);
+#else
+    const NAME(tile) a0 = READ(0, 32);
+    const NAME(tile) a1 = READ(32, 32);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(64, 32);
+    const NAME(tile) a3 = READ(96, 32);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a4 = READ(4, 32);
+    const NAME(tile) a5 = READ(36, 32);
+    const NAME(tile) b4_0 = SHUFFLE(a4, a5, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a6 = READ(68, 32);
+    const NAME(tile) a7 = READ(100, 32);
+    const NAME(tile) b4_1 = SHUFFLE(a6, a7, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(4) = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(5) = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(6) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(7) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a8 = READ(8, 32);
+    const NAME(tile) a9 = READ(40, 32);
+    const NAME(tile) b8_0 = SHUFFLE(a8, a9, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a10 = READ(72, 32);
+    const NAME(tile) a11 = READ(104, 32);
+    const NAME(tile) b8_1 = SHUFFLE(a10, a11, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b8_2 = SHUFFLE(a8, a9, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b8_3 = SHUFFLE(a10, a11, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(8) = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(9) = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(10) = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(11) = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a12 = READ(12, 32);
+    const NAME(tile) a13 = READ(44, 32);
+    const NAME(tile) b12_0 = SHUFFLE(a12, a13, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a14 = READ(76, 32);
+    const NAME(tile) a15 = READ(108, 32);
+    const NAME(tile) b12_1 = SHUFFLE(a14, a15, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b12_2 = SHUFFLE(a12, a13, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b12_3 = SHUFFLE(a14, a15, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(12) = SHUFFLE(b12_0, b12_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(13) = SHUFFLE(b12_0, b12_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(14) = SHUFFLE(b12_2, b12_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(15) = SHUFFLE(b12_2, b12_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a16 = READ(16, 32);
+    const NAME(tile) a17 = READ(48, 32);
+    const NAME(tile) b16_0 = SHUFFLE(a16, a17, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a18 = READ(80, 32);
+    const NAME(tile) a19 = READ(112, 32);
+    const NAME(tile) b16_1 = SHUFFLE(a18, a19, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b16_2 = SHUFFLE(a16, a17, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b16_3 = SHUFFLE(a18, a19, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(16) = SHUFFLE(b16_0, b16_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(17) = SHUFFLE(b16_0, b16_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(18) = SHUFFLE(b16_2, b16_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(19) = SHUFFLE(b16_2, b16_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a20 = READ(20, 32);
+    const NAME(tile) a21 = READ(52, 32);
+    const NAME(tile) b20_0 = SHUFFLE(a20, a21, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a22 = READ(84, 32);
+    const NAME(tile) a23 = READ(116, 32);
+    const NAME(tile) b20_1 = SHUFFLE(a22, a23, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b20_2 = SHUFFLE(a20, a21, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b20_3 = SHUFFLE(a22, a23, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(20) = SHUFFLE(b20_0, b20_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(21) = SHUFFLE(b20_0, b20_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(22) = SHUFFLE(b20_2, b20_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(23) = SHUFFLE(b20_2, b20_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a24 = READ(24, 32);
+    const NAME(tile) a25 = READ(56, 32);
+    const NAME(tile) b24_0 = SHUFFLE(a24, a25, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a26 = READ(88, 32);
+    const NAME(tile) a27 = READ(120, 32);
+    const NAME(tile) b24_1 = SHUFFLE(a26, a27, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b24_2 = SHUFFLE(a24, a25, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b24_3 = SHUFFLE(a26, a27, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(24) = SHUFFLE(b24_0, b24_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(25) = SHUFFLE(b24_0, b24_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(26) = SHUFFLE(b24_2, b24_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(27) = SHUFFLE(b24_2, b24_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a28 = READ(28, 32);
+    const NAME(tile) a29 = READ(60, 32);
+    const NAME(tile) b28_0 = SHUFFLE(a28, a29, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a30 = READ(92, 32);
+    const NAME(tile) a31 = READ(124, 32);
+    const NAME(tile) b28_1 = SHUFFLE(a30, a31, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b28_2 = SHUFFLE(a28, a29, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b28_3 = SHUFFLE(a30, a31, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(28) = SHUFFLE(b28_0, b28_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(29) = SHUFFLE(b28_0, b28_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(30) = SHUFFLE(b28_2, b28_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(31) = SHUFFLE(b28_2, b28_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_32)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 32, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 4, 2, 6);
+    WRITE_BOTH(4, 32, a2, a3);
+    const NAME(tile) a4 = SHUFFLE(COLUMN(8), COLUMN(9), 0, 4, 2, 6);
+    const NAME(tile) a5 = SHUFFLE(COLUMN(10), COLUMN(11), 0, 4, 2, 6);
+    WRITE_BOTH(8, 32, a4, a5);
+    const NAME(tile) a6 = SHUFFLE(COLUMN(12), COLUMN(13), 0, 4, 2, 6);
+    const NAME(tile) a7 = SHUFFLE(COLUMN(14), COLUMN(15), 0, 4, 2, 6);
+    WRITE_BOTH(12, 32, a6, a7);
+    const NAME(tile) a8 = SHUFFLE(COLUMN(16), COLUMN(17), 0, 4, 2, 6);
+    const NAME(tile) a9 = SHUFFLE(COLUMN(18), COLUMN(19), 0, 4, 2, 6);
+    WRITE_BOTH(16, 32, a8, a9);
+    const NAME(tile) a10 = SHUFFLE(COLUMN(20), COLUMN(21), 0, 4, 2, 6);
+    const NAME(tile) a11 = SHUFFLE(COLUMN(22), COLUMN(23), 0, 4, 2, 6);
+    WRITE_BOTH(20, 32, a10, a11);
+    const NAME(tile) a12 = SHUFFLE(COLUMN(24), COLUMN(25), 0, 4, 2, 6);
+    const NAME(tile) a13 = SHUFFLE(COLUMN(26), COLUMN(27), 0, 4, 2, 6);
+    WRITE_BOTH(24, 32, a12, a13);
+    const NAME(tile) a14 = SHUFFLE(COLUMN(28), COLUMN(29), 0, 4, 2, 6);
+    const NAME(tile) a15 = SHUFFLE(COLUMN(30), COLUMN(31), 0, 4, 2, 6);
+    WRITE_BOTH(28, 32, a14, a15);
+    const NAME(tile) a16 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
+    const NAME(tile) a17 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
+    WRITE_BOTH(32, 32, a16, a17);
+    const NAME(tile) a18 = SHUFFLE(COLUMN(4), COLUMN(5), 1, 5, 3, 7);
+    const NAME(tile) a19 = SHUFFLE(COLUMN(6), COLUMN(7), 1, 5, 3, 7);
+    WRITE_BOTH(36, 32, a18, a19);
+    const NAME(tile) a20 = SHUFFLE(COLUMN(8), COLUMN(9), 1, 5, 3, 7);
+    const NAME(tile) a21 = SHUFFLE(COLUMN(10), COLUMN(11), 1, 5, 3, 7);
+    WRITE_BOTH(40, 32, a20, a21);
+    const NAME(tile) a22 = SHUFFLE(COLUMN(12), COLUMN(13), 1, 5, 3, 7);
+    const NAME(tile) a23 = SHUFFLE(COLUMN(14), COLUMN(15), 1, 5, 3, 7);
+    WRITE_BOTH(44, 32, a22, a23);
+    const NAME(tile) a24 = SHUFFLE(COLUMN(16), COLUMN(17), 1, 5, 3, 7);
+    const NAME(tile) a25 = SHUFFLE(COLUMN(18), COLUMN(19), 1, 5, 3, 7);
+    WRITE_BOTH(48, 32, a24, a25);
+    const NAME(tile) a26 = SHUFFLE(COLUMN(20), COLUMN(21), 1, 5, 3, 7);
+    const NAME(tile) a27 = SHUFFLE(COLUMN(22), COLUMN(23), 1, 5, 3, 7);
+    WRITE_BOTH(52, 32, a26, a27);
+    const NAME(tile) a28 = SHUFFLE(COLUMN(24), COLUMN(25), 1, 5, 3, 7);
+    const NAME(tile) a29 = SHUFFLE(COLUMN(26), COLUMN(27), 1, 5, 3, 7);
+    WRITE_BOTH(56, 32, a28, a29);
+    const NAME(tile) a30 = SHUFFLE(COLUMN(28), COLUMN(29), 1, 5, 3, 7);
+    const NAME(tile) a31 = SHUFFLE(COLUMN(30), COLUMN(31), 1, 5, 3, 7);
+    WRITE_BOTH(60, 32, a30, a31);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_0 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_1 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(0, 32, a0, a4);
+    const NAME(tile) b8_0 = SHUFFLE(COLUMN(8), COLUMN(9), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b8_1 = SHUFFLE(COLUMN(10), COLUMN(11), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a8 = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b12_0 = SHUFFLE(COLUMN(12), COLUMN(13), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b12_1 = SHUFFLE(COLUMN(14), COLUMN(15), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a12 = SHUFFLE(b12_0, b12_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(8, 32, a8, a12);
+    const NAME(tile) b16_0 = SHUFFLE(COLUMN(16), COLUMN(17), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b16_1 = SHUFFLE(COLUMN(18), COLUMN(19), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a16 = SHUFFLE(b16_0, b16_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b20_0 = SHUFFLE(COLUMN(20), COLUMN(21), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b20_1 = SHUFFLE(COLUMN(22), COLUMN(23), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a20 = SHUFFLE(b20_0, b20_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(16, 32, a16, a20);
+    const NAME(tile) b24_0 = SHUFFLE(COLUMN(24), COLUMN(25), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b24_1 = SHUFFLE(COLUMN(26), COLUMN(27), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a24 = SHUFFLE(b24_0, b24_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b28_0 = SHUFFLE(COLUMN(28), COLUMN(29), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b28_1 = SHUFFLE(COLUMN(30), COLUMN(31), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a28 = SHUFFLE(b28_0, b28_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(24, 32, a24, a28);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(32, 32, a1, a5);
+    const NAME(tile) a9 = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a13 = SHUFFLE(b12_0, b12_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(40, 32, a9, a13);
+    const NAME(tile) a17 = SHUFFLE(b16_0, b16_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a21 = SHUFFLE(b20_0, b20_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(48, 32, a17, a21);
+    const NAME(tile) a25 = SHUFFLE(b24_0, b24_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a29 = SHUFFLE(b28_0, b28_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(56, 32, a25, a29);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_2 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(COLUMN(6), COLUMN(7), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(64, 32, a2, a6);
+    const NAME(tile) b8_2 = SHUFFLE(COLUMN(8), COLUMN(9), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b8_3 = SHUFFLE(COLUMN(10), COLUMN(11), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a10 = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b12_2 = SHUFFLE(COLUMN(12), COLUMN(13), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b12_3 = SHUFFLE(COLUMN(14), COLUMN(15), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a14 = SHUFFLE(b12_2, b12_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(72, 32, a10, a14);
+    const NAME(tile) b16_2 = SHUFFLE(COLUMN(16), COLUMN(17), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b16_3 = SHUFFLE(COLUMN(18), COLUMN(19), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a18 = SHUFFLE(b16_2, b16_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b20_2 = SHUFFLE(COLUMN(20), COLUMN(21), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b20_3 = SHUFFLE(COLUMN(22), COLUMN(23), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a22 = SHUFFLE(b20_2, b20_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(80, 32, a18, a22);
+    const NAME(tile) b24_2 = SHUFFLE(COLUMN(24), COLUMN(25), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b24_3 = SHUFFLE(COLUMN(26), COLUMN(27), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a26 = SHUFFLE(b24_2, b24_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b28_2 = SHUFFLE(COLUMN(28), COLUMN(29), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b28_3 = SHUFFLE(COLUMN(30), COLUMN(31), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a30 = SHUFFLE(b28_2, b28_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(88, 32, a26, a30);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(96, 32, a3, a7);
+    const NAME(tile) a11 = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a15 = SHUFFLE(b12_2, b12_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(104, 32, a11, a15);
+    const NAME(tile) a19 = SHUFFLE(b16_2, b16_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a23 = SHUFFLE(b20_2, b20_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(112, 32, a19, a23);
+    const NAME(tile) a27 = SHUFFLE(b24_2, b24_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a31 = SHUFFLE(b28_2, b28_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(120, 32, a27, a31);
+#endif
+}
+#undef COLUMN
+#undef HALF
+#undef WHOLE
+#undef UPPER
+#undef JOINED
+#undef LOWERS
+#undef UPPERS
+#undef READ
+#undef WRITE
+#undef WRITE_BOTH
+#else
+
+static INLINE void NAME(load_tile_1)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 1; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 1 + k];
+}
+
+static INLINE void NAME(store_tile_1)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 1; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 1 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_2)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 2; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 2 + k];
+}
+
+static INLINE void NAME(store_tile_2)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 2; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 2 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_3)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 3; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 3 + k];
+}
+
+static INLINE void NAME(store_tile_3)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 3; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 3 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_4)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 4; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 4 + k];
+}
+
+static INLINE void NAME(store_tile_4)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 4; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 4 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_5)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 5; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 5 + k];
+}
+
+static INLINE void NAME(store_tile_5)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 5; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 5 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_6)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 6; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 6 + k];
+}
+
+static INLINE void NAME(store_tile_6)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 6; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 6 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_8)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 8; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 8 + k];
+}
+
+static INLINE void NAME(store_tile_8)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 8; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 8 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_9)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 9; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 9 + k];
+}
+
+static INLINE void NAME(store_tile_9)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 9; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 9 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_10)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 10; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 10 + k];
+}
+
+static INLINE void NAME(store_tile_10)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 10; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 10 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_16)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 16; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 16 + k];
+}
+
+static INLINE void NAME(store_tile_16)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 16; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 16 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_32)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 32; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 32 + k];
+}
+
+static INLINE void NAME(store_tile_32)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 32; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 32 + k] = x[k * row + i];
+}
+#endif
+
+// Rows, SPAN numbers long, of `n` elements of at most three numbers in C order, and back.
+static INLINE void NAME(load_few)(REAL *x, const REAL *a, intptr_t size, intptr_t n)
+{
     if (size == 1) {
-        memcpy(x, from, n * w);
+        memcpy(x, a, n * sizeof(REAL));
     } else if (size == 2) {
         for (intptr_t i = 0; i < n; ++i) {
-            x[i] = from[2 * i];
-            x[SPAN + i] = from[2 * i + 1];
-        }
-    } else if (size == 3) {
-        for (intptr_t i = 0; i < n; ++i) {
-            x[i] = from[3 * i];
-            x[SPAN + i] = from[3 * i + 1];
-            x[2 * SPAN + i] = from[3 * i + 2];
+            x[i] = a[2 * i];
+            x[SPAN + i] = a[2 * i + 1];
         }
     } else {
-        NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, n);
+        for (intptr_t i = 0; i < n; ++i) {
+            x[i] = a[3 * i];
+            x[SPAN + i] = a[3 * i + 1];
+            x[2 * SPAN + i] = a[3 * i + 2];
+        }
     }
 }
 
-static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size, intptr_t n)
+static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr_t n)
 {
-    const intptr_t w = sizeof(REAL);
-    REAL *to = (REAL *)(a + first * size * w);
     if (size == 1) {
-        memcpy(to, x, n * w);
+        memcpy(a, x, n * sizeof(REAL));
     } else if (size == 2) {
         for (intptr_t i = 0; i < n; ++i) {
-            to[2 * i] = x[i];
-            to[2 * i + 1] = x[SPAN + i];
-        }
-    } else if (size == 3) {
-        for (intptr_t i = 0; i < n; ++i) {
-            to[3 * i] = x[i];
-            to[3 * i + 1] = x[SPAN + i];
-            to[3 * i + 2] = x[2 * SPAN + i];
+            a[2 * i] = x[i];
+            a[2 * i + 1] = x[SPAN + i];
         }
     } else {
-        NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, n);
+        for (intptr_t i = 0; i < n; ++i) {
+            a[3 * i] = x[i];
+            a[3 * i + 1] = x[SPAN + i];
+            a[3 * i + 2] = x[2 * SPAN + i];
+        }
     }
 }
 
-// The same as loops, one for each size that is known: between rows and elements in C order.
+// Loops between rows and elements of each size.
 static INLINE void NAME(load_span_1)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 1, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 1, n);
 }
 LOOPS(load_span_1)
 
 static INLINE void NAME(store_span_1)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 1, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 1, n);
 }
 LOOPS(store_span_1)
 
 static INLINE void NAME(load_span_2)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 2, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 2, n);
 }
 LOOPS(load_span_2)
 
 static INLINE void NAME(store_span_2)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 2, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 2, n);
 }
 LOOPS(store_span_2)
 
 static INLINE void NAME(load_span_3)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 3, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 3, n);
 }
 LOOPS(load_span_3)
 
 static INLINE void NAME(store_span_3)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 3, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 3, n);
 }
 LOOPS(store_span_3)
 
 static INLINE void NAME(load_span_4)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 4, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_4)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 4);
 }
-LOOPS(load_span_4)
+LOOP(load_span_4)
 
 static INLINE void NAME(store_span_4)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 4, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_4)((REAL *)args[1] + i * 4, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_4)
+LOOP(store_span_4)
 
 static INLINE void NAME(load_span_5)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 5, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_5)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 5);
 }
-LOOPS(load_span_5)
+LOOP(load_span_5)
 
 static INLINE void NAME(store_span_5)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 5, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_5)((REAL *)args[1] + i * 5, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_5)
+LOOP(store_span_5)
 
 static INLINE void NAME(load_span_6)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 6, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_6)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 6);
 }
-LOOPS(load_span_6)
+LOOP(load_span_6)
 
 static INLINE void NAME(store_span_6)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 6, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_6)((REAL *)args[1] + i * 6, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_6)
+LOOP(store_span_6)
 
 static INLINE void NAME(load_span_8)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 8, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_8)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 8);
 }
-LOOPS(load_span_8)
+LOOP(load_span_8)
 
 static INLINE void NAME(store_span_8)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 8, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_8)((REAL *)args[1] + i * 8, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_8)
+LOOP(store_span_8)
 
 static INLINE void NAME(load_span_9)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 9, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_9)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 9);
 }
-LOOPS(load_span_9)
+LOOP(load_span_9)
 
 static INLINE void NAME(store_span_9)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 9, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_9)((REAL *)args[1] + i * 9, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_9)
+LOOP(store_span_9)
 
 static INLINE void NAME(load_span_10)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 10, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_10)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 10);
 }
-LOOPS(load_span_10)
+LOOP(load_span_10)
 
 static INLINE void NAME(store_span_10)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 10, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_10)((REAL *)args[1] + i * 10, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_10)
+LOOP(store_span_10)
 
 static INLINE void NAME(load_span_16)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 16, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_16)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 16);
 }
-LOOPS(load_span_16)
+LOOP(load_span_16)
 
 static INLINE void NAME(store_span_16)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 16, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_16)((REAL *)args[1] + i * 16, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_16)
+LOOP(store_span_16)
 
 static INLINE void NAME(load_span_32)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 32, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_32)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 32);
 }
-LOOPS(load_span_32)
+LOOP(load_span_32)
 
 static INLINE void NAME(store_span_32)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 32, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_32)((REAL *)args[1] + i * 32, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_32)
+LOOP(store_span_32)
 
 static const struct {
     loop_function *load[2], *store[2];
@@ -1162,14 +2510,14 @@ static const struct {
     [1] = {WIDTHS(load_span_1), WIDTHS(store_span_1)},
     [2] = {WIDTHS(load_span_2), WIDTHS(store_span_2)},
     [3] = {WIDTHS(load_span_3), WIDTHS(store_span_3)},
-    [4] = {WIDTHS(load_span_4), WIDTHS(store_span_4)},
-    [5] = {WIDTHS(load_span_5), WIDTHS(store_span_5)},
-    [6] = {WIDTHS(load_span_6), WIDTHS(store_span_6)},
-    [8] = {WIDTHS(load_span_8), WIDTHS(store_span_8)},
-    [9] = {WIDTHS(load_span_9), WIDTHS(store_span_9)},
-    [10] = {WIDTHS(load_span_10), WIDTHS(store_span_10)},
-    [16] = {WIDTHS(load_span_16), WIDTHS(store_span_16)},
-    [32] = {WIDTHS(load_span_32), WIDTHS(store_span_32)},
+    [4] = {WIDTH(load_span_4), WIDTH(store_span_4)},
+    [5] = {WIDTH(load_span_5), WIDTH(store_span_5)},
+    [6] = {WIDTH(load_span_6), WIDTH(store_span_6)},
+    [8] = {WIDTH(load_span_8), WIDTH(store_span_8)},
+    [9] = {WIDTH(load_span_9), WIDTH(store_span_9)},
+    [10] = {WIDTH(load_span_10), WIDTH(store_span_10)},
+    [16] = {WIDTH(load_span_16), WIDTH(store_span_16)},
+    [32] = {WIDTH(load_span_32), WIDTH(store_span_32)},
 };
 
 // All rows of a part, from the batch or back to it; axes that lie as one are moved as one.
@@ -4813,11 +6161,34 @@ static INLINE void NAME(even_reverse_block)(intptr_t n, char **args, const intpt
 }
 LOOPS(even_reverse_block)
 
+static INLINE void NAME(even_reverse_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[16 * TILE];
+    _Alignas(64) REAL r1[16 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_16)(r0, TILE, a0 + first * 16);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[16];
+            REAL x1[16];
+            NAME(load_16)(x0, (char *)(r0 + i), TILE * w);
+            NAME(even_reverse)(x0, x1);
+            NAME(store_16)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_16)(a1 + first * 16, r1, TILE);
+    }
+}
+LOOP(even_reverse_dense)
+
 void NAME(even_reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {WIDTHS(even_reverse_block), {NULL}, (any_function *)NAME(even_reverse),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(even_reverse_block), WIDTH(even_reverse_dense), (any_function
+        *)NAME(even_reverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5296,11 +6667,34 @@ static INLINE void NAME(embed_point_block)(intptr_t n, char **args, const intptr
 }
 LOOPS(embed_point_block)
 
+static INLINE void NAME(embed_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[5 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[5];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(embed_point)(x0, x1);
+            NAME(store_5)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_5)(a1 + first * 5, r1, TILE);
+    }
+}
+LOOP(embed_point_dense)
+
 void NAME(embed_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {WIDTHS(embed_point_block), {NULL}, (any_function *)NAME(embed_point),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(embed_point_block), WIDTH(embed_point_dense), (any_function
+        *)NAME(embed_point), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5336,11 +6730,34 @@ static INLINE void NAME(extract_point_block)(intptr_t n, char **args, const intp
 }
 LOOPS(extract_point_block)
 
+static INLINE void NAME(extract_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[5 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_5)(r0, TILE, a0 + first * 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[5];
+            REAL x1[3];
+            NAME(load_5)(x0, (char *)(r0 + i), TILE * w);
+            NAME(extract_point)(x0, x1);
+            NAME(store_3)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_3)(a1 + first * 3, r1, TILE);
+    }
+}
+LOOP(extract_point_dense)
+
 void NAME(extract_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(extract_point_block), {NULL}, (any_function *)NAME(extract_point),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(extract_point_block), WIDTH(extract_point_dense), (any_function
+        *)NAME(extract_point), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5380,11 +6797,34 @@ static INLINE void NAME(normalize_vector_block)(intptr_t n, char **args, const i
 }
 LOOPS(normalize_vector_block)
 
+static INLINE void NAME(normalize_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[5 * TILE];
+    _Alignas(64) REAL r1[5 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_5)(r0, TILE, a0 + first * 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[5];
+            REAL x1[5];
+            NAME(load_5)(x0, (char *)(r0 + i), TILE * w);
+            NAME(normalize_vector)(x0, x1);
+            NAME(store_5)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_5)(a1 + first * 5, r1, TILE);
+    }
+}
+LOOP(normalize_vector_dense)
+
 void NAME(normalize_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {WIDTHS(normalize_vector_block), {NULL}, (any_function
-        *)NAME(normalize_vector), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(normalize_vector_block), WIDTH(normalize_vector_dense),
+        (any_function *)NAME(normalize_vector), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5433,8 +6873,9 @@ static INLINE void NAME(inner_product_of_points_dense)(intptr_t n, char **args, 
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -5442,12 +6883,12 @@ static INLINE void NAME(inner_product_of_points_dense)(intptr_t n, char **args, 
             REAL x0[3];
             REAL x1[3];
             REAL x2[1];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(inner_product_of_points)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
     }
 }
 LOOPS(inner_product_of_points_dense)
@@ -5504,8 +6945,9 @@ static INLINE void NAME(distance_squared_points_dense)(intptr_t n, char **args, 
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -5513,12 +6955,12 @@ static INLINE void NAME(distance_squared_points_dense)(intptr_t n, char **args, 
             REAL x0[3];
             REAL x1[3];
             REAL x2[1];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(distance_squared_points)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
     }
 }
 LOOPS(distance_squared_points_dense)
@@ -5576,8 +7018,9 @@ static INLINE void NAME(distance_points_dense)(intptr_t n, char **args, const in
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -5585,12 +7028,12 @@ static INLINE void NAME(distance_points_dense)(intptr_t n, char **args, const in
             REAL x0[3];
             REAL x1[3];
             REAL x2[1];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(distance_points)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
     }
 }
 LOOPS(distance_points_dense)
@@ -5647,11 +7090,40 @@ static INLINE void NAME(inner_product_of_vectors_block)(intptr_t n, char **args,
 }
 LOOPS(inner_product_of_vectors_block)
 
+static INLINE void NAME(inner_product_of_vectors_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[5 * TILE];
+    _Alignas(64) REAL r1[5 * TILE];
+    _Alignas(64) REAL r2[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_5)(r0, TILE, a0 + first * 5);
+        NAME(load_tile_5)(r1, TILE, a1 + first * 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[5];
+            REAL x1[5];
+            REAL x2[1];
+            NAME(load_5)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_5)(x1, (char *)(r1 + i), TILE * w);
+            NAME(inner_product_of_vectors)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_tile_1)(a2 + first * 1, r2, TILE);
+    }
+}
+LOOP(inner_product_of_vectors_dense)
+
 void NAME(inner_product_of_vectors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(inner_product_of_vectors_block), {NULL}, (any_function
-        *)NAME(inner_product_of_vectors), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(inner_product_of_vectors_block),
+        WIDTH(inner_product_of_vectors_dense), (any_function *)NAME(inner_product_of_vectors), NAME(call_aar), 2, 3,
+        0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5783,18 +7255,19 @@ static INLINE void NAME(power_of_point_dense_s)(intptr_t n, char **args, const i
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[3];
             REAL x2[1];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(power_of_point_apply_s)(prepared, x0, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
     }
 }
 LOOPS(power_of_point_dense_s)
@@ -5825,6 +7298,30 @@ static INLINE void NAME(power_of_point_block_p)(intptr_t n, char **args, const i
 }
 LOOPS(power_of_point_block_p)
 
+static INLINE void NAME(power_of_point_dense_p)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r1[5 * TILE];
+    _Alignas(64) REAL r2[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_5)(r1, TILE, a1 + first * 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x1[5];
+            REAL x2[1];
+            NAME(load_5)(x1, (char *)(r1 + i), TILE * w);
+            NAME(power_of_point_apply_p)(prepared, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_tile_1)(a2 + first * 1, r2, TILE);
+    }
+}
+LOOP(power_of_point_dense_p)
+
 static void NAME(power_of_point_start_p)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -5853,14 +7350,42 @@ static INLINE void NAME(power_of_point_block)(intptr_t n, char **args, const int
 }
 LOOPS(power_of_point_block)
 
+static INLINE void NAME(power_of_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[5 * TILE];
+    _Alignas(64) REAL r2[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_5)(r1, TILE, a1 + first * 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[5];
+            REAL x2[1];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_5)(x1, (char *)(r1 + i), TILE * w);
+            NAME(power_of_point)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_tile_1)(a2 + first * 1, r2, TILE);
+    }
+}
+LOOP(power_of_point_dense)
+
 void NAME(power_of_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{2, 2, NAME(power_of_point_start_s), WIDTHS(power_of_point_block_s),
         WIDTHS(power_of_point_dense_s)}, {1, 2, NAME(power_of_point_start_p), WIDTHS(power_of_point_block_p),
-        {NULL}}};
-    static const struct kernel kernel = {WIDTHS(power_of_point_block), {NULL}, (any_function *)NAME(power_of_point),
-        NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
+        WIDTH(power_of_point_dense_p)}};
+    static const struct kernel kernel = {WIDTHS(power_of_point_block), WIDTH(power_of_point_dense), (any_function
+        *)NAME(power_of_point), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5953,18 +7478,19 @@ static INLINE void NAME(signed_distance_point_plane_dense_plane)(intptr_t n, cha
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[3];
             REAL x2[1];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(signed_distance_point_plane_apply_plane)(prepared, x0, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
     }
 }
 LOOPS(signed_distance_point_plane_dense_plane)
@@ -6001,8 +7527,9 @@ static INLINE void NAME(signed_distance_point_plane_dense)(intptr_t n, char **ar
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -6010,12 +7537,12 @@ static INLINE void NAME(signed_distance_point_plane_dense)(intptr_t n, char **ar
             REAL x0[3];
             REAL x1[4];
             REAL x2[1];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
+            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
             NAME(signed_distance_point_plane)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
     }
 }
 LOOPS(signed_distance_point_plane_dense)
@@ -6091,11 +7618,39 @@ static INLINE void NAME(distance_point_line_block)(intptr_t n, char **args, cons
 }
 LOOPS(distance_point_line_block)
 
+static INLINE void NAME(distance_point_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r2[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[6];
+            REAL x2[1];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(distance_point_line)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_tile_1)(a2 + first * 1, r2, TILE);
+    }
+}
+LOOP(distance_point_line_dense)
+
 void NAME(distance_point_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(distance_point_line_block), {NULL}, (any_function
-        *)NAME(distance_point_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(distance_point_line_block), WIDTH(distance_point_line_dense),
+        (any_function *)NAME(distance_point_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6173,11 +7728,39 @@ static INLINE void NAME(point_pair_from_points_block)(intptr_t n, char **args, c
 }
 LOOPS(point_pair_from_points_block)
 
+static INLINE void NAME(point_pair_from_points_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[10 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[10];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
+            NAME(point_pair_from_points)(x0, x1, x2);
+            NAME(store_10)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_10)(a2 + first * 10, r2, TILE);
+    }
+}
+LOOP(point_pair_from_points_dense)
+
 void NAME(point_pair_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_from_points_block), {NULL}, (any_function
-        *)NAME(point_pair_from_points), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(point_pair_from_points_block), WIDTH(point_pair_from_points_dense),
+        (any_function *)NAME(point_pair_from_points), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6652,6 +8235,30 @@ static INLINE void NAME(circle_from_points_block_a_c)(intptr_t n, char **args, c
 }
 LOOPS(circle_from_points_block_a_c)
 
+static INLINE void NAME(circle_from_points_dense_a_c)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a1 = (REAL *)args[1];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r3[10 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x1[3];
+            REAL x3[10];
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
+            NAME(circle_from_points_apply_a_c)(prepared, x1, x3);
+            NAME(store_10)((char *)(r3 + i), TILE * w, x3);
+        }
+        NAME(store_tile_10)(a3 + first * 10, r3, TILE);
+    }
+}
+LOOP(circle_from_points_dense_a_c)
+
 static void NAME(circle_from_points_start_a_c)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c2a = strides[2];
@@ -6680,6 +8287,30 @@ static INLINE void NAME(circle_from_points_block_b_c)(intptr_t n, char **args, c
 }
 LOOPS(circle_from_points_block_b_c)
 
+static INLINE void NAME(circle_from_points_dense_b_c)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r3[10 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x3[10];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(circle_from_points_apply_b_c)(prepared, x0, x3);
+            NAME(store_10)((char *)(r3 + i), TILE * w, x3);
+        }
+        NAME(store_tile_10)(a3 + first * 10, r3, TILE);
+    }
+}
+LOOP(circle_from_points_dense_b_c)
+
 static void NAME(circle_from_points_start_b_c)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1], c2a = strides[2];
@@ -6707,6 +8338,30 @@ static INLINE void NAME(circle_from_points_block_a_b)(intptr_t n, char **args, c
     }
 }
 LOOPS(circle_from_points_block_a_b)
+
+static INLINE void NAME(circle_from_points_dense_a_b)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r2[3 * TILE];
+    _Alignas(64) REAL r3[10 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r2, TILE, a2 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x2[3];
+            REAL x3[10];
+            NAME(load_3)(x2, (char *)(r2 + i), TILE * w);
+            NAME(circle_from_points_apply_a_b)(prepared, x2, x3);
+            NAME(store_10)((char *)(r3 + i), TILE * w, x3);
+        }
+        NAME(store_tile_10)(a3 + first * 10, r3, TILE);
+    }
+}
+LOOP(circle_from_points_dense_a_b)
 
 static void NAME(circle_from_points_start_a_b)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -6741,15 +8396,49 @@ static INLINE void NAME(circle_from_points_block)(intptr_t n, char **args, const
 }
 LOOPS(circle_from_points_block)
 
+static INLINE void NAME(circle_from_points_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[3 * TILE];
+    _Alignas(64) REAL r3[10 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
+        NAME(load_tile_3)(r2, TILE, a2 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[3];
+            REAL x3[10];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
+            NAME(load_3)(x2, (char *)(r2 + i), TILE * w);
+            NAME(circle_from_points)(x0, x1, x2, x3);
+            NAME(store_10)((char *)(r3 + i), TILE * w, x3);
+        }
+        NAME(store_tile_10)(a3 + first * 10, r3, TILE);
+    }
+}
+LOOP(circle_from_points_dense)
+
 void NAME(circle_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {10, 1, 3, {10}}};
     static const struct form forms[] = {{5, 2, NAME(circle_from_points_start_a_c),
-        WIDTHS(circle_from_points_block_a_c), {NULL}}, {6, 2, NAME(circle_from_points_start_b_c),
-        WIDTHS(circle_from_points_block_b_c), {NULL}}, {3, 3, NAME(circle_from_points_start_a_b),
-        WIDTHS(circle_from_points_block_a_b), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(circle_from_points_block), {NULL}, (any_function
-        *)NAME(circle_from_points), NAME(call_aaar), 3, 4, 3, 0, 0, parts, forms};
+        WIDTHS(circle_from_points_block_a_c), WIDTH(circle_from_points_dense_a_c)}, {6, 2,
+        NAME(circle_from_points_start_b_c), WIDTHS(circle_from_points_block_b_c),
+        WIDTH(circle_from_points_dense_b_c)}, {3, 3, NAME(circle_from_points_start_a_b),
+        WIDTHS(circle_from_points_block_a_b), WIDTH(circle_from_points_dense_a_b)}};
+    static const struct kernel kernel = {WIDTHS(circle_from_points_block), WIDTH(circle_from_points_dense),
+        (any_function *)NAME(circle_from_points), NAME(call_aaar), 3, 4, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7597,6 +9286,30 @@ static INLINE void NAME(sphere_from_points_block_a_b_c)(intptr_t n, char **args,
 }
 LOOPS(sphere_from_points_block_a_b_c)
 
+static INLINE void NAME(sphere_from_points_dense_a_b_c)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r3[3 * TILE];
+    _Alignas(64) REAL r4[5 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r3, TILE, a3 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x3[3];
+            REAL x4[5];
+            NAME(load_3)(x3, (char *)(r3 + i), TILE * w);
+            NAME(sphere_from_points_apply_a_b_c)(prepared, x3, x4);
+            NAME(store_5)((char *)(r4 + i), TILE * w, x4);
+        }
+        NAME(store_tile_5)(a4 + first * 5, r4, TILE);
+    }
+}
+LOOP(sphere_from_points_dense_a_b_c)
+
 static void NAME(sphere_from_points_start_a_b_c)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -7626,6 +9339,30 @@ static INLINE void NAME(sphere_from_points_block_a_b_d)(intptr_t n, char **args,
     }
 }
 LOOPS(sphere_from_points_block_a_b_d)
+
+static INLINE void NAME(sphere_from_points_dense_a_b_d)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a2 = (REAL *)args[2];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r2[3 * TILE];
+    _Alignas(64) REAL r4[5 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r2, TILE, a2 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x2[3];
+            REAL x4[5];
+            NAME(load_3)(x2, (char *)(r2 + i), TILE * w);
+            NAME(sphere_from_points_apply_a_b_d)(prepared, x2, x4);
+            NAME(store_5)((char *)(r4 + i), TILE * w, x4);
+        }
+        NAME(store_tile_5)(a4 + first * 5, r4, TILE);
+    }
+}
+LOOP(sphere_from_points_dense_a_b_d)
 
 static void NAME(sphere_from_points_start_a_b_d)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -7657,6 +9394,30 @@ static INLINE void NAME(sphere_from_points_block_a_c_d)(intptr_t n, char **args,
 }
 LOOPS(sphere_from_points_block_a_c_d)
 
+static INLINE void NAME(sphere_from_points_dense_a_c_d)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a1 = (REAL *)args[1];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r4[5 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x1[3];
+            REAL x4[5];
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
+            NAME(sphere_from_points_apply_a_c_d)(prepared, x1, x4);
+            NAME(store_5)((char *)(r4 + i), TILE * w, x4);
+        }
+        NAME(store_tile_5)(a4 + first * 5, r4, TILE);
+    }
+}
+LOOP(sphere_from_points_dense_a_c_d)
+
 static void NAME(sphere_from_points_start_a_c_d)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c2a = strides[2], c3a = strides[3];
@@ -7686,6 +9447,30 @@ static INLINE void NAME(sphere_from_points_block_b_c_d)(intptr_t n, char **args,
     }
 }
 LOOPS(sphere_from_points_block_b_c_d)
+
+static INLINE void NAME(sphere_from_points_dense_b_c_d)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r4[5 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x4[5];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(sphere_from_points_apply_b_c_d)(prepared, x0, x4);
+            NAME(store_5)((char *)(r4 + i), TILE * w, x4);
+        }
+        NAME(store_tile_5)(a4 + first * 5, r4, TILE);
+    }
+}
+LOOP(sphere_from_points_dense_b_c_d)
 
 static void NAME(sphere_from_points_start_b_c_d)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -7725,17 +9510,57 @@ static INLINE void NAME(sphere_from_points_block)(intptr_t n, char **args, const
 }
 LOOPS(sphere_from_points_block)
 
+static INLINE void NAME(sphere_from_points_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[3 * TILE];
+    _Alignas(64) REAL r3[3 * TILE];
+    _Alignas(64) REAL r4[5 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
+        NAME(load_tile_3)(r2, TILE, a2 + first * 3);
+        NAME(load_tile_3)(r3, TILE, a3 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[3];
+            REAL x3[3];
+            REAL x4[5];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
+            NAME(load_3)(x2, (char *)(r2 + i), TILE * w);
+            NAME(load_3)(x3, (char *)(r3 + i), TILE * w);
+            NAME(sphere_from_points)(x0, x1, x2, x3, x4);
+            NAME(store_5)((char *)(r4 + i), TILE * w, x4);
+        }
+        NAME(store_tile_5)(a4 + first * 5, r4, TILE);
+    }
+}
+LOOP(sphere_from_points_dense)
+
 void NAME(sphere_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}, {5, 1, 4,
         {5}}};
     static const struct form forms[] = {{7, 3, NAME(sphere_from_points_start_a_b_c),
-        WIDTHS(sphere_from_points_block_a_b_c), {NULL}}, {11, 3, NAME(sphere_from_points_start_a_b_d),
-        WIDTHS(sphere_from_points_block_a_b_d), {NULL}}, {13, 3, NAME(sphere_from_points_start_a_c_d),
-        WIDTHS(sphere_from_points_block_a_c_d), {NULL}}, {14, 3, NAME(sphere_from_points_start_b_c_d),
-        WIDTHS(sphere_from_points_block_b_c_d), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(sphere_from_points_block), {NULL}, (any_function
-        *)NAME(sphere_from_points), NAME(call_aaaar), 4, 5, 4, 0, 0, parts, forms};
+        WIDTHS(sphere_from_points_block_a_b_c), WIDTH(sphere_from_points_dense_a_b_c)}, {11, 3,
+        NAME(sphere_from_points_start_a_b_d), WIDTHS(sphere_from_points_block_a_b_d),
+        WIDTH(sphere_from_points_dense_a_b_d)}, {13, 3, NAME(sphere_from_points_start_a_c_d),
+        WIDTHS(sphere_from_points_block_a_c_d), WIDTH(sphere_from_points_dense_a_c_d)}, {14, 3,
+        NAME(sphere_from_points_start_b_c_d), WIDTHS(sphere_from_points_block_b_c_d),
+        WIDTH(sphere_from_points_dense_b_c_d)}};
+    static const struct kernel kernel = {WIDTHS(sphere_from_points_block), WIDTH(sphere_from_points_dense),
+        (any_function *)NAME(sphere_from_points), NAME(call_aaaar), 4, 5, 4, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7787,11 +9612,39 @@ static INLINE void NAME(line_from_points_block)(intptr_t n, char **args, const i
 }
 LOOPS(line_from_points_block)
 
+static INLINE void NAME(line_from_points_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[6];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
+            NAME(line_from_points)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
+    }
+}
+LOOP(line_from_points_dense)
+
 void NAME(line_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(line_from_points_block), {NULL}, (any_function
-        *)NAME(line_from_points), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_from_points_block), WIDTH(line_from_points_dense),
+        (any_function *)NAME(line_from_points), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7843,11 +9696,40 @@ static INLINE void NAME(line_from_point_direction_block)(intptr_t n, char **args
 }
 LOOPS(line_from_point_direction_block)
 
+static INLINE void NAME(line_from_point_direction_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[6];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
+            NAME(line_from_point_direction)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
+    }
+}
+LOOP(line_from_point_direction_dense)
+
 void NAME(line_from_point_direction_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(line_from_point_direction_block), {NULL}, (any_function
-        *)NAME(line_from_point_direction), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_from_point_direction_block),
+        WIDTH(line_from_point_direction_dense), (any_function *)NAME(line_from_point_direction), NAME(call_aar), 2,
+        3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7915,32 +9797,39 @@ static INLINE void NAME(plane_from_points_dense)(intptr_t n, char **args, const 
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    _Alignas(64) REAL r3[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[3 * TILE];
+    _Alignas(64) REAL r3[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
+        NAME(load_tile_3)(r2, TILE, a2 + first * 3);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[3];
             REAL x1[3];
             REAL x2[3];
             REAL x3[4];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
-            NAME(load_3)(x2, a2 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
+            NAME(load_3)(x2, (char *)(r2 + i), TILE * w);
             NAME(plane_from_points)(x0, x1, x2, x3);
-            NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
+            NAME(store_4)((char *)(r3 + i), TILE * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 4, SPAN);
+        NAME(store_tile_4)(a3 + first * 4, r3, TILE);
     }
 }
-LOOPS(plane_from_points_dense)
+LOOP(plane_from_points_dense)
 
 void NAME(plane_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {4, 1, 3, {4}}};
-    static const struct kernel kernel = {WIDTHS(plane_from_points_block), WIDTHS(plane_from_points_dense),
+    static const struct kernel kernel = {WIDTHS(plane_from_points_block), WIDTH(plane_from_points_dense),
         (any_function *)NAME(plane_from_points), NAME(call_aaar), 3, 4, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -7985,11 +9874,40 @@ static INLINE void NAME(dual_sphere_from_centre_block)(intptr_t n, char **args, 
 }
 LOOPS(dual_sphere_from_centre_block)
 
+static INLINE void NAME(dual_sphere_from_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[1 * TILE];
+    _Alignas(64) REAL r2[5 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_1)(r1, TILE, a1 + first * 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[1];
+            REAL x2[5];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_scalar)(x1, (char *)(r1 + i));
+            NAME(dual_sphere_from_centre)(x0, x1[0], x2);
+            NAME(store_5)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_5)(a2 + first * 5, r2, TILE);
+    }
+}
+LOOP(dual_sphere_from_centre_dense)
+
 void NAME(dual_sphere_from_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {WIDTHS(dual_sphere_from_centre_block), {NULL}, (any_function
-        *)NAME(dual_sphere_from_centre), NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(dual_sphere_from_centre_block),
+        WIDTH(dual_sphere_from_centre_dense), (any_function *)NAME(dual_sphere_from_centre), NAME(call_anr), 2, 3,
+        0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8039,11 +9957,40 @@ static INLINE void NAME(dual_sphere_through_point_block)(intptr_t n, char **args
 }
 LOOPS(dual_sphere_through_point_block)
 
+static INLINE void NAME(dual_sphere_through_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[5 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[5];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
+            NAME(dual_sphere_through_point)(x0, x1, x2);
+            NAME(store_5)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_5)(a2 + first * 5, r2, TILE);
+    }
+}
+LOOP(dual_sphere_through_point_dense)
+
 void NAME(dual_sphere_through_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {5, 1, 2, {5}}};
-    static const struct kernel kernel = {WIDTHS(dual_sphere_through_point_block), {NULL}, (any_function
-        *)NAME(dual_sphere_through_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(dual_sphere_through_point_block),
+        WIDTH(dual_sphere_through_point_dense), (any_function *)NAME(dual_sphere_through_point), NAME(call_aar), 2,
+        3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8089,11 +10036,39 @@ static INLINE void NAME(sphere_from_centre_block)(intptr_t n, char **args, const
 }
 LOOPS(sphere_from_centre_block)
 
+static INLINE void NAME(sphere_from_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[1 * TILE];
+    _Alignas(64) REAL r2[5 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_1)(r1, TILE, a1 + first * 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[1];
+            REAL x2[5];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_scalar)(x1, (char *)(r1 + i));
+            NAME(sphere_from_centre)(x0, x1[0], x2);
+            NAME(store_5)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_5)(a2 + first * 5, r2, TILE);
+    }
+}
+LOOP(sphere_from_centre_dense)
+
 void NAME(sphere_from_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {WIDTHS(sphere_from_centre_block), {NULL}, (any_function
-        *)NAME(sphere_from_centre), NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(sphere_from_centre_block), WIDTH(sphere_from_centre_dense),
+        (any_function *)NAME(sphere_from_centre), NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8132,29 +10107,34 @@ static INLINE void NAME(dual_plane_from_normal_dense)(intptr_t n, char **args, c
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[1 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_1)(r1, TILE, a1 + first * 1);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[3];
             REAL x1[1];
             REAL x2[4];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_scalar)(x1, a1 + (first + i) * w);
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_scalar)(x1, (char *)(r1 + i));
             NAME(dual_plane_from_normal)(x0, x1[0], x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4, SPAN);
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
     }
 }
-LOOPS(dual_plane_from_normal_dense)
+LOOP(dual_plane_from_normal_dense)
 
 void NAME(dual_plane_from_normal_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(dual_plane_from_normal_block), WIDTHS(dual_plane_from_normal_dense),
+    static const struct kernel kernel = {WIDTHS(dual_plane_from_normal_block), WIDTH(dual_plane_from_normal_dense),
         (any_function *)NAME(dual_plane_from_normal), NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -8212,29 +10192,34 @@ static INLINE void NAME(bisector_plane_dense)(intptr_t n, char **args, const int
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[3];
             REAL x1[3];
             REAL x2[4];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
             NAME(bisector_plane)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4, SPAN);
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
     }
 }
-LOOPS(bisector_plane_dense)
+LOOP(bisector_plane_dense)
 
 void NAME(bisector_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(bisector_plane_block), WIDTHS(bisector_plane_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(bisector_plane_block), WIDTH(bisector_plane_dense), (any_function
         *)NAME(bisector_plane), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -8273,10 +10258,33 @@ static INLINE void NAME(sphere_polarity_block)(intptr_t n, char **args, const in
 }
 LOOPS(sphere_polarity_block)
 
+static INLINE void NAME(sphere_polarity_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[5 * TILE];
+    _Alignas(64) REAL r1[5 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_5)(r0, TILE, a0 + first * 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[5];
+            REAL x1[5];
+            NAME(load_5)(x0, (char *)(r0 + i), TILE * w);
+            NAME(sphere_polarity)(x0, x1);
+            NAME(store_5)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_5)(a1 + first * 5, r1, TILE);
+    }
+}
+LOOP(sphere_polarity_dense)
+
 void NAME(sphere_polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {WIDTHS(sphere_polarity_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(sphere_polarity_block), WIDTH(sphere_polarity_dense), (any_function
         *)NAME(sphere_polarity), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -8317,26 +10325,29 @@ static INLINE void NAME(plane_polarity_dense)(intptr_t n, char **args, const int
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r1[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[4];
             REAL x1[4];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
             NAME(plane_polarity)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4, SPAN);
+        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
     }
 }
-LOOPS(plane_polarity_dense)
+LOOP(plane_polarity_dense)
 
 void NAME(plane_polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(plane_polarity_block), WIDTHS(plane_polarity_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(plane_polarity_block), WIDTH(plane_polarity_dense), (any_function
         *)NAME(plane_polarity), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -8375,11 +10386,34 @@ static INLINE void NAME(sphere_centre_block)(intptr_t n, char **args, const intp
 }
 LOOPS(sphere_centre_block)
 
+static INLINE void NAME(sphere_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[5 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_5)(r0, TILE, a0 + first * 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[5];
+            REAL x1[3];
+            NAME(load_5)(x0, (char *)(r0 + i), TILE * w);
+            NAME(sphere_centre)(x0, x1);
+            NAME(store_3)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_3)(a1 + first * 3, r1, TILE);
+    }
+}
+LOOP(sphere_centre_dense)
+
 void NAME(sphere_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(sphere_centre_block), {NULL}, (any_function *)NAME(sphere_centre),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(sphere_centre_block), WIDTH(sphere_centre_dense), (any_function
+        *)NAME(sphere_centre), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8422,11 +10456,34 @@ static INLINE void NAME(sphere_radius_squared_block)(intptr_t n, char **args, co
 }
 LOOPS(sphere_radius_squared_block)
 
+static INLINE void NAME(sphere_radius_squared_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[5 * TILE];
+    _Alignas(64) REAL r1[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_5)(r0, TILE, a0 + first * 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[5];
+            REAL x1[1];
+            NAME(load_5)(x0, (char *)(r0 + i), TILE * w);
+            NAME(sphere_radius_squared)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_tile_1)(a1 + first * 1, r1, TILE);
+    }
+}
+LOOP(sphere_radius_squared_dense)
+
 void NAME(sphere_radius_squared_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(sphere_radius_squared_block), {NULL}, (any_function
-        *)NAME(sphere_radius_squared), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(sphere_radius_squared_block), WIDTH(sphere_radius_squared_dense),
+        (any_function *)NAME(sphere_radius_squared), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8488,11 +10545,34 @@ static INLINE void NAME(circle_centre_block)(intptr_t n, char **args, const intp
 }
 LOOPS(circle_centre_block)
 
+static INLINE void NAME(circle_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[10 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_10)(r0, TILE, a0 + first * 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[10];
+            REAL x1[3];
+            NAME(load_10)(x0, (char *)(r0 + i), TILE * w);
+            NAME(circle_centre)(x0, x1);
+            NAME(store_3)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_3)(a1 + first * 3, r1, TILE);
+    }
+}
+LOOP(circle_centre_dense)
+
 void NAME(circle_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(circle_centre_block), {NULL}, (any_function *)NAME(circle_centre),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(circle_centre_block), WIDTH(circle_centre_dense), (any_function
+        *)NAME(circle_centre), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8549,11 +10629,34 @@ static INLINE void NAME(circle_radius_squared_block)(intptr_t n, char **args, co
 }
 LOOPS(circle_radius_squared_block)
 
+static INLINE void NAME(circle_radius_squared_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[10 * TILE];
+    _Alignas(64) REAL r1[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_10)(r0, TILE, a0 + first * 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[10];
+            REAL x1[1];
+            NAME(load_10)(x0, (char *)(r0 + i), TILE * w);
+            NAME(circle_radius_squared)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_tile_1)(a1 + first * 1, r1, TILE);
+    }
+}
+LOOP(circle_radius_squared_dense)
+
 void NAME(circle_radius_squared_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(circle_radius_squared_block), {NULL}, (any_function
-        *)NAME(circle_radius_squared), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(circle_radius_squared_block), WIDTH(circle_radius_squared_dense),
+        (any_function *)NAME(circle_radius_squared), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8586,11 +10689,34 @@ static INLINE void NAME(circle_plane_block)(intptr_t n, char **args, const intpt
 }
 LOOPS(circle_plane_block)
 
+static INLINE void NAME(circle_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[10 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_10)(r0, TILE, a0 + first * 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[10];
+            REAL x1[4];
+            NAME(load_10)(x0, (char *)(r0 + i), TILE * w);
+            NAME(circle_plane)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
+    }
+}
+LOOP(circle_plane_dense)
+
 void NAME(circle_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(circle_plane_block), {NULL}, (any_function *)NAME(circle_plane),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(circle_plane_block), WIDTH(circle_plane_dense), (any_function
+        *)NAME(circle_plane), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8629,11 +10755,34 @@ static INLINE void NAME(circle_axis_block)(intptr_t n, char **args, const intptr
 }
 LOOPS(circle_axis_block)
 
+static INLINE void NAME(circle_axis_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[10 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_10)(r0, TILE, a0 + first * 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[10];
+            REAL x1[6];
+            NAME(load_10)(x0, (char *)(r0 + i), TILE * w);
+            NAME(circle_axis)(x0, x1);
+            NAME(store_6)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_6)(a1 + first * 6, r1, TILE);
+    }
+}
+LOOP(circle_axis_dense)
+
 void NAME(circle_axis_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {WIDTHS(circle_axis_block), {NULL}, (any_function *)NAME(circle_axis),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(circle_axis_block), WIDTH(circle_axis_dense), (any_function
+        *)NAME(circle_axis), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8696,11 +10845,34 @@ static INLINE void NAME(point_pair_centre_block)(intptr_t n, char **args, const 
 }
 LOOPS(point_pair_centre_block)
 
+static INLINE void NAME(point_pair_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[10 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_10)(r0, TILE, a0 + first * 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[10];
+            REAL x1[3];
+            NAME(load_10)(x0, (char *)(r0 + i), TILE * w);
+            NAME(point_pair_centre)(x0, x1);
+            NAME(store_3)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_3)(a1 + first * 3, r1, TILE);
+    }
+}
+LOOP(point_pair_centre_dense)
+
 void NAME(point_pair_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_centre_block), {NULL}, (any_function
-        *)NAME(point_pair_centre), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(point_pair_centre_block), WIDTH(point_pair_centre_dense),
+        (any_function *)NAME(point_pair_centre), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8756,11 +10928,35 @@ static INLINE void NAME(point_pair_radius_squared_block)(intptr_t n, char **args
 }
 LOOPS(point_pair_radius_squared_block)
 
+static INLINE void NAME(point_pair_radius_squared_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[10 * TILE];
+    _Alignas(64) REAL r1[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_10)(r0, TILE, a0 + first * 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[10];
+            REAL x1[1];
+            NAME(load_10)(x0, (char *)(r0 + i), TILE * w);
+            NAME(point_pair_radius_squared)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_tile_1)(a1 + first * 1, r1, TILE);
+    }
+}
+LOOP(point_pair_radius_squared_dense)
+
 void NAME(point_pair_radius_squared_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_radius_squared_block), {NULL}, (any_function
-        *)NAME(point_pair_radius_squared), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(point_pair_radius_squared_block),
+        WIDTH(point_pair_radius_squared_dense), (any_function *)NAME(point_pair_radius_squared), NAME(call_ar), 1,
+        2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8857,11 +11053,39 @@ static INLINE void NAME(point_pair_points_block)(intptr_t n, char **args, const 
 }
 LOOPS(point_pair_points_block)
 
+static INLINE void NAME(point_pair_points_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[10 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[3 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_10)(r0, TILE, a0 + first * 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[10];
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_10)(x0, (char *)(r0 + i), TILE * w);
+            NAME(point_pair_points)(x0, x1, x2);
+            NAME(store_3)((char *)(r1 + i), TILE * w, x1);
+            NAME(store_3)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_3)(a1 + first * 3, r1, TILE);
+        NAME(store_tile_3)(a2 + first * 3, r2, TILE);
+    }
+}
+LOOP(point_pair_points_dense)
+
 void NAME(point_pair_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_points_block), {NULL}, (any_function
-        *)NAME(point_pair_points), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(point_pair_points_block), WIDTH(point_pair_points_dense),
+        (any_function *)NAME(point_pair_points), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8939,11 +11163,39 @@ static INLINE void NAME(meet_spheres_block)(intptr_t n, char **args, const intpt
 }
 LOOPS(meet_spheres_block)
 
+static INLINE void NAME(meet_spheres_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[5 * TILE];
+    _Alignas(64) REAL r1[5 * TILE];
+    _Alignas(64) REAL r2[10 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_5)(r0, TILE, a0 + first * 5);
+        NAME(load_tile_5)(r1, TILE, a1 + first * 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[5];
+            REAL x1[5];
+            REAL x2[10];
+            NAME(load_5)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_5)(x1, (char *)(r1 + i), TILE * w);
+            NAME(meet_spheres)(x0, x1, x2);
+            NAME(store_10)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_10)(a2 + first * 10, r2, TILE);
+    }
+}
+LOOP(meet_spheres_dense)
+
 void NAME(meet_spheres_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {WIDTHS(meet_spheres_block), {NULL}, (any_function *)NAME(meet_spheres),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(meet_spheres_block), WIDTH(meet_spheres_dense), (any_function
+        *)NAME(meet_spheres), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9016,11 +11268,39 @@ static INLINE void NAME(meet_sphere_plane_block)(intptr_t n, char **args, const 
 }
 LOOPS(meet_sphere_plane_block)
 
+static INLINE void NAME(meet_sphere_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[5 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[10 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_5)(r0, TILE, a0 + first * 5);
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[5];
+            REAL x1[4];
+            REAL x2[10];
+            NAME(load_5)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
+            NAME(meet_sphere_plane)(x0, x1, x2);
+            NAME(store_10)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_10)(a2 + first * 10, r2, TILE);
+    }
+}
+LOOP(meet_sphere_plane_dense)
+
 void NAME(meet_sphere_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {4, 1, 1, {4}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {WIDTHS(meet_sphere_plane_block), {NULL}, (any_function
-        *)NAME(meet_sphere_plane), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(meet_sphere_plane_block), WIDTH(meet_sphere_plane_dense),
+        (any_function *)NAME(meet_sphere_plane), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9552,6 +11832,30 @@ static INLINE void NAME(meet_three_spheres_block_a_b)(intptr_t n, char **args, c
 }
 LOOPS(meet_three_spheres_block_a_b)
 
+static INLINE void NAME(meet_three_spheres_dense_a_b)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r2[5 * TILE];
+    _Alignas(64) REAL r3[10 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_5)(r2, TILE, a2 + first * 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x2[5];
+            REAL x3[10];
+            NAME(load_5)(x2, (char *)(r2 + i), TILE * w);
+            NAME(meet_three_spheres_apply_a_b)(prepared, x2, x3);
+            NAME(store_10)((char *)(r3 + i), TILE * w, x3);
+        }
+        NAME(store_tile_10)(a3 + first * 10, r3, TILE);
+    }
+}
+LOOP(meet_three_spheres_dense_a_b)
+
 static void NAME(meet_three_spheres_start_a_b)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -9580,6 +11884,30 @@ static INLINE void NAME(meet_three_spheres_block_a_c)(intptr_t n, char **args, c
 }
 LOOPS(meet_three_spheres_block_a_c)
 
+static INLINE void NAME(meet_three_spheres_dense_a_c)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a1 = (REAL *)args[1];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r1[5 * TILE];
+    _Alignas(64) REAL r3[10 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_5)(r1, TILE, a1 + first * 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x1[5];
+            REAL x3[10];
+            NAME(load_5)(x1, (char *)(r1 + i), TILE * w);
+            NAME(meet_three_spheres_apply_a_c)(prepared, x1, x3);
+            NAME(store_10)((char *)(r3 + i), TILE * w, x3);
+        }
+        NAME(store_tile_10)(a3 + first * 10, r3, TILE);
+    }
+}
+LOOP(meet_three_spheres_dense_a_c)
+
 static void NAME(meet_three_spheres_start_a_c)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c2a = strides[2];
@@ -9607,6 +11935,30 @@ static INLINE void NAME(meet_three_spheres_block_b_c)(intptr_t n, char **args, c
     }
 }
 LOOPS(meet_three_spheres_block_b_c)
+
+static INLINE void NAME(meet_three_spheres_dense_b_c)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r0[5 * TILE];
+    _Alignas(64) REAL r3[10 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_5)(r0, TILE, a0 + first * 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[5];
+            REAL x3[10];
+            NAME(load_5)(x0, (char *)(r0 + i), TILE * w);
+            NAME(meet_three_spheres_apply_b_c)(prepared, x0, x3);
+            NAME(store_10)((char *)(r3 + i), TILE * w, x3);
+        }
+        NAME(store_tile_10)(a3 + first * 10, r3, TILE);
+    }
+}
+LOOP(meet_three_spheres_dense_b_c)
 
 static void NAME(meet_three_spheres_start_b_c)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -9641,15 +11993,49 @@ static INLINE void NAME(meet_three_spheres_block)(intptr_t n, char **args, const
 }
 LOOPS(meet_three_spheres_block)
 
+static INLINE void NAME(meet_three_spheres_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r0[5 * TILE];
+    _Alignas(64) REAL r1[5 * TILE];
+    _Alignas(64) REAL r2[5 * TILE];
+    _Alignas(64) REAL r3[10 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_5)(r0, TILE, a0 + first * 5);
+        NAME(load_tile_5)(r1, TILE, a1 + first * 5);
+        NAME(load_tile_5)(r2, TILE, a2 + first * 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[5];
+            REAL x1[5];
+            REAL x2[5];
+            REAL x3[10];
+            NAME(load_5)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_5)(x1, (char *)(r1 + i), TILE * w);
+            NAME(load_5)(x2, (char *)(r2 + i), TILE * w);
+            NAME(meet_three_spheres)(x0, x1, x2, x3);
+            NAME(store_10)((char *)(r3 + i), TILE * w, x3);
+        }
+        NAME(store_tile_10)(a3 + first * 10, r3, TILE);
+    }
+}
+LOOP(meet_three_spheres_dense)
+
 void NAME(meet_three_spheres_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}, {10, 1, 3, {10}}};
     static const struct form forms[] = {{3, 2, NAME(meet_three_spheres_start_a_b),
-        WIDTHS(meet_three_spheres_block_a_b), {NULL}}, {5, 2, NAME(meet_three_spheres_start_a_c),
-        WIDTHS(meet_three_spheres_block_a_c), {NULL}}, {6, 2, NAME(meet_three_spheres_start_b_c),
-        WIDTHS(meet_three_spheres_block_b_c), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(meet_three_spheres_block), {NULL}, (any_function
-        *)NAME(meet_three_spheres), NAME(call_aaar), 3, 4, 3, 0, 0, parts, forms};
+        WIDTHS(meet_three_spheres_block_a_b), WIDTH(meet_three_spheres_dense_a_b)}, {5, 2,
+        NAME(meet_three_spheres_start_a_c), WIDTHS(meet_three_spheres_block_a_c),
+        WIDTH(meet_three_spheres_dense_a_c)}, {6, 2, NAME(meet_three_spheres_start_b_c),
+        WIDTHS(meet_three_spheres_block_b_c), WIDTH(meet_three_spheres_dense_b_c)}};
+    static const struct kernel kernel = {WIDTHS(meet_three_spheres_block), WIDTH(meet_three_spheres_dense),
+        (any_function *)NAME(meet_three_spheres), NAME(call_aaar), 3, 4, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9732,11 +12118,39 @@ static INLINE void NAME(meet_line_sphere_block)(intptr_t n, char **args, const i
 }
 LOOPS(meet_line_sphere_block)
 
+static INLINE void NAME(meet_line_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[5 * TILE];
+    _Alignas(64) REAL r2[10 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        NAME(load_tile_5)(r1, TILE, a1 + first * 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[5];
+            REAL x2[10];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_5)(x1, (char *)(r1 + i), TILE * w);
+            NAME(meet_line_sphere)(x0, x1, x2);
+            NAME(store_10)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_10)(a2 + first * 10, r2, TILE);
+    }
+}
+LOOP(meet_line_sphere_dense)
+
 void NAME(meet_line_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {5, 1, 1, {5}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {WIDTHS(meet_line_sphere_block), {NULL}, (any_function
-        *)NAME(meet_line_sphere), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(meet_line_sphere_block), WIDTH(meet_line_sphere_dense),
+        (any_function *)NAME(meet_line_sphere), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9828,11 +12242,39 @@ static INLINE void NAME(meet_circle_plane_block)(intptr_t n, char **args, const 
 }
 LOOPS(meet_circle_plane_block)
 
+static INLINE void NAME(meet_circle_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[10 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[10 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_10)(r0, TILE, a0 + first * 10);
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[10];
+            REAL x1[4];
+            REAL x2[10];
+            NAME(load_10)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
+            NAME(meet_circle_plane)(x0, x1, x2);
+            NAME(store_10)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_10)(a2 + first * 10, r2, TILE);
+    }
+}
+LOOP(meet_circle_plane_dense)
+
 void NAME(meet_circle_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {4, 1, 1, {4}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {WIDTHS(meet_circle_plane_block), {NULL}, (any_function
-        *)NAME(meet_circle_plane), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(meet_circle_plane_block), WIDTH(meet_circle_plane_dense),
+        (any_function *)NAME(meet_circle_plane), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9941,11 +12383,39 @@ static INLINE void NAME(meet_circle_sphere_block)(intptr_t n, char **args, const
 }
 LOOPS(meet_circle_sphere_block)
 
+static INLINE void NAME(meet_circle_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[10 * TILE];
+    _Alignas(64) REAL r1[5 * TILE];
+    _Alignas(64) REAL r2[10 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_10)(r0, TILE, a0 + first * 10);
+        NAME(load_tile_5)(r1, TILE, a1 + first * 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[10];
+            REAL x1[5];
+            REAL x2[10];
+            NAME(load_10)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_5)(x1, (char *)(r1 + i), TILE * w);
+            NAME(meet_circle_sphere)(x0, x1, x2);
+            NAME(store_10)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_10)(a2 + first * 10, r2, TILE);
+    }
+}
+LOOP(meet_circle_sphere_dense)
+
 void NAME(meet_circle_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {5, 1, 1, {5}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {WIDTHS(meet_circle_sphere_block), {NULL}, (any_function
-        *)NAME(meet_circle_sphere), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(meet_circle_sphere_block), WIDTH(meet_circle_sphere_dense),
+        (any_function *)NAME(meet_circle_sphere), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10005,11 +12475,39 @@ static INLINE void NAME(meet_planes_block)(intptr_t n, char **args, const intptr
 }
 LOOPS(meet_planes_block)
 
+static INLINE void NAME(meet_planes_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[6];
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
+            NAME(meet_planes)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
+    }
+}
+LOOP(meet_planes_dense)
+
 void NAME(meet_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(meet_planes_block), {NULL}, (any_function *)NAME(meet_planes),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(meet_planes_block), WIDTH(meet_planes_dense), (any_function
+        *)NAME(meet_planes), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10074,10 +12572,38 @@ static INLINE void NAME(meet_line_plane_block)(intptr_t n, char **args, const in
 }
 LOOPS(meet_line_plane_block)
 
+static INLINE void NAME(meet_line_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[3 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[4];
+            REAL x2[3];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
+            NAME(meet_line_plane)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_3)(a2 + first * 3, r2, TILE);
+    }
+}
+LOOP(meet_line_plane_dense)
+
 void NAME(meet_line_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(meet_line_plane_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(meet_line_plane_block), WIDTH(meet_line_plane_dense), (any_function
         *)NAME(meet_line_plane), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -10114,26 +12640,29 @@ static INLINE void NAME(flat_point_from_point_dense)(intptr_t n, char **args, co
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r1[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[3];
             REAL x1[4];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
             NAME(flat_point_from_point)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4, SPAN);
+        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
     }
 }
-LOOPS(flat_point_from_point_dense)
+LOOP(flat_point_from_point_dense)
 
 void NAME(flat_point_from_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(flat_point_from_point_block), WIDTHS(flat_point_from_point_dense),
+    static const struct kernel kernel = {WIDTHS(flat_point_from_point_block), WIDTH(flat_point_from_point_dense),
         (any_function *)NAME(flat_point_from_point), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -10174,18 +12703,19 @@ static INLINE void NAME(point_from_flat_point_dense)(intptr_t n, char **args, co
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
     _Alignas(64) REAL r1[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[4];
             REAL x1[3];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(point_from_flat_point)(x0, x1);
             NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 3, SPAN);
+        NAME(store_few)(a1 + first * 3, r1, 3, SPAN);
     }
 }
 LOOPS(point_from_flat_point_dense)
@@ -10238,11 +12768,40 @@ static INLINE void NAME(line_from_direction_moment_block)(intptr_t n, char **arg
 }
 LOOPS(line_from_direction_moment_block)
 
+static INLINE void NAME(line_from_direction_moment_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[6];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
+            NAME(line_from_direction_moment)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
+    }
+}
+LOOP(line_from_direction_moment_dense)
+
 void NAME(line_from_direction_moment_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(line_from_direction_moment_block), {NULL}, (any_function
-        *)NAME(line_from_direction_moment), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_from_direction_moment_block),
+        WIDTH(line_from_direction_moment_dense), (any_function *)NAME(line_from_direction_moment), NAME(call_aar),
+        2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10286,11 +12845,40 @@ static INLINE void NAME(line_to_direction_moment_block)(intptr_t n, char **args,
 }
 LOOPS(line_to_direction_moment_block)
 
+static INLINE void NAME(line_to_direction_moment_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[3 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(line_to_direction_moment)(x0, x1, x2);
+            NAME(store_3)((char *)(r1 + i), TILE * w, x1);
+            NAME(store_3)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_3)(a1 + first * 3, r1, TILE);
+        NAME(store_tile_3)(a2 + first * 3, r2, TILE);
+    }
+}
+LOOP(line_to_direction_moment_dense)
+
 void NAME(line_to_direction_moment_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(line_to_direction_moment_block), {NULL}, (any_function
-        *)NAME(line_to_direction_moment), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_to_direction_moment_block),
+        WIDTH(line_to_direction_moment_dense), (any_function *)NAME(line_to_direction_moment), NAME(call_arr), 1, 3,
+        0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10330,29 +12918,34 @@ static INLINE void NAME(plane_from_normal_dense)(intptr_t n, char **args, const 
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[1 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_1)(r1, TILE, a1 + first * 1);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[3];
             REAL x1[1];
             REAL x2[4];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_scalar)(x1, a1 + (first + i) * w);
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_scalar)(x1, (char *)(r1 + i));
             NAME(plane_from_normal)(x0, x1[0], x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4, SPAN);
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
     }
 }
-LOOPS(plane_from_normal_dense)
+LOOP(plane_from_normal_dense)
 
 void NAME(plane_from_normal_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(plane_from_normal_block), WIDTHS(plane_from_normal_dense),
+    static const struct kernel kernel = {WIDTHS(plane_from_normal_block), WIDTH(plane_from_normal_dense),
         (any_function *)NAME(plane_from_normal), NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -10405,7 +12998,9 @@ static INLINE void NAME(plane_to_normal_dense)(intptr_t n, char **args, const in
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r1[3 * SPAN];
     _Alignas(64) REAL r2[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
@@ -10414,13 +13009,13 @@ static INLINE void NAME(plane_to_normal_dense)(intptr_t n, char **args, const in
             REAL x0[4];
             REAL x1[3];
             REAL x2[1];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(plane_to_normal)(x0, x1, x2);
             NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[1], first, r1, 3, SPAN);
-        NAME(store_span)(args[2], first, r2, 1, SPAN);
+        NAME(store_few)(a1 + first * 3, r1, 3, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
     }
 }
 LOOPS(plane_to_normal_dense)
@@ -10477,30 +13072,35 @@ static INLINE void NAME(plane_from_point_normal_dense)(intptr_t n, char **args, 
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[3];
             REAL x1[3];
             REAL x2[4];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
             NAME(plane_from_point_normal)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4, SPAN);
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
     }
 }
-LOOPS(plane_from_point_normal_dense)
+LOOP(plane_from_point_normal_dense)
 
 void NAME(plane_from_point_normal_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(plane_from_point_normal_block),
-        WIDTHS(plane_from_point_normal_dense), (any_function *)NAME(plane_from_point_normal), NAME(call_aar), 2, 3,
+        WIDTH(plane_from_point_normal_dense), (any_function *)NAME(plane_from_point_normal), NAME(call_aar), 2, 3,
         0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -10559,10 +13159,38 @@ static INLINE void NAME(join_point_line_block)(intptr_t n, char **args, const in
 }
 LOOPS(join_point_line_block)
 
+static INLINE void NAME(join_point_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[6];
+            REAL x2[4];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(join_point_line)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
+    }
+}
+LOOP(join_point_line_dense)
+
 void NAME(join_point_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(join_point_line_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(join_point_line_block), WIDTH(join_point_line_dense), (any_function
         *)NAME(join_point_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -10603,11 +13231,34 @@ static INLINE void NAME(line_polarity_block)(intptr_t n, char **args, const intp
 }
 LOOPS(line_polarity_block)
 
+static INLINE void NAME(line_polarity_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[6];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(line_polarity)(x0, x1);
+            NAME(store_6)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_6)(a1 + first * 6, r1, TILE);
+    }
+}
+LOOP(line_polarity_dense)
+
 void NAME(line_polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {WIDTHS(line_polarity_block), {NULL}, (any_function *)NAME(line_polarity),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_polarity_block), WIDTH(line_polarity_dense), (any_function
+        *)NAME(line_polarity), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10647,11 +13298,34 @@ static INLINE void NAME(line_from_dual_block)(intptr_t n, char **args, const int
 }
 LOOPS(line_from_dual_block)
 
+static INLINE void NAME(line_from_dual_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[6];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(line_from_dual)(x0, x1);
+            NAME(store_6)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_6)(a1 + first * 6, r1, TILE);
+    }
+}
+LOOP(line_from_dual_dense)
+
 void NAME(line_from_dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {WIDTHS(line_from_dual_block), {NULL}, (any_function *)NAME(line_from_dual),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_from_dual_block), WIDTH(line_from_dual_dense), (any_function
+        *)NAME(line_from_dual), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10691,26 +13365,29 @@ static INLINE void NAME(plane_from_dual_dense)(intptr_t n, char **args, const in
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r1[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[4];
             REAL x1[4];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
             NAME(plane_from_dual)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4, SPAN);
+        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
     }
 }
-LOOPS(plane_from_dual_dense)
+LOOP(plane_from_dual_dense)
 
 void NAME(plane_from_dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(plane_from_dual_block), WIDTHS(plane_from_dual_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(plane_from_dual_block), WIDTH(plane_from_dual_dense), (any_function
         *)NAME(plane_from_dual), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -10752,11 +13429,34 @@ static INLINE void NAME(circle_from_line_block)(intptr_t n, char **args, const i
 }
 LOOPS(circle_from_line_block)
 
+static INLINE void NAME(circle_from_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[10 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[10];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(circle_from_line)(x0, x1);
+            NAME(store_10)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_10)(a1 + first * 10, r1, TILE);
+    }
+}
+LOOP(circle_from_line_dense)
+
 void NAME(circle_from_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {10, 1, 1, {10}}};
-    static const struct kernel kernel = {WIDTHS(circle_from_line_block), {NULL}, (any_function
-        *)NAME(circle_from_line), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(circle_from_line_block), WIDTH(circle_from_line_dense),
+        (any_function *)NAME(circle_from_line), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10790,11 +13490,34 @@ static INLINE void NAME(sphere_from_plane_block)(intptr_t n, char **args, const 
 }
 LOOPS(sphere_from_plane_block)
 
+static INLINE void NAME(sphere_from_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[5 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[4];
+            REAL x1[5];
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
+            NAME(sphere_from_plane)(x0, x1);
+            NAME(store_5)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_5)(a1 + first * 5, r1, TILE);
+    }
+}
+LOOP(sphere_from_plane_dense)
+
 void NAME(sphere_from_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {WIDTHS(sphere_from_plane_block), {NULL}, (any_function
-        *)NAME(sphere_from_plane), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(sphere_from_plane_block), WIDTH(sphere_from_plane_dense),
+        (any_function *)NAME(sphere_from_plane), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10832,11 +13555,34 @@ static INLINE void NAME(sphere_from_dual_block)(intptr_t n, char **args, const i
 }
 LOOPS(sphere_from_dual_block)
 
+static INLINE void NAME(sphere_from_dual_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[5 * TILE];
+    _Alignas(64) REAL r1[5 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_5)(r0, TILE, a0 + first * 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[5];
+            REAL x1[5];
+            NAME(load_5)(x0, (char *)(r0 + i), TILE * w);
+            NAME(sphere_from_dual)(x0, x1);
+            NAME(store_5)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_5)(a1 + first * 5, r1, TILE);
+    }
+}
+LOOP(sphere_from_dual_dense)
+
 void NAME(sphere_from_dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {WIDTHS(sphere_from_dual_block), {NULL}, (any_function
-        *)NAME(sphere_from_dual), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(sphere_from_dual_block), WIDTH(sphere_from_dual_dense),
+        (any_function *)NAME(sphere_from_dual), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10886,11 +13632,34 @@ static INLINE void NAME(circle_from_dual_block)(intptr_t n, char **args, const i
 }
 LOOPS(circle_from_dual_block)
 
+static INLINE void NAME(circle_from_dual_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[10 * TILE];
+    _Alignas(64) REAL r1[10 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_10)(r0, TILE, a0 + first * 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[10];
+            REAL x1[10];
+            NAME(load_10)(x0, (char *)(r0 + i), TILE * w);
+            NAME(circle_from_dual)(x0, x1);
+            NAME(store_10)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_10)(a1 + first * 10, r1, TILE);
+    }
+}
+LOOP(circle_from_dual_dense)
+
 void NAME(circle_from_dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {10, 1, 1, {10}}};
-    static const struct kernel kernel = {WIDTHS(circle_from_dual_block), {NULL}, (any_function
-        *)NAME(circle_from_dual), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(circle_from_dual_block), WIDTH(circle_from_dual_dense),
+        (any_function *)NAME(circle_from_dual), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10940,11 +13709,34 @@ static INLINE void NAME(point_pair_from_dual_block)(intptr_t n, char **args, con
 }
 LOOPS(point_pair_from_dual_block)
 
+static INLINE void NAME(point_pair_from_dual_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[10 * TILE];
+    _Alignas(64) REAL r1[10 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_10)(r0, TILE, a0 + first * 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[10];
+            REAL x1[10];
+            NAME(load_10)(x0, (char *)(r0 + i), TILE * w);
+            NAME(point_pair_from_dual)(x0, x1);
+            NAME(store_10)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_10)(a1 + first * 10, r1, TILE);
+    }
+}
+LOOP(point_pair_from_dual_dense)
+
 void NAME(point_pair_from_dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {10, 1, 1, {10}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_from_dual_block), {NULL}, (any_function
-        *)NAME(point_pair_from_dual), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(point_pair_from_dual_block), WIDTH(point_pair_from_dual_dense),
+        (any_function *)NAME(point_pair_from_dual), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10994,10 +13786,33 @@ static INLINE void NAME(circle_polarity_block)(intptr_t n, char **args, const in
 }
 LOOPS(circle_polarity_block)
 
+static INLINE void NAME(circle_polarity_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[10 * TILE];
+    _Alignas(64) REAL r1[10 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_10)(r0, TILE, a0 + first * 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[10];
+            REAL x1[10];
+            NAME(load_10)(x0, (char *)(r0 + i), TILE * w);
+            NAME(circle_polarity)(x0, x1);
+            NAME(store_10)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_10)(a1 + first * 10, r1, TILE);
+    }
+}
+LOOP(circle_polarity_dense)
+
 void NAME(circle_polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {10, 1, 1, {10}}};
-    static const struct kernel kernel = {WIDTHS(circle_polarity_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(circle_polarity_block), WIDTH(circle_polarity_dense), (any_function
         *)NAME(circle_polarity), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -11048,11 +13863,34 @@ static INLINE void NAME(point_pair_polarity_block)(intptr_t n, char **args, cons
 }
 LOOPS(point_pair_polarity_block)
 
+static INLINE void NAME(point_pair_polarity_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[10 * TILE];
+    _Alignas(64) REAL r1[10 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_10)(r0, TILE, a0 + first * 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[10];
+            REAL x1[10];
+            NAME(load_10)(x0, (char *)(r0 + i), TILE * w);
+            NAME(point_pair_polarity)(x0, x1);
+            NAME(store_10)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_10)(a1 + first * 10, r1, TILE);
+    }
+}
+LOOP(point_pair_polarity_dense)
+
 void NAME(point_pair_polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {10, 1, 1, {10}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_polarity_block), {NULL}, (any_function
-        *)NAME(point_pair_polarity), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(point_pair_polarity_block), WIDTH(point_pair_polarity_dense),
+        (any_function *)NAME(point_pair_polarity), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11290,6 +14128,30 @@ static INLINE void NAME(point_pair_from_centre_block_0_1)(intptr_t n, char **arg
 }
 LOOPS(point_pair_from_centre_block_0_1)
 
+static INLINE void NAME(point_pair_from_centre_dense_0_1)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r2[1 * TILE];
+    _Alignas(64) REAL r3[10 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_1)(r2, TILE, a2 + first * 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x2[1];
+            REAL x3[10];
+            NAME(load_scalar)(x2, (char *)(r2 + i));
+            NAME(point_pair_from_centre_apply_0_1)(prepared, x2[0], x3);
+            NAME(store_10)((char *)(r3 + i), TILE * w, x3);
+        }
+        NAME(store_tile_10)(a3 + first * 10, r3, TILE);
+    }
+}
+LOOP(point_pair_from_centre_dense_0_1)
+
 static void NAME(point_pair_from_centre_start_0_1)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -11317,6 +14179,30 @@ static INLINE void NAME(point_pair_from_centre_block_0_2)(intptr_t n, char **arg
     }
 }
 LOOPS(point_pair_from_centre_block_0_2)
+
+static INLINE void NAME(point_pair_from_centre_dense_0_2)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a1 = (REAL *)args[1];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r3[10 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x1[3];
+            REAL x3[10];
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
+            NAME(point_pair_from_centre_apply_0_2)(prepared, x1, x3);
+            NAME(store_10)((char *)(r3 + i), TILE * w, x3);
+        }
+        NAME(store_tile_10)(a3 + first * 10, r3, TILE);
+    }
+}
+LOOP(point_pair_from_centre_dense_0_2)
 
 static void NAME(point_pair_from_centre_start_0_2)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -11351,14 +14237,48 @@ static INLINE void NAME(point_pair_from_centre_block)(intptr_t n, char **args, c
 }
 LOOPS(point_pair_from_centre_block)
 
+static INLINE void NAME(point_pair_from_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[1 * TILE];
+    _Alignas(64) REAL r3[10 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
+        NAME(load_tile_1)(r2, TILE, a2 + first * 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[1];
+            REAL x3[10];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
+            NAME(load_scalar)(x2, (char *)(r2 + i));
+            NAME(point_pair_from_centre)(x0, x1, x2[0], x3);
+            NAME(store_10)((char *)(r3 + i), TILE * w, x3);
+        }
+        NAME(store_tile_10)(a3 + first * 10, r3, TILE);
+    }
+}
+LOOP(point_pair_from_centre_dense)
+
 void NAME(point_pair_from_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}, {10, 1, 2, {10}}};
     static const struct form forms[] = {{3, 2, NAME(point_pair_from_centre_start_0_1),
-        WIDTHS(point_pair_from_centre_block_0_1), {NULL}}, {5, 2, NAME(point_pair_from_centre_start_0_2),
-        WIDTHS(point_pair_from_centre_block_0_2), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_from_centre_block), {NULL}, (any_function
-        *)NAME(point_pair_from_centre), NAME(call_aanr), 3, 4, 2, 0, 0, parts, forms};
+        WIDTHS(point_pair_from_centre_block_0_1), WIDTH(point_pair_from_centre_dense_0_1)}, {5, 2,
+        NAME(point_pair_from_centre_start_0_2), WIDTHS(point_pair_from_centre_block_0_2),
+        WIDTH(point_pair_from_centre_dense_0_2)}};
+    static const struct kernel kernel = {WIDTHS(point_pair_from_centre_block), WIDTH(point_pair_from_centre_dense),
+        (any_function *)NAME(point_pair_from_centre), NAME(call_aanr), 3, 4, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11585,6 +14505,30 @@ static INLINE void NAME(circle_from_centre_block_0_1)(intptr_t n, char **args, c
 }
 LOOPS(circle_from_centre_block_0_1)
 
+static INLINE void NAME(circle_from_centre_dense_0_1)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r2[1 * TILE];
+    _Alignas(64) REAL r3[10 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_1)(r2, TILE, a2 + first * 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x2[1];
+            REAL x3[10];
+            NAME(load_scalar)(x2, (char *)(r2 + i));
+            NAME(circle_from_centre_apply_0_1)(prepared, x2[0], x3);
+            NAME(store_10)((char *)(r3 + i), TILE * w, x3);
+        }
+        NAME(store_tile_10)(a3 + first * 10, r3, TILE);
+    }
+}
+LOOP(circle_from_centre_dense_0_1)
+
 static void NAME(circle_from_centre_start_0_1)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -11612,6 +14556,30 @@ static INLINE void NAME(circle_from_centre_block_0_2)(intptr_t n, char **args, c
     }
 }
 LOOPS(circle_from_centre_block_0_2)
+
+static INLINE void NAME(circle_from_centre_dense_0_2)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a1 = (REAL *)args[1];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r3[10 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x1[3];
+            REAL x3[10];
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
+            NAME(circle_from_centre_apply_0_2)(prepared, x1, x3);
+            NAME(store_10)((char *)(r3 + i), TILE * w, x3);
+        }
+        NAME(store_tile_10)(a3 + first * 10, r3, TILE);
+    }
+}
+LOOP(circle_from_centre_dense_0_2)
 
 static void NAME(circle_from_centre_start_0_2)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -11646,14 +14614,48 @@ static INLINE void NAME(circle_from_centre_block)(intptr_t n, char **args, const
 }
 LOOPS(circle_from_centre_block)
 
+static INLINE void NAME(circle_from_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[1 * TILE];
+    _Alignas(64) REAL r3[10 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
+        NAME(load_tile_1)(r2, TILE, a2 + first * 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[1];
+            REAL x3[10];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
+            NAME(load_scalar)(x2, (char *)(r2 + i));
+            NAME(circle_from_centre)(x0, x1, x2[0], x3);
+            NAME(store_10)((char *)(r3 + i), TILE * w, x3);
+        }
+        NAME(store_tile_10)(a3 + first * 10, r3, TILE);
+    }
+}
+LOOP(circle_from_centre_dense)
+
 void NAME(circle_from_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}, {10, 1, 2, {10}}};
     static const struct form forms[] = {{3, 2, NAME(circle_from_centre_start_0_1),
-        WIDTHS(circle_from_centre_block_0_1), {NULL}}, {5, 2, NAME(circle_from_centre_start_0_2),
-        WIDTHS(circle_from_centre_block_0_2), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(circle_from_centre_block), {NULL}, (any_function
-        *)NAME(circle_from_centre), NAME(call_aanr), 3, 4, 2, 0, 0, parts, forms};
+        WIDTHS(circle_from_centre_block_0_1), WIDTH(circle_from_centre_dense_0_1)}, {5, 2,
+        NAME(circle_from_centre_start_0_2), WIDTHS(circle_from_centre_block_0_2),
+        WIDTH(circle_from_centre_dense_0_2)}};
+    static const struct kernel kernel = {WIDTHS(circle_from_centre_block), WIDTH(circle_from_centre_dense),
+        (any_function *)NAME(circle_from_centre), NAME(call_aanr), 3, 4, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11698,11 +14700,40 @@ static INLINE void NAME(sphere_from_centre_radius_squared_block)(intptr_t n, cha
 }
 LOOPS(sphere_from_centre_radius_squared_block)
 
+static INLINE void NAME(sphere_from_centre_radius_squared_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[1 * TILE];
+    _Alignas(64) REAL r2[5 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_1)(r1, TILE, a1 + first * 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[1];
+            REAL x2[5];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_scalar)(x1, (char *)(r1 + i));
+            NAME(sphere_from_centre_radius_squared)(x0, x1[0], x2);
+            NAME(store_5)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_5)(a2 + first * 5, r2, TILE);
+    }
+}
+LOOP(sphere_from_centre_radius_squared_dense)
+
 void NAME(sphere_from_centre_radius_squared_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {WIDTHS(sphere_from_centre_radius_squared_block), {NULL}, (any_function
-        *)NAME(sphere_from_centre_radius_squared), NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(sphere_from_centre_radius_squared_block),
+        WIDTH(sphere_from_centre_radius_squared_dense), (any_function *)NAME(sphere_from_centre_radius_squared),
+        NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11780,11 +14811,40 @@ static INLINE void NAME(circle_from_dual_spheres_block)(intptr_t n, char **args,
 }
 LOOPS(circle_from_dual_spheres_block)
 
+static INLINE void NAME(circle_from_dual_spheres_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[5 * TILE];
+    _Alignas(64) REAL r1[5 * TILE];
+    _Alignas(64) REAL r2[10 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_5)(r0, TILE, a0 + first * 5);
+        NAME(load_tile_5)(r1, TILE, a1 + first * 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[5];
+            REAL x1[5];
+            REAL x2[10];
+            NAME(load_5)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_5)(x1, (char *)(r1 + i), TILE * w);
+            NAME(circle_from_dual_spheres)(x0, x1, x2);
+            NAME(store_10)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_10)(a2 + first * 10, r2, TILE);
+    }
+}
+LOOP(circle_from_dual_spheres_dense)
+
 void NAME(circle_from_dual_spheres_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {WIDTHS(circle_from_dual_spheres_block), {NULL}, (any_function
-        *)NAME(circle_from_dual_spheres), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(circle_from_dual_spheres_block),
+        WIDTH(circle_from_dual_spheres_dense), (any_function *)NAME(circle_from_dual_spheres), NAME(call_aar), 2, 3,
+        0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11837,11 +14897,40 @@ static INLINE void NAME(tangent_plane_of_sphere_block)(intptr_t n, char **args, 
 }
 LOOPS(tangent_plane_of_sphere_block)
 
+static INLINE void NAME(tangent_plane_of_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[5 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_5)(r0, TILE, a0 + first * 5);
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[5];
+            REAL x1[3];
+            REAL x2[4];
+            NAME(load_5)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
+            NAME(tangent_plane_of_sphere)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
+    }
+}
+LOOP(tangent_plane_of_sphere_dense)
+
 void NAME(tangent_plane_of_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(tangent_plane_of_sphere_block), {NULL}, (any_function
-        *)NAME(tangent_plane_of_sphere), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(tangent_plane_of_sphere_block),
+        WIDTH(tangent_plane_of_sphere_dense), (any_function *)NAME(tangent_plane_of_sphere), NAME(call_aar), 2, 3,
+        0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11887,18 +14976,19 @@ static INLINE void NAME(plane_support_dense)(intptr_t n, char **args, const intp
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
     _Alignas(64) REAL r1[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[4];
             REAL x1[3];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(plane_support)(x0, x1);
             NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 3, SPAN);
+        NAME(store_few)(a1 + first * 3, r1, 3, SPAN);
     }
 }
 LOOPS(plane_support_dense)
@@ -11961,11 +15051,34 @@ static INLINE void NAME(line_support_block)(intptr_t n, char **args, const intpt
 }
 LOOPS(line_support_block)
 
+static INLINE void NAME(line_support_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[3];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(line_support)(x0, x1);
+            NAME(store_3)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_3)(a1 + first * 3, r1, TILE);
+    }
+}
+LOOP(line_support_dense)
+
 void NAME(line_support_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(line_support_block), {NULL}, (any_function *)NAME(line_support),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_support_block), WIDTH(line_support_dense), (any_function
+        *)NAME(line_support), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12007,11 +15120,34 @@ static INLINE void NAME(circle_normal_block)(intptr_t n, char **args, const intp
 }
 LOOPS(circle_normal_block)
 
+static INLINE void NAME(circle_normal_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[10 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_10)(r0, TILE, a0 + first * 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[10];
+            REAL x1[3];
+            NAME(load_10)(x0, (char *)(r0 + i), TILE * w);
+            NAME(circle_normal)(x0, x1);
+            NAME(store_3)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_3)(a1 + first * 3, r1, TILE);
+    }
+}
+LOOP(circle_normal_dense)
+
 void NAME(circle_normal_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(circle_normal_block), {NULL}, (any_function *)NAME(circle_normal),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(circle_normal_block), WIDTH(circle_normal_dense), (any_function
+        *)NAME(circle_normal), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12046,11 +15182,34 @@ static INLINE void NAME(circle_weight_block)(intptr_t n, char **args, const intp
 }
 LOOPS(circle_weight_block)
 
+static INLINE void NAME(circle_weight_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[10 * TILE];
+    _Alignas(64) REAL r1[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_10)(r0, TILE, a0 + first * 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[10];
+            REAL x1[1];
+            NAME(load_10)(x0, (char *)(r0 + i), TILE * w);
+            NAME(circle_weight)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_tile_1)(a1 + first * 1, r1, TILE);
+    }
+}
+LOOP(circle_weight_dense)
+
 void NAME(circle_weight_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(circle_weight_block), {NULL}, (any_function *)NAME(circle_weight),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(circle_weight_block), WIDTH(circle_weight_dense), (any_function
+        *)NAME(circle_weight), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12141,11 +15300,34 @@ static INLINE void NAME(circle_surround_sphere_block)(intptr_t n, char **args, c
 }
 LOOPS(circle_surround_sphere_block)
 
+static INLINE void NAME(circle_surround_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[10 * TILE];
+    _Alignas(64) REAL r1[5 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_10)(r0, TILE, a0 + first * 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[10];
+            REAL x1[5];
+            NAME(load_10)(x0, (char *)(r0 + i), TILE * w);
+            NAME(circle_surround_sphere)(x0, x1);
+            NAME(store_5)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_5)(a1 + first * 5, r1, TILE);
+    }
+}
+LOOP(circle_surround_sphere_dense)
+
 void NAME(circle_surround_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {WIDTHS(circle_surround_sphere_block), {NULL}, (any_function
-        *)NAME(circle_surround_sphere), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(circle_surround_sphere_block), WIDTH(circle_surround_sphere_dense),
+        (any_function *)NAME(circle_surround_sphere), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12189,11 +15371,34 @@ static INLINE void NAME(point_pair_direction_block)(intptr_t n, char **args, con
 }
 LOOPS(point_pair_direction_block)
 
+static INLINE void NAME(point_pair_direction_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[10 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_10)(r0, TILE, a0 + first * 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[10];
+            REAL x1[3];
+            NAME(load_10)(x0, (char *)(r0 + i), TILE * w);
+            NAME(point_pair_direction)(x0, x1);
+            NAME(store_3)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_3)(a1 + first * 3, r1, TILE);
+    }
+}
+LOOP(point_pair_direction_dense)
+
 void NAME(point_pair_direction_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_direction_block), {NULL}, (any_function
-        *)NAME(point_pair_direction), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(point_pair_direction_block), WIDTH(point_pair_direction_dense),
+        (any_function *)NAME(point_pair_direction), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12228,11 +15433,34 @@ static INLINE void NAME(point_pair_weight_block)(intptr_t n, char **args, const 
 }
 LOOPS(point_pair_weight_block)
 
+static INLINE void NAME(point_pair_weight_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[10 * TILE];
+    _Alignas(64) REAL r1[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_10)(r0, TILE, a0 + first * 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[10];
+            REAL x1[1];
+            NAME(load_10)(x0, (char *)(r0 + i), TILE * w);
+            NAME(point_pair_weight)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_tile_1)(a1 + first * 1, r1, TILE);
+    }
+}
+LOOP(point_pair_weight_dense)
+
 void NAME(point_pair_weight_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_weight_block), {NULL}, (any_function
-        *)NAME(point_pair_weight), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(point_pair_weight_block), WIDTH(point_pair_weight_dense),
+        (any_function *)NAME(point_pair_weight), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12269,10 +15497,33 @@ static INLINE void NAME(point_pair_line_block)(intptr_t n, char **args, const in
 }
 LOOPS(point_pair_line_block)
 
+static INLINE void NAME(point_pair_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[10 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_10)(r0, TILE, a0 + first * 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[10];
+            REAL x1[6];
+            NAME(load_10)(x0, (char *)(r0 + i), TILE * w);
+            NAME(point_pair_line)(x0, x1);
+            NAME(store_6)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_6)(a1 + first * 6, r1, TILE);
+    }
+}
+LOOP(point_pair_line_dense)
+
 void NAME(point_pair_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_line_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(point_pair_line_block), WIDTH(point_pair_line_dense), (any_function
         *)NAME(point_pair_line), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -12364,11 +15615,35 @@ static INLINE void NAME(point_pair_surround_sphere_block)(intptr_t n, char **arg
 }
 LOOPS(point_pair_surround_sphere_block)
 
+static INLINE void NAME(point_pair_surround_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[10 * TILE];
+    _Alignas(64) REAL r1[5 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_10)(r0, TILE, a0 + first * 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[10];
+            REAL x1[5];
+            NAME(load_10)(x0, (char *)(r0 + i), TILE * w);
+            NAME(point_pair_surround_sphere)(x0, x1);
+            NAME(store_5)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_5)(a1 + first * 5, r1, TILE);
+    }
+}
+LOOP(point_pair_surround_sphere_dense)
+
 void NAME(point_pair_surround_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_surround_sphere_block), {NULL}, (any_function
-        *)NAME(point_pair_surround_sphere), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(point_pair_surround_sphere_block),
+        WIDTH(point_pair_surround_sphere_dense), (any_function *)NAME(point_pair_surround_sphere), NAME(call_ar), 1,
+        2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12395,11 +15670,34 @@ static INLINE void NAME(sphere_weight_block)(intptr_t n, char **args, const intp
 }
 LOOPS(sphere_weight_block)
 
+static INLINE void NAME(sphere_weight_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[5 * TILE];
+    _Alignas(64) REAL r1[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_5)(r0, TILE, a0 + first * 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[5];
+            REAL x1[1];
+            NAME(load_5)(x0, (char *)(r0 + i), TILE * w);
+            NAME(sphere_weight)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_tile_1)(a1 + first * 1, r1, TILE);
+    }
+}
+LOOP(sphere_weight_dense)
+
 void NAME(sphere_weight_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(sphere_weight_block), {NULL}, (any_function *)NAME(sphere_weight),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(sphere_weight_block), WIDTH(sphere_weight_dense), (any_function
+        *)NAME(sphere_weight), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12440,11 +15738,35 @@ static INLINE void NAME(dual_sphere_radius_squared_block)(intptr_t n, char **arg
 }
 LOOPS(dual_sphere_radius_squared_block)
 
+static INLINE void NAME(dual_sphere_radius_squared_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[5 * TILE];
+    _Alignas(64) REAL r1[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_5)(r0, TILE, a0 + first * 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[5];
+            REAL x1[1];
+            NAME(load_5)(x0, (char *)(r0 + i), TILE * w);
+            NAME(dual_sphere_radius_squared)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_tile_1)(a1 + first * 1, r1, TILE);
+    }
+}
+LOOP(dual_sphere_radius_squared_dense)
+
 void NAME(dual_sphere_radius_squared_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(dual_sphere_radius_squared_block), {NULL}, (any_function
-        *)NAME(dual_sphere_radius_squared), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(dual_sphere_radius_squared_block),
+        WIDTH(dual_sphere_radius_squared_dense), (any_function *)NAME(dual_sphere_radius_squared), NAME(call_ar), 1,
+        2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12517,10 +15839,33 @@ static INLINE void NAME(point_pair_kind_block)(intptr_t n, char **args, const in
 }
 LOOPS(point_pair_kind_block)
 
+static INLINE void NAME(point_pair_kind_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[10 * TILE];
+    _Alignas(64) REAL r1[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_10)(r0, TILE, a0 + first * 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[10];
+            REAL x1[1];
+            NAME(load_10)(x0, (char *)(r0 + i), TILE * w);
+            NAME(point_pair_kind)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_tile_1)(a1 + first * 1, r1, TILE);
+    }
+}
+LOOP(point_pair_kind_dense)
+
 void NAME(point_pair_kind_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_kind_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(point_pair_kind_block), WIDTH(point_pair_kind_dense), (any_function
         *)NAME(point_pair_kind), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -12594,11 +15939,34 @@ static INLINE void NAME(circle_kind_block)(intptr_t n, char **args, const intptr
 }
 LOOPS(circle_kind_block)
 
+static INLINE void NAME(circle_kind_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[10 * TILE];
+    _Alignas(64) REAL r1[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_10)(r0, TILE, a0 + first * 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[10];
+            REAL x1[1];
+            NAME(load_10)(x0, (char *)(r0 + i), TILE * w);
+            NAME(circle_kind)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_tile_1)(a1 + first * 1, r1, TILE);
+    }
+}
+LOOP(circle_kind_dense)
+
 void NAME(circle_kind_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(circle_kind_block), {NULL}, (any_function *)NAME(circle_kind),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(circle_kind_block), WIDTH(circle_kind_dense), (any_function
+        *)NAME(circle_kind), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12655,11 +16023,34 @@ static INLINE void NAME(sphere_kind_block)(intptr_t n, char **args, const intptr
 }
 LOOPS(sphere_kind_block)
 
+static INLINE void NAME(sphere_kind_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[5 * TILE];
+    _Alignas(64) REAL r1[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_5)(r0, TILE, a0 + first * 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[5];
+            REAL x1[1];
+            NAME(load_5)(x0, (char *)(r0 + i), TILE * w);
+            NAME(sphere_kind)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_tile_1)(a1 + first * 1, r1, TILE);
+    }
+}
+LOOP(sphere_kind_dense)
+
 void NAME(sphere_kind_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(sphere_kind_block), {NULL}, (any_function *)NAME(sphere_kind),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(sphere_kind_block), WIDTH(sphere_kind_dense), (any_function
+        *)NAME(sphere_kind), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12778,18 +16169,19 @@ static INLINE void NAME(signed_distance_point_sphere_dense_sphere)(intptr_t n, c
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[3];
             REAL x2[1];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(signed_distance_point_sphere_apply_sphere)(prepared, x0, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
     }
 }
 LOOPS(signed_distance_point_sphere_dense_sphere)
@@ -12822,13 +16214,42 @@ static INLINE void NAME(signed_distance_point_sphere_block)(intptr_t n, char **a
 }
 LOOPS(signed_distance_point_sphere_block)
 
+static INLINE void NAME(signed_distance_point_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[5 * TILE];
+    _Alignas(64) REAL r2[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_5)(r1, TILE, a1 + first * 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[5];
+            REAL x2[1];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_5)(x1, (char *)(r1 + i), TILE * w);
+            NAME(signed_distance_point_sphere)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_tile_1)(a2 + first * 1, r2, TILE);
+    }
+}
+LOOP(signed_distance_point_sphere_dense)
+
 void NAME(signed_distance_point_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{2, 2, NAME(signed_distance_point_sphere_start_sphere),
         WIDTHS(signed_distance_point_sphere_block_sphere), WIDTHS(signed_distance_point_sphere_dense_sphere)}};
-    static const struct kernel kernel = {WIDTHS(signed_distance_point_sphere_block), {NULL}, (any_function
-        *)NAME(signed_distance_point_sphere), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(signed_distance_point_sphere_block),
+        WIDTH(signed_distance_point_sphere_dense), (any_function *)NAME(signed_distance_point_sphere),
+        NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13057,18 +16478,19 @@ static INLINE void NAME(distance_point_circle_dense_circle)(intptr_t n, char **a
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[3];
             REAL x2[1];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(distance_point_circle_apply_circle)(prepared, x0, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
     }
 }
 LOOPS(distance_point_circle_dense_circle)
@@ -13210,11 +16632,39 @@ static INLINE void NAME(distance_lines_block)(intptr_t n, char **args, const int
 }
 LOOPS(distance_lines_block)
 
+static INLINE void NAME(distance_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r2[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[6];
+            REAL x2[1];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(distance_lines)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_tile_1)(a2 + first * 1, r2, TILE);
+    }
+}
+LOOP(distance_lines_dense)
+
 void NAME(distance_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(distance_lines_block), {NULL}, (any_function *)NAME(distance_lines),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(distance_lines_block), WIDTH(distance_lines_dense), (any_function
+        *)NAME(distance_lines), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13458,18 +16908,19 @@ static INLINE void NAME(signed_distance_line_plane_dense_line)(intptr_t n, char 
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x1[4];
             REAL x2[1];
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
             NAME(signed_distance_line_plane_apply_line)(prepared, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
     }
 }
 LOOPS(signed_distance_line_plane_dense_line)
@@ -13500,6 +16951,30 @@ static INLINE void NAME(signed_distance_line_plane_block_plane)(intptr_t n, char
 }
 LOOPS(signed_distance_line_plane_block_plane)
 
+static INLINE void NAME(signed_distance_line_plane_dense_plane)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r2[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x2[1];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(signed_distance_line_plane_apply_plane)(prepared, x0, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_tile_1)(a2 + first * 1, r2, TILE);
+    }
+}
+LOOP(signed_distance_line_plane_dense_plane)
+
 static void NAME(signed_distance_line_plane_start_plane)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1];
@@ -13528,14 +17003,44 @@ static INLINE void NAME(signed_distance_line_plane_block)(intptr_t n, char **arg
 }
 LOOPS(signed_distance_line_plane_block)
 
+static INLINE void NAME(signed_distance_line_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[4];
+            REAL x2[1];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
+            NAME(signed_distance_line_plane)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_tile_1)(a2 + first * 1, r2, TILE);
+    }
+}
+LOOP(signed_distance_line_plane_dense)
+
 void NAME(signed_distance_line_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{1, 2, NAME(signed_distance_line_plane_start_line),
         WIDTHS(signed_distance_line_plane_block_line), WIDTHS(signed_distance_line_plane_dense_line)}, {2, 2,
-        NAME(signed_distance_line_plane_start_plane), WIDTHS(signed_distance_line_plane_block_plane), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(signed_distance_line_plane_block), {NULL}, (any_function
-        *)NAME(signed_distance_line_plane), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
+        NAME(signed_distance_line_plane_start_plane), WIDTHS(signed_distance_line_plane_block_plane),
+        WIDTH(signed_distance_line_plane_dense_plane)}};
+    static const struct kernel kernel = {WIDTHS(signed_distance_line_plane_block),
+        WIDTH(signed_distance_line_plane_dense), (any_function *)NAME(signed_distance_line_plane), NAME(call_aar),
+        2, 3, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13768,18 +17273,19 @@ static INLINE void NAME(signed_distance_planes_dense_a)(intptr_t n, char **args,
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x1[4];
             REAL x2[1];
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
             NAME(signed_distance_planes_apply_a)(prepared, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
     }
 }
 LOOPS(signed_distance_planes_dense_a)
@@ -13815,18 +17321,19 @@ static INLINE void NAME(signed_distance_planes_dense_b)(intptr_t n, char **args,
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[4];
             REAL x2[1];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(signed_distance_planes_apply_b)(prepared, x0, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
     }
 }
 LOOPS(signed_distance_planes_dense_b)
@@ -14019,6 +17526,30 @@ static INLINE void NAME(distance_line_sphere_block_sphere)(intptr_t n, char **ar
 }
 LOOPS(distance_line_sphere_block_sphere)
 
+static INLINE void NAME(distance_line_sphere_dense_sphere)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r2[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x2[1];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(distance_line_sphere_apply_sphere)(prepared, x0, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_tile_1)(a2 + first * 1, r2, TILE);
+    }
+}
+LOOP(distance_line_sphere_dense_sphere)
+
 static void NAME(distance_line_sphere_start_sphere)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1];
@@ -14047,13 +17578,41 @@ static INLINE void NAME(distance_line_sphere_block)(intptr_t n, char **args, con
 }
 LOOPS(distance_line_sphere_block)
 
+static INLINE void NAME(distance_line_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[5 * TILE];
+    _Alignas(64) REAL r2[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        NAME(load_tile_5)(r1, TILE, a1 + first * 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[5];
+            REAL x2[1];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_5)(x1, (char *)(r1 + i), TILE * w);
+            NAME(distance_line_sphere)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_tile_1)(a2 + first * 1, r2, TILE);
+    }
+}
+LOOP(distance_line_sphere_dense)
+
 void NAME(distance_line_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{2, 2, NAME(distance_line_sphere_start_sphere),
-        WIDTHS(distance_line_sphere_block_sphere), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(distance_line_sphere_block), {NULL}, (any_function
-        *)NAME(distance_line_sphere), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+        WIDTHS(distance_line_sphere_block_sphere), WIDTH(distance_line_sphere_dense_sphere)}};
+    static const struct kernel kernel = {WIDTHS(distance_line_sphere_block), WIDTH(distance_line_sphere_dense),
+        (any_function *)NAME(distance_line_sphere), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -14306,18 +17865,19 @@ static INLINE void NAME(distance_plane_circle_dense_circle)(intptr_t n, char **a
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[4];
             REAL x2[1];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(distance_plane_circle_apply_circle)(prepared, x0, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
     }
 }
 LOOPS(distance_plane_circle_dense_circle)
@@ -14563,18 +18123,19 @@ static INLINE void NAME(distance_plane_sphere_dense_sphere)(intptr_t n, char **a
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[4];
             REAL x2[1];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(distance_plane_sphere_apply_sphere)(prepared, x0, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
     }
 }
 LOOPS(distance_plane_sphere_dense_sphere)
@@ -14605,6 +18166,30 @@ static INLINE void NAME(distance_plane_sphere_block_plane)(intptr_t n, char **ar
 }
 LOOPS(distance_plane_sphere_block_plane)
 
+static INLINE void NAME(distance_plane_sphere_dense_plane)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r1[5 * TILE];
+    _Alignas(64) REAL r2[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_5)(r1, TILE, a1 + first * 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x1[5];
+            REAL x2[1];
+            NAME(load_5)(x1, (char *)(r1 + i), TILE * w);
+            NAME(distance_plane_sphere_apply_plane)(prepared, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_tile_1)(a2 + first * 1, r2, TILE);
+    }
+}
+LOOP(distance_plane_sphere_dense_plane)
+
 static void NAME(distance_plane_sphere_start_plane)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -14633,14 +18218,43 @@ static INLINE void NAME(distance_plane_sphere_block)(intptr_t n, char **args, co
 }
 LOOPS(distance_plane_sphere_block)
 
+static INLINE void NAME(distance_plane_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[5 * TILE];
+    _Alignas(64) REAL r2[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
+        NAME(load_tile_5)(r1, TILE, a1 + first * 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[4];
+            REAL x1[5];
+            REAL x2[1];
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_5)(x1, (char *)(r1 + i), TILE * w);
+            NAME(distance_plane_sphere)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_tile_1)(a2 + first * 1, r2, TILE);
+    }
+}
+LOOP(distance_plane_sphere_dense)
+
 void NAME(distance_plane_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{2, 2, NAME(distance_plane_sphere_start_sphere),
         WIDTHS(distance_plane_sphere_block_sphere), WIDTHS(distance_plane_sphere_dense_sphere)}, {1, 2,
-        NAME(distance_plane_sphere_start_plane), WIDTHS(distance_plane_sphere_block_plane), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(distance_plane_sphere_block), {NULL}, (any_function
-        *)NAME(distance_plane_sphere), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
+        NAME(distance_plane_sphere_start_plane), WIDTHS(distance_plane_sphere_block_plane),
+        WIDTH(distance_plane_sphere_dense_plane)}};
+    static const struct kernel kernel = {WIDTHS(distance_plane_sphere_block), WIDTH(distance_plane_sphere_dense),
+        (any_function *)NAME(distance_plane_sphere), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -15351,6 +18965,30 @@ static INLINE void NAME(distance_spheres_block_a)(intptr_t n, char **args, const
 }
 LOOPS(distance_spheres_block_a)
 
+static INLINE void NAME(distance_spheres_dense_a)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r1[5 * TILE];
+    _Alignas(64) REAL r2[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_5)(r1, TILE, a1 + first * 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x1[5];
+            REAL x2[1];
+            NAME(load_5)(x1, (char *)(r1 + i), TILE * w);
+            NAME(distance_spheres_apply_a)(prepared, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_tile_1)(a2 + first * 1, r2, TILE);
+    }
+}
+LOOP(distance_spheres_dense_a)
+
 static void NAME(distance_spheres_start_a)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -15376,6 +19014,30 @@ static INLINE void NAME(distance_spheres_block_b)(intptr_t n, char **args, const
     }
 }
 LOOPS(distance_spheres_block_b)
+
+static INLINE void NAME(distance_spheres_dense_b)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[5 * TILE];
+    _Alignas(64) REAL r2[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_5)(r0, TILE, a0 + first * 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[5];
+            REAL x2[1];
+            NAME(load_5)(x0, (char *)(r0 + i), TILE * w);
+            NAME(distance_spheres_apply_b)(prepared, x0, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_tile_1)(a2 + first * 1, r2, TILE);
+    }
+}
+LOOP(distance_spheres_dense_b)
 
 static void NAME(distance_spheres_start_b)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -15405,13 +19067,42 @@ static INLINE void NAME(distance_spheres_block)(intptr_t n, char **args, const i
 }
 LOOPS(distance_spheres_block)
 
+static INLINE void NAME(distance_spheres_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[5 * TILE];
+    _Alignas(64) REAL r1[5 * TILE];
+    _Alignas(64) REAL r2[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_5)(r0, TILE, a0 + first * 5);
+        NAME(load_tile_5)(r1, TILE, a1 + first * 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[5];
+            REAL x1[5];
+            REAL x2[1];
+            NAME(load_5)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_5)(x1, (char *)(r1 + i), TILE * w);
+            NAME(distance_spheres)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_tile_1)(a2 + first * 1, r2, TILE);
+    }
+}
+LOOP(distance_spheres_dense)
+
 void NAME(distance_spheres_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{1, 2, NAME(distance_spheres_start_a), WIDTHS(distance_spheres_block_a),
-        {NULL}}, {2, 2, NAME(distance_spheres_start_b), WIDTHS(distance_spheres_block_b), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(distance_spheres_block), {NULL}, (any_function
-        *)NAME(distance_spheres), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
+        WIDTH(distance_spheres_dense_a)}, {2, 2, NAME(distance_spheres_start_b), WIDTHS(distance_spheres_block_b),
+        WIDTH(distance_spheres_dense_b)}};
+    static const struct kernel kernel = {WIDTHS(distance_spheres_block), WIDTH(distance_spheres_dense),
+        (any_function *)NAME(distance_spheres), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -15778,11 +19469,39 @@ static INLINE void NAME(inversive_distance_block)(intptr_t n, char **args, const
 }
 LOOPS(inversive_distance_block)
 
+static INLINE void NAME(inversive_distance_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[5 * TILE];
+    _Alignas(64) REAL r1[5 * TILE];
+    _Alignas(64) REAL r2[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_5)(r0, TILE, a0 + first * 5);
+        NAME(load_tile_5)(r1, TILE, a1 + first * 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[5];
+            REAL x1[5];
+            REAL x2[1];
+            NAME(load_5)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_5)(x1, (char *)(r1 + i), TILE * w);
+            NAME(inversive_distance)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_tile_1)(a2 + first * 1, r2, TILE);
+    }
+}
+LOOP(inversive_distance_dense)
+
 void NAME(inversive_distance_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(inversive_distance_block), {NULL}, (any_function
-        *)NAME(inversive_distance), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(inversive_distance_block), WIDTH(inversive_distance_dense),
+        (any_function *)NAME(inversive_distance), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -15922,11 +19641,40 @@ static INLINE void NAME(inner_product_of_circles_block)(intptr_t n, char **args,
 }
 LOOPS(inner_product_of_circles_block)
 
+static INLINE void NAME(inner_product_of_circles_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[10 * TILE];
+    _Alignas(64) REAL r1[10 * TILE];
+    _Alignas(64) REAL r2[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_10)(r0, TILE, a0 + first * 10);
+        NAME(load_tile_10)(r1, TILE, a1 + first * 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[10];
+            REAL x1[10];
+            REAL x2[1];
+            NAME(load_10)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_10)(x1, (char *)(r1 + i), TILE * w);
+            NAME(inner_product_of_circles)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_tile_1)(a2 + first * 1, r2, TILE);
+    }
+}
+LOOP(inner_product_of_circles_dense)
+
 void NAME(inner_product_of_circles_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {10, 1, 1, {10}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(inner_product_of_circles_block), {NULL}, (any_function
-        *)NAME(inner_product_of_circles), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(inner_product_of_circles_block),
+        WIDTH(inner_product_of_circles_dense), (any_function *)NAME(inner_product_of_circles), NAME(call_aar), 2, 3,
+        0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -15994,11 +19742,40 @@ static INLINE void NAME(inner_product_of_point_pairs_block)(intptr_t n, char **a
 }
 LOOPS(inner_product_of_point_pairs_block)
 
+static INLINE void NAME(inner_product_of_point_pairs_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[10 * TILE];
+    _Alignas(64) REAL r1[10 * TILE];
+    _Alignas(64) REAL r2[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_10)(r0, TILE, a0 + first * 10);
+        NAME(load_tile_10)(r1, TILE, a1 + first * 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[10];
+            REAL x1[10];
+            REAL x2[1];
+            NAME(load_10)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_10)(x1, (char *)(r1 + i), TILE * w);
+            NAME(inner_product_of_point_pairs)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_tile_1)(a2 + first * 1, r2, TILE);
+    }
+}
+LOOP(inner_product_of_point_pairs_dense)
+
 void NAME(inner_product_of_point_pairs_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {10, 1, 1, {10}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(inner_product_of_point_pairs_block), {NULL}, (any_function
-        *)NAME(inner_product_of_point_pairs), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(inner_product_of_point_pairs_block),
+        WIDTH(inner_product_of_point_pairs_dense), (any_function *)NAME(inner_product_of_point_pairs),
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -17324,18 +21101,19 @@ static INLINE void NAME(project_point_on_plane_dense_plane)(intptr_t n, char **a
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[3];
             REAL x2[3];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(project_point_on_plane_apply_plane)(prepared, x0, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(project_point_on_plane_dense_plane)
@@ -17372,8 +21150,9 @@ static INLINE void NAME(project_point_on_plane_dense)(intptr_t n, char **args, c
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -17381,12 +21160,12 @@ static INLINE void NAME(project_point_on_plane_dense)(intptr_t n, char **args, c
             REAL x0[3];
             REAL x1[4];
             REAL x2[3];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
+            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
             NAME(project_point_on_plane)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(project_point_on_plane_dense)
@@ -17553,18 +21332,19 @@ static INLINE void NAME(project_point_on_line_dense_line)(intptr_t n, char **arg
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[3];
             REAL x2[3];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(project_point_on_line_apply_line)(prepared, x0, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(project_point_on_line_dense_line)
@@ -17597,13 +21377,41 @@ static INLINE void NAME(project_point_on_line_block)(intptr_t n, char **args, co
 }
 LOOPS(project_point_on_line_block)
 
+static INLINE void NAME(project_point_on_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r2[3 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[6];
+            REAL x2[3];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(project_point_on_line)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_3)(a2 + first * 3, r2, TILE);
+    }
+}
+LOOP(project_point_on_line_dense)
+
 void NAME(project_point_on_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{2, 2, NAME(project_point_on_line_start_line),
         WIDTHS(project_point_on_line_block_line), WIDTHS(project_point_on_line_dense_line)}};
-    static const struct kernel kernel = {WIDTHS(project_point_on_line_block), {NULL}, (any_function
-        *)NAME(project_point_on_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(project_point_on_line_block), WIDTH(project_point_on_line_dense),
+        (any_function *)NAME(project_point_on_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -17738,18 +21546,19 @@ static INLINE void NAME(project_point_on_sphere_dense_sphere)(intptr_t n, char *
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[3];
             REAL x2[3];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(project_point_on_sphere_apply_sphere)(prepared, x0, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(project_point_on_sphere_dense_sphere)
@@ -17782,13 +21591,42 @@ static INLINE void NAME(project_point_on_sphere_block)(intptr_t n, char **args, 
 }
 LOOPS(project_point_on_sphere_block)
 
+static INLINE void NAME(project_point_on_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[5 * TILE];
+    _Alignas(64) REAL r2[3 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_5)(r1, TILE, a1 + first * 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[5];
+            REAL x2[3];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_5)(x1, (char *)(r1 + i), TILE * w);
+            NAME(project_point_on_sphere)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_3)(a2 + first * 3, r2, TILE);
+    }
+}
+LOOP(project_point_on_sphere_dense)
+
 void NAME(project_point_on_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {5, 1, 1, {5}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{2, 2, NAME(project_point_on_sphere_start_sphere),
         WIDTHS(project_point_on_sphere_block_sphere), WIDTHS(project_point_on_sphere_dense_sphere)}};
-    static const struct kernel kernel = {WIDTHS(project_point_on_sphere_block), {NULL}, (any_function
-        *)NAME(project_point_on_sphere), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(project_point_on_sphere_block),
+        WIDTH(project_point_on_sphere_dense), (any_function *)NAME(project_point_on_sphere), NAME(call_aar), 2, 3,
+        1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -18025,18 +21863,19 @@ static INLINE void NAME(project_point_on_circle_dense_circle)(intptr_t n, char *
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[3];
             REAL x2[3];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(project_point_on_circle_apply_circle)(prepared, x0, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(project_point_on_circle_dense_circle)
@@ -18069,13 +21908,42 @@ static INLINE void NAME(project_point_on_circle_block)(intptr_t n, char **args, 
 }
 LOOPS(project_point_on_circle_block)
 
+static INLINE void NAME(project_point_on_circle_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[10 * TILE];
+    _Alignas(64) REAL r2[3 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_10)(r1, TILE, a1 + first * 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[10];
+            REAL x2[3];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_10)(x1, (char *)(r1 + i), TILE * w);
+            NAME(project_point_on_circle)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_3)(a2 + first * 3, r2, TILE);
+    }
+}
+LOOP(project_point_on_circle_dense)
+
 void NAME(project_point_on_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {10, 1, 1, {10}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{2, 2, NAME(project_point_on_circle_start_circle),
         WIDTHS(project_point_on_circle_block_circle), WIDTHS(project_point_on_circle_dense_circle)}};
-    static const struct kernel kernel = {WIDTHS(project_point_on_circle_block), {NULL}, (any_function
-        *)NAME(project_point_on_circle), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(project_point_on_circle_block),
+        WIDTH(project_point_on_circle_dense), (any_function *)NAME(project_point_on_circle), NAME(call_aar), 2, 3,
+        1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -18351,6 +22219,30 @@ static INLINE void NAME(project_circle_on_sphere_block_s)(intptr_t n, char **arg
 }
 LOOPS(project_circle_on_sphere_block_s)
 
+static INLINE void NAME(project_circle_on_sphere_dense_s)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[10 * TILE];
+    _Alignas(64) REAL r2[10 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_10)(r0, TILE, a0 + first * 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[10];
+            REAL x2[10];
+            NAME(load_10)(x0, (char *)(r0 + i), TILE * w);
+            NAME(project_circle_on_sphere_apply_s)(prepared, x0, x2);
+            NAME(store_10)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_10)(a2 + first * 10, r2, TILE);
+    }
+}
+LOOP(project_circle_on_sphere_dense_s)
+
 static void NAME(project_circle_on_sphere_start_s)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1];
@@ -18379,13 +22271,42 @@ static INLINE void NAME(project_circle_on_sphere_block)(intptr_t n, char **args,
 }
 LOOPS(project_circle_on_sphere_block)
 
+static INLINE void NAME(project_circle_on_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[10 * TILE];
+    _Alignas(64) REAL r1[5 * TILE];
+    _Alignas(64) REAL r2[10 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_10)(r0, TILE, a0 + first * 10);
+        NAME(load_tile_5)(r1, TILE, a1 + first * 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[10];
+            REAL x1[5];
+            REAL x2[10];
+            NAME(load_10)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_5)(x1, (char *)(r1 + i), TILE * w);
+            NAME(project_circle_on_sphere)(x0, x1, x2);
+            NAME(store_10)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_10)(a2 + first * 10, r2, TILE);
+    }
+}
+LOOP(project_circle_on_sphere_dense)
+
 void NAME(project_circle_on_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {5, 1, 1, {5}}, {10, 1, 2, {10}}};
     static const struct form forms[] = {{2, 2, NAME(project_circle_on_sphere_start_s),
-        WIDTHS(project_circle_on_sphere_block_s), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(project_circle_on_sphere_block), {NULL}, (any_function
-        *)NAME(project_circle_on_sphere), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+        WIDTHS(project_circle_on_sphere_block_s), WIDTH(project_circle_on_sphere_dense_s)}};
+    static const struct kernel kernel = {WIDTHS(project_circle_on_sphere_block),
+        WIDTH(project_circle_on_sphere_dense), (any_function *)NAME(project_circle_on_sphere), NAME(call_aar), 2, 3,
+        1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -18519,6 +22440,30 @@ static INLINE void NAME(invert_vector_block_s)(intptr_t n, char **args, const in
 }
 LOOPS(invert_vector_block_s)
 
+static INLINE void NAME(invert_vector_dense_s)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[5 * TILE];
+    _Alignas(64) REAL r2[5 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_5)(r0, TILE, a0 + first * 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[5];
+            REAL x2[5];
+            NAME(load_5)(x0, (char *)(r0 + i), TILE * w);
+            NAME(invert_vector_apply_s)(prepared, x0, x2);
+            NAME(store_5)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_5)(a2 + first * 5, r2, TILE);
+    }
+}
+LOOP(invert_vector_dense_s)
+
 static void NAME(invert_vector_start_s)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1];
@@ -18547,12 +22492,41 @@ static INLINE void NAME(invert_vector_block)(intptr_t n, char **args, const intp
 }
 LOOPS(invert_vector_block)
 
+static INLINE void NAME(invert_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[5 * TILE];
+    _Alignas(64) REAL r1[5 * TILE];
+    _Alignas(64) REAL r2[5 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_5)(r0, TILE, a0 + first * 5);
+        NAME(load_tile_5)(r1, TILE, a1 + first * 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[5];
+            REAL x1[5];
+            REAL x2[5];
+            NAME(load_5)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_5)(x1, (char *)(r1 + i), TILE * w);
+            NAME(invert_vector)(x0, x1, x2);
+            NAME(store_5)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_5)(a2 + first * 5, r2, TILE);
+    }
+}
+LOOP(invert_vector_dense)
+
 void NAME(invert_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}};
-    static const struct form forms[] = {{2, 2, NAME(invert_vector_start_s), WIDTHS(invert_vector_block_s), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(invert_vector_block), {NULL}, (any_function *)NAME(invert_vector),
-        NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+    static const struct form forms[] = {{2, 2, NAME(invert_vector_start_s), WIDTHS(invert_vector_block_s),
+        WIDTH(invert_vector_dense_s)}};
+    static const struct kernel kernel = {WIDTHS(invert_vector_block), WIDTH(invert_vector_dense), (any_function
+        *)NAME(invert_vector), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -18834,6 +22808,30 @@ static INLINE void NAME(invert_point_pair_block_s)(intptr_t n, char **args, cons
 }
 LOOPS(invert_point_pair_block_s)
 
+static INLINE void NAME(invert_point_pair_dense_s)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[10 * TILE];
+    _Alignas(64) REAL r2[10 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_10)(r0, TILE, a0 + first * 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[10];
+            REAL x2[10];
+            NAME(load_10)(x0, (char *)(r0 + i), TILE * w);
+            NAME(invert_point_pair_apply_s)(prepared, x0, x2);
+            NAME(store_10)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_10)(a2 + first * 10, r2, TILE);
+    }
+}
+LOOP(invert_point_pair_dense_s)
+
 static void NAME(invert_point_pair_start_s)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1];
@@ -18862,13 +22860,41 @@ static INLINE void NAME(invert_point_pair_block)(intptr_t n, char **args, const 
 }
 LOOPS(invert_point_pair_block)
 
+static INLINE void NAME(invert_point_pair_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[10 * TILE];
+    _Alignas(64) REAL r1[5 * TILE];
+    _Alignas(64) REAL r2[10 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_10)(r0, TILE, a0 + first * 10);
+        NAME(load_tile_5)(r1, TILE, a1 + first * 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[10];
+            REAL x1[5];
+            REAL x2[10];
+            NAME(load_10)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_5)(x1, (char *)(r1 + i), TILE * w);
+            NAME(invert_point_pair)(x0, x1, x2);
+            NAME(store_10)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_10)(a2 + first * 10, r2, TILE);
+    }
+}
+LOOP(invert_point_pair_dense)
+
 void NAME(invert_point_pair_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {5, 1, 1, {5}}, {10, 1, 2, {10}}};
     static const struct form forms[] = {{2, 2, NAME(invert_point_pair_start_s), WIDTHS(invert_point_pair_block_s),
-        {NULL}}};
-    static const struct kernel kernel = {WIDTHS(invert_point_pair_block), {NULL}, (any_function
-        *)NAME(invert_point_pair), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+        WIDTH(invert_point_pair_dense_s)}};
+    static const struct kernel kernel = {WIDTHS(invert_point_pair_block), WIDTH(invert_point_pair_dense),
+        (any_function *)NAME(invert_point_pair), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -19158,6 +23184,30 @@ static INLINE void NAME(invert_circle_block_s)(intptr_t n, char **args, const in
 }
 LOOPS(invert_circle_block_s)
 
+static INLINE void NAME(invert_circle_dense_s)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[10 * TILE];
+    _Alignas(64) REAL r2[10 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_10)(r0, TILE, a0 + first * 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[10];
+            REAL x2[10];
+            NAME(load_10)(x0, (char *)(r0 + i), TILE * w);
+            NAME(invert_circle_apply_s)(prepared, x0, x2);
+            NAME(store_10)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_10)(a2 + first * 10, r2, TILE);
+    }
+}
+LOOP(invert_circle_dense_s)
+
 static void NAME(invert_circle_start_s)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1];
@@ -19186,12 +23236,41 @@ static INLINE void NAME(invert_circle_block)(intptr_t n, char **args, const intp
 }
 LOOPS(invert_circle_block)
 
+static INLINE void NAME(invert_circle_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[10 * TILE];
+    _Alignas(64) REAL r1[5 * TILE];
+    _Alignas(64) REAL r2[10 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_10)(r0, TILE, a0 + first * 10);
+        NAME(load_tile_5)(r1, TILE, a1 + first * 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[10];
+            REAL x1[5];
+            REAL x2[10];
+            NAME(load_10)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_5)(x1, (char *)(r1 + i), TILE * w);
+            NAME(invert_circle)(x0, x1, x2);
+            NAME(store_10)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_10)(a2 + first * 10, r2, TILE);
+    }
+}
+LOOP(invert_circle_dense)
+
 void NAME(invert_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {5, 1, 1, {5}}, {10, 1, 2, {10}}};
-    static const struct form forms[] = {{2, 2, NAME(invert_circle_start_s), WIDTHS(invert_circle_block_s), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(invert_circle_block), {NULL}, (any_function *)NAME(invert_circle),
-        NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+    static const struct form forms[] = {{2, 2, NAME(invert_circle_start_s), WIDTHS(invert_circle_block_s),
+        WIDTH(invert_circle_dense_s)}};
+    static const struct kernel kernel = {WIDTHS(invert_circle_block), WIDTH(invert_circle_dense), (any_function
+        *)NAME(invert_circle), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -19329,6 +23408,30 @@ static INLINE void NAME(invert_sphere_block_s)(intptr_t n, char **args, const in
 }
 LOOPS(invert_sphere_block_s)
 
+static INLINE void NAME(invert_sphere_dense_s)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[5 * TILE];
+    _Alignas(64) REAL r2[5 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_5)(r0, TILE, a0 + first * 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[5];
+            REAL x2[5];
+            NAME(load_5)(x0, (char *)(r0 + i), TILE * w);
+            NAME(invert_sphere_apply_s)(prepared, x0, x2);
+            NAME(store_5)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_5)(a2 + first * 5, r2, TILE);
+    }
+}
+LOOP(invert_sphere_dense_s)
+
 static void NAME(invert_sphere_start_s)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1];
@@ -19357,12 +23460,41 @@ static INLINE void NAME(invert_sphere_block)(intptr_t n, char **args, const intp
 }
 LOOPS(invert_sphere_block)
 
+static INLINE void NAME(invert_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[5 * TILE];
+    _Alignas(64) REAL r1[5 * TILE];
+    _Alignas(64) REAL r2[5 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_5)(r0, TILE, a0 + first * 5);
+        NAME(load_tile_5)(r1, TILE, a1 + first * 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[5];
+            REAL x1[5];
+            REAL x2[5];
+            NAME(load_5)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_5)(x1, (char *)(r1 + i), TILE * w);
+            NAME(invert_sphere)(x0, x1, x2);
+            NAME(store_5)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_5)(a2 + first * 5, r2, TILE);
+    }
+}
+LOOP(invert_sphere_dense)
+
 void NAME(invert_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}};
-    static const struct form forms[] = {{2, 2, NAME(invert_sphere_start_s), WIDTHS(invert_sphere_block_s), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(invert_sphere_block), {NULL}, (any_function *)NAME(invert_sphere),
-        NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+    static const struct form forms[] = {{2, 2, NAME(invert_sphere_start_s), WIDTHS(invert_sphere_block_s),
+        WIDTH(invert_sphere_dense_s)}};
+    static const struct kernel kernel = {WIDTHS(invert_sphere_block), WIDTH(invert_sphere_dense), (any_function
+        *)NAME(invert_sphere), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -19527,18 +23659,19 @@ static INLINE void NAME(meet_three_planes_dense_p_q)(intptr_t n, char **args, co
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a2 = args[2];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
     _Alignas(64) REAL r3[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x2[4];
             REAL x3[3];
-            NAME(load_4)(x2, a2 + (first + i) * 4 * w, w);
+            NAME(load_4)(x2, (char *)a2 + (first + i) * 4 * w, w);
             NAME(meet_three_planes_apply_p_q)(prepared, x2, x3);
             NAME(store_3)((char *)(r3 + i), SPAN * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 3, SPAN);
+        NAME(store_few)(a3 + first * 3, r3, 3, SPAN);
     }
 }
 LOOPS(meet_three_planes_dense_p_q)
@@ -19576,13 +23709,40 @@ static INLINE void NAME(meet_three_planes_block)(intptr_t n, char **args, const 
 }
 LOOPS(meet_three_planes_block)
 
+static INLINE void NAME(meet_three_planes_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r3[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[4];
+            REAL x3[3];
+            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
+            NAME(load_4)(x2, (char *)a2 + (first + i) * 4 * w, w);
+            NAME(meet_three_planes)(x0, x1, x2, x3);
+            NAME(store_3)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_few)(a3 + first * 3, r3, 3, SPAN);
+    }
+}
+LOOPS(meet_three_planes_dense)
+
 void NAME(meet_three_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}, {3, 1, 3, {3}}};
     static const struct form forms[] = {{3, 2, NAME(meet_three_planes_start_p_q),
         WIDTHS(meet_three_planes_block_p_q), WIDTHS(meet_three_planes_dense_p_q)}};
-    static const struct kernel kernel = {WIDTHS(meet_three_planes_block), {NULL}, (any_function
-        *)NAME(meet_three_planes), NAME(call_aaar), 3, 4, 1, 0, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(meet_three_planes_block), WIDTHS(meet_three_planes_dense),
+        (any_function *)NAME(meet_three_planes), NAME(call_aaar), 3, 4, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -19830,6 +23990,30 @@ static INLINE void NAME(meet_line_circle_block_circle)(intptr_t n, char **args, 
 }
 LOOPS(meet_line_circle_block_circle)
 
+static INLINE void NAME(meet_line_circle_dense_circle)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r2[10 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x2[10];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(meet_line_circle_apply_circle)(prepared, x0, x2);
+            NAME(store_10)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_10)(a2 + first * 10, r2, TILE);
+    }
+}
+LOOP(meet_line_circle_dense_circle)
+
 static void NAME(meet_line_circle_start_circle)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1];
@@ -19858,13 +24042,41 @@ static INLINE void NAME(meet_line_circle_block)(intptr_t n, char **args, const i
 }
 LOOPS(meet_line_circle_block)
 
+static INLINE void NAME(meet_line_circle_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[10 * TILE];
+    _Alignas(64) REAL r2[10 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        NAME(load_tile_10)(r1, TILE, a1 + first * 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[10];
+            REAL x2[10];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_10)(x1, (char *)(r1 + i), TILE * w);
+            NAME(meet_line_circle)(x0, x1, x2);
+            NAME(store_10)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_10)(a2 + first * 10, r2, TILE);
+    }
+}
+LOOP(meet_line_circle_dense)
+
 void NAME(meet_line_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {10, 1, 1, {10}}, {10, 1, 2, {10}}};
     static const struct form forms[] = {{2, 2, NAME(meet_line_circle_start_circle),
-        WIDTHS(meet_line_circle_block_circle), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(meet_line_circle_block), {NULL}, (any_function
-        *)NAME(meet_line_circle), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+        WIDTHS(meet_line_circle_block_circle), WIDTH(meet_line_circle_dense_circle)}};
+    static const struct kernel kernel = {WIDTHS(meet_line_circle_block), WIDTH(meet_line_circle_dense),
+        (any_function *)NAME(meet_line_circle), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -20256,6 +24468,30 @@ static INLINE void NAME(meet_circles_block_b)(intptr_t n, char **args, const int
 }
 LOOPS(meet_circles_block_b)
 
+static INLINE void NAME(meet_circles_dense_b)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[10 * TILE];
+    _Alignas(64) REAL r2[10 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_10)(r0, TILE, a0 + first * 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[10];
+            REAL x2[10];
+            NAME(load_10)(x0, (char *)(r0 + i), TILE * w);
+            NAME(meet_circles_apply_b)(prepared, x0, x2);
+            NAME(store_10)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_10)(a2 + first * 10, r2, TILE);
+    }
+}
+LOOP(meet_circles_dense_b)
+
 static void NAME(meet_circles_start_b)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1];
@@ -20284,12 +24520,41 @@ static INLINE void NAME(meet_circles_block)(intptr_t n, char **args, const intpt
 }
 LOOPS(meet_circles_block)
 
+static INLINE void NAME(meet_circles_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[10 * TILE];
+    _Alignas(64) REAL r1[10 * TILE];
+    _Alignas(64) REAL r2[10 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_10)(r0, TILE, a0 + first * 10);
+        NAME(load_tile_10)(r1, TILE, a1 + first * 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[10];
+            REAL x1[10];
+            REAL x2[10];
+            NAME(load_10)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_10)(x1, (char *)(r1 + i), TILE * w);
+            NAME(meet_circles)(x0, x1, x2);
+            NAME(store_10)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_10)(a2 + first * 10, r2, TILE);
+    }
+}
+LOOP(meet_circles_dense)
+
 void NAME(meet_circles_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {10, 1, 1, {10}}, {10, 1, 2, {10}}};
-    static const struct form forms[] = {{2, 2, NAME(meet_circles_start_b), WIDTHS(meet_circles_block_b), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(meet_circles_block), {NULL}, (any_function *)NAME(meet_circles),
-        NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+    static const struct form forms[] = {{2, 2, NAME(meet_circles_start_b), WIDTHS(meet_circles_block_b),
+        WIDTH(meet_circles_dense_b)}};
+    static const struct kernel kernel = {WIDTHS(meet_circles_block), WIDTH(meet_circles_dense), (any_function
+        *)NAME(meet_circles), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -22804,18 +27069,19 @@ static INLINE void NAME(hit_ray_sphere_dense_d_sphere)(intptr_t n, char **args, 
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a3 = (REAL *)args[3];
     _Alignas(64) REAL r3[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[3];
             REAL x3[1];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(hit_ray_sphere_apply_d_sphere)(prepared, x0, x3);
             NAME(store_scalar)((char *)(r3 + i), x3);
         }
-        NAME(store_span)(args[3], first, r3, 1, SPAN);
+        NAME(store_few)(a3 + first * 1, r3, 1, SPAN);
     }
 }
 LOOPS(hit_ray_sphere_dense_d_sphere)
@@ -22853,18 +27119,19 @@ static INLINE void NAME(hit_ray_sphere_dense_p_sphere)(intptr_t n, char **args, 
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a3 = (REAL *)args[3];
     _Alignas(64) REAL r3[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x1[3];
             REAL x3[1];
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(hit_ray_sphere_apply_p_sphere)(prepared, x1, x3);
             NAME(store_scalar)((char *)(r3 + i), x3);
         }
-        NAME(store_span)(args[3], first, r3, 1, SPAN);
+        NAME(store_few)(a3 + first * 1, r3, 1, SPAN);
     }
 }
 LOOPS(hit_ray_sphere_dense_p_sphere)
@@ -22905,8 +27172,9 @@ static INLINE void NAME(hit_ray_sphere_dense_sphere)(intptr_t n, char **args, co
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[2];
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a3 = (REAL *)args[3];
     _Alignas(64) REAL r3[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -22914,12 +27182,12 @@ static INLINE void NAME(hit_ray_sphere_dense_sphere)(intptr_t n, char **args, co
             REAL x0[3];
             REAL x1[3];
             REAL x3[1];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(hit_ray_sphere_apply_sphere)(prepared, x0, x1, x3);
             NAME(store_scalar)((char *)(r3 + i), x3);
         }
-        NAME(store_span)(args[3], first, r3, 1, SPAN);
+        NAME(store_few)(a3 + first * 1, r3, 1, SPAN);
     }
 }
 LOOPS(hit_ray_sphere_dense_sphere)
@@ -22955,6 +27223,39 @@ static INLINE void NAME(hit_ray_sphere_block)(intptr_t n, char **args, const int
 }
 LOOPS(hit_ray_sphere_block)
 
+static INLINE void NAME(hit_ray_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[5 * TILE];
+    _Alignas(64) REAL r3[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
+        NAME(load_tile_5)(r2, TILE, a2 + first * 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[5];
+            REAL x3[1];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
+            NAME(load_5)(x2, (char *)(r2 + i), TILE * w);
+            NAME(hit_ray_sphere)(x0, x1, x2, x3);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+        }
+        NAME(store_tile_1)(a3 + first * 1, r3, TILE);
+    }
+}
+LOOP(hit_ray_sphere_dense)
+
 void NAME(hit_ray_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {5, 1, 2, {5}}, {1, 0, 3, {0}}};
@@ -22963,8 +27264,8 @@ void NAME(hit_ray_sphere_loop)(char **args, const intptr_t *dimensions, const in
         NAME(hit_ray_sphere_start_p_sphere), WIDTHS(hit_ray_sphere_block_p_sphere),
         WIDTHS(hit_ray_sphere_dense_p_sphere)}, {4, 2, NAME(hit_ray_sphere_start_sphere),
         WIDTHS(hit_ray_sphere_block_sphere), WIDTHS(hit_ray_sphere_dense_sphere)}};
-    static const struct kernel kernel = {WIDTHS(hit_ray_sphere_block), {NULL}, (any_function *)NAME(hit_ray_sphere),
-        NAME(call_aaar), 3, 4, 3, 0, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(hit_ray_sphere_block), WIDTH(hit_ray_sphere_dense), (any_function
+        *)NAME(hit_ray_sphere), NAME(call_aaar), 3, 4, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -23104,11 +27405,39 @@ static INLINE void NAME(motor_product_block)(intptr_t n, char **args, const intp
 }
 LOOPS(motor_product_block)
 
+static INLINE void NAME(motor_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[8 * TILE];
+    _Alignas(64) REAL r2[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        NAME(load_tile_8)(r1, TILE, a1 + first * 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            REAL x2[8];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_8)(x1, (char *)(r1 + i), TILE * w);
+            NAME(motor_product)(x0, x1, x2);
+            NAME(store_8)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_8)(a2 + first * 8, r2, TILE);
+    }
+}
+LOOP(motor_product_dense)
+
 void NAME(motor_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_product_block), {NULL}, (any_function *)NAME(motor_product),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_product_block), WIDTH(motor_product_dense), (any_function
+        *)NAME(motor_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -23155,11 +27484,34 @@ static INLINE void NAME(motor_inverse_block)(intptr_t n, char **args, const intp
 }
 LOOPS(motor_inverse_block)
 
+static INLINE void NAME(motor_inverse_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(motor_inverse)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_8)(a1 + first * 8, r1, TILE);
+    }
+}
+LOOP(motor_inverse_dense)
+
 void NAME(motor_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_inverse_block), {NULL}, (any_function *)NAME(motor_inverse),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_inverse_block), WIDTH(motor_inverse_dense), (any_function
+        *)NAME(motor_inverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -23289,21 +27641,24 @@ static INLINE void NAME(rotor_from_axis_angle_dense_angle)(intptr_t n, char **ar
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[3];
             REAL x2[4];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
             NAME(rotor_from_axis_angle_apply_angle)(prepared, x0, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4, SPAN);
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
     }
 }
-LOOPS(rotor_from_axis_angle_dense_angle)
+LOOP(rotor_from_axis_angle_dense_angle)
 
 static void NAME(rotor_from_axis_angle_start_angle)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -23387,7 +27742,7 @@ void NAME(rotor_from_axis_angle_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
     static const struct form forms[] = {{2, 2, NAME(rotor_from_axis_angle_start_angle),
-        WIDTHS(rotor_from_axis_angle_block_angle), WIDTHS(rotor_from_axis_angle_dense_angle)}, {1, 2,
+        WIDTHS(rotor_from_axis_angle_block_angle), WIDTH(rotor_from_axis_angle_dense_angle)}, {1, 2,
         NAME(rotor_from_axis_angle_start_axis), WIDTHS(rotor_from_axis_angle_block_axis), {NULL}}};
     static const struct kernel kernel = {WIDTHS(rotor_from_axis_angle_block), {NULL}, (any_function
         *)NAME(rotor_from_axis_angle), NAME(call_anr), 2, 3, 2, 1, 1, parts, forms};
@@ -23431,18 +27786,19 @@ static INLINE void NAME(translator_from_vector_dense)(intptr_t n, char **args, c
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
     _Alignas(64) REAL r1[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[3];
             REAL x1[3];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(translator_from_vector)(x0, x1);
             NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 3, SPAN);
+        NAME(store_few)(a1 + first * 3, r1, 3, SPAN);
     }
 }
 LOOPS(translator_from_vector_dense)
@@ -23488,18 +27844,19 @@ static INLINE void NAME(dilator_from_scale_dense)(intptr_t n, char **args, const
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
     _Alignas(64) REAL r1[2 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[1];
             REAL x1[2];
-            NAME(load_scalar)(x0, a0 + (first + i) * w);
+            NAME(load_scalar)(x0, (char *)a0 + (first + i) * w);
             NAME(dilator_from_scale)(x0[0], x1);
             NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 2, SPAN);
+        NAME(store_few)(a1 + first * 2, r1, 2, SPAN);
     }
 }
 LOOPS(dilator_from_scale_dense)
@@ -23579,30 +27936,35 @@ static INLINE void NAME(motor_from_rotor_translation_dense)(intptr_t n, char **a
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    _Alignas(64) REAL r2[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[4];
             REAL x1[3];
             REAL x2[8];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
             NAME(motor_from_rotor_translation)(x0, x1, x2);
-            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_8)((char *)(r2 + i), TILE * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 8, SPAN);
+        NAME(store_tile_8)(a2 + first * 8, r2, TILE);
     }
 }
-LOOPS(motor_from_rotor_translation_dense)
+LOOP(motor_from_rotor_translation_dense)
 
 void NAME(motor_from_rotor_translation_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {8, 1, 2, {8}}};
     static const struct kernel kernel = {WIDTHS(motor_from_rotor_translation_block),
-        WIDTHS(motor_from_rotor_translation_dense), (any_function *)NAME(motor_from_rotor_translation),
+        WIDTH(motor_from_rotor_translation_dense), (any_function *)NAME(motor_from_rotor_translation),
         NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -23712,6 +28074,30 @@ static INLINE void NAME(motor_from_line_block_angle)(intptr_t n, char **args, co
 }
 LOOPS(motor_from_line_block_angle)
 
+static INLINE void NAME(motor_from_line_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r2[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x2[8];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(motor_from_line_apply_angle)(prepared, x0, x2);
+            NAME(store_8)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_8)(a2 + first * 8, r2, TILE);
+    }
+}
+LOOP(motor_from_line_dense_angle)
+
 static void NAME(motor_from_line_start_angle)(char **args, const intptr_t *strides, void *prepared)
 {
     (void)strides;
@@ -23757,7 +28143,7 @@ void NAME(motor_from_line_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
     static const struct form forms[] = {{2, 2, NAME(motor_from_line_start_angle),
-        WIDTHS(motor_from_line_block_angle), {NULL}}};
+        WIDTHS(motor_from_line_block_angle), WIDTH(motor_from_line_dense_angle)}};
     static const struct kernel kernel = {WIDTHS(motor_from_line_block), {NULL}, (any_function
         *)NAME(motor_from_line), NAME(call_anr), 2, 3, 1, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
@@ -24005,11 +28391,34 @@ static INLINE void NAME(motor_square_root_block)(intptr_t n, char **args, const 
 }
 LOOPS(motor_square_root_block)
 
+static INLINE void NAME(motor_square_root_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(motor_square_root)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_8)(a1 + first * 8, r1, TILE);
+    }
+}
+LOOP(motor_square_root_dense)
+
 void NAME(motor_square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_square_root_block), {NULL}, (any_function
-        *)NAME(motor_square_root), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_square_root_block), WIDTH(motor_square_root_dense),
+        (any_function *)NAME(motor_square_root), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -26111,10 +30520,33 @@ static INLINE void NAME(motor_to_matrix_block)(intptr_t n, char **args, const in
 }
 LOOPS(motor_to_matrix_block)
 
+static INLINE void NAME(motor_to_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[16 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[16];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(motor_to_matrix)(x0, x1);
+            NAME(store_4x4)((char *)(r1 + i), 4 * TILE * w, TILE * w, x1);
+        }
+        NAME(store_tile_16)(a1 + first * 16, r1, TILE);
+    }
+}
+LOOP(motor_to_matrix_dense)
+
 void NAME(motor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {16, 2, 1, {4, 4}}};
-    static const struct kernel kernel = {WIDTHS(motor_to_matrix_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(motor_to_matrix_block), WIDTH(motor_to_matrix_dense), (any_function
         *)NAME(motor_to_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -26316,18 +30748,19 @@ static INLINE void NAME(move_point_dense_m)(intptr_t n, char **args, const intpt
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x1[3];
             REAL x2[3];
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(move_point_apply_m)(prepared, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(move_point_dense_m)
@@ -26364,8 +30797,9 @@ static INLINE void NAME(move_point_dense)(intptr_t n, char **args, const intptr_
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -26373,12 +30807,12 @@ static INLINE void NAME(move_point_dense)(intptr_t n, char **args, const intptr_
             REAL x0[8];
             REAL x1[3];
             REAL x2[3];
-            NAME(load_8)(x0, a0 + (first + i) * 8 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_8)(x0, (char *)a0 + (first + i) * 8 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(move_point)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(move_point_dense)
@@ -26540,18 +30974,19 @@ static INLINE void NAME(rotate_point_dense_r)(intptr_t n, char **args, const int
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x1[3];
             REAL x2[3];
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(rotate_point_apply_r)(prepared, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(rotate_point_dense_r)
@@ -26588,8 +31023,9 @@ static INLINE void NAME(rotate_point_dense)(intptr_t n, char **args, const intpt
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -26597,12 +31033,12 @@ static INLINE void NAME(rotate_point_dense)(intptr_t n, char **args, const intpt
             REAL x0[4];
             REAL x1[3];
             REAL x2[3];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(rotate_point)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(rotate_point_dense)
@@ -26660,8 +31096,9 @@ static INLINE void NAME(translate_point_dense)(intptr_t n, char **args, const in
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -26669,12 +31106,12 @@ static INLINE void NAME(translate_point_dense)(intptr_t n, char **args, const in
             REAL x0[3];
             REAL x1[3];
             REAL x2[3];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(translate_point)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(translate_point_dense)
@@ -26729,8 +31166,9 @@ static INLINE void NAME(dilate_point_dense)(intptr_t n, char **args, const intpt
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -26738,12 +31176,12 @@ static INLINE void NAME(dilate_point_dense)(intptr_t n, char **args, const intpt
             REAL x0[2];
             REAL x1[3];
             REAL x2[3];
-            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(dilate_point)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(dilate_point_dense)
@@ -27016,6 +31454,30 @@ static INLINE void NAME(move_vector_block_m)(intptr_t n, char **args, const intp
 }
 LOOPS(move_vector_block_m)
 
+static INLINE void NAME(move_vector_dense_m)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r1[5 * TILE];
+    _Alignas(64) REAL r2[5 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_5)(r1, TILE, a1 + first * 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x1[5];
+            REAL x2[5];
+            NAME(load_5)(x1, (char *)(r1 + i), TILE * w);
+            NAME(move_vector_apply_m)(prepared, x1, x2);
+            NAME(store_5)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_5)(a2 + first * 5, r2, TILE);
+    }
+}
+LOOP(move_vector_dense_m)
+
 static void NAME(move_vector_start_m)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -27044,12 +31506,41 @@ static INLINE void NAME(move_vector_block)(intptr_t n, char **args, const intptr
 }
 LOOPS(move_vector_block)
 
+static INLINE void NAME(move_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[5 * TILE];
+    _Alignas(64) REAL r2[5 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        NAME(load_tile_5)(r1, TILE, a1 + first * 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[5];
+            REAL x2[5];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_5)(x1, (char *)(r1 + i), TILE * w);
+            NAME(move_vector)(x0, x1, x2);
+            NAME(store_5)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_5)(a2 + first * 5, r2, TILE);
+    }
+}
+LOOP(move_vector_dense)
+
 void NAME(move_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}};
-    static const struct form forms[] = {{1, 2, NAME(move_vector_start_m), WIDTHS(move_vector_block_m), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(move_vector_block), {NULL}, (any_function *)NAME(move_vector),
-        NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+    static const struct form forms[] = {{1, 2, NAME(move_vector_start_m), WIDTHS(move_vector_block_m),
+        WIDTH(move_vector_dense_m)}};
+    static const struct kernel kernel = {WIDTHS(move_vector_block), WIDTH(move_vector_dense), (any_function
+        *)NAME(move_vector), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -27979,6 +32470,30 @@ static INLINE void NAME(move_line_block_m)(intptr_t n, char **args, const intptr
 }
 LOOPS(move_line_block_m)
 
+static INLINE void NAME(move_line_dense_m)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r2[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x1[6];
+            REAL x2[6];
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(move_line_apply_m)(prepared, x1, x2);
+            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
+    }
+}
+LOOP(move_line_dense_m)
+
 static void NAME(move_line_start_m)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -28007,12 +32522,41 @@ static INLINE void NAME(move_line_block)(intptr_t n, char **args, const intptr_t
 }
 LOOPS(move_line_block)
 
+static INLINE void NAME(move_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r2[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[6];
+            REAL x2[6];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(move_line)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
+    }
+}
+LOOP(move_line_dense)
+
 void NAME(move_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
-    static const struct form forms[] = {{1, 2, NAME(move_line_start_m), WIDTHS(move_line_block_m), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(move_line_block), {NULL}, (any_function *)NAME(move_line),
-        NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+    static const struct form forms[] = {{1, 2, NAME(move_line_start_m), WIDTHS(move_line_block_m),
+        WIDTH(move_line_dense_m)}};
+    static const struct kernel kernel = {WIDTHS(move_line_block), WIDTH(move_line_dense), (any_function
+        *)NAME(move_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -28838,21 +33382,24 @@ static INLINE void NAME(move_plane_dense_m)(intptr_t n, char **args, const intpt
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x1[4];
             REAL x2[4];
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
             NAME(move_plane_apply_m)(prepared, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4, SPAN);
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
     }
 }
-LOOPS(move_plane_dense_m)
+LOOP(move_plane_dense_m)
 
 static void NAME(move_plane_start_m)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -28882,13 +33429,41 @@ static INLINE void NAME(move_plane_block)(intptr_t n, char **args, const intptr_
 }
 LOOPS(move_plane_block)
 
+static INLINE void NAME(move_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[4];
+            REAL x2[4];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
+            NAME(move_plane)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
+    }
+}
+LOOP(move_plane_dense)
+
 void NAME(move_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{1, 3, NAME(move_plane_start_m), WIDTHS(move_plane_block_m),
-        WIDTHS(move_plane_dense_m)}};
-    static const struct kernel kernel = {WIDTHS(move_plane_block), {NULL}, (any_function *)NAME(move_plane),
-        NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+        WIDTH(move_plane_dense_m)}};
+    static const struct kernel kernel = {WIDTHS(move_plane_block), WIDTH(move_plane_dense), (any_function
+        *)NAME(move_plane), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -29152,6 +33727,30 @@ static INLINE void NAME(move_sphere_block_m)(intptr_t n, char **args, const intp
 }
 LOOPS(move_sphere_block_m)
 
+static INLINE void NAME(move_sphere_dense_m)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r1[5 * TILE];
+    _Alignas(64) REAL r2[5 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_5)(r1, TILE, a1 + first * 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x1[5];
+            REAL x2[5];
+            NAME(load_5)(x1, (char *)(r1 + i), TILE * w);
+            NAME(move_sphere_apply_m)(prepared, x1, x2);
+            NAME(store_5)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_5)(a2 + first * 5, r2, TILE);
+    }
+}
+LOOP(move_sphere_dense_m)
+
 static void NAME(move_sphere_start_m)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -29180,12 +33779,41 @@ static INLINE void NAME(move_sphere_block)(intptr_t n, char **args, const intptr
 }
 LOOPS(move_sphere_block)
 
+static INLINE void NAME(move_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[5 * TILE];
+    _Alignas(64) REAL r2[5 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        NAME(load_tile_5)(r1, TILE, a1 + first * 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[5];
+            REAL x2[5];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_5)(x1, (char *)(r1 + i), TILE * w);
+            NAME(move_sphere)(x0, x1, x2);
+            NAME(store_5)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_5)(a2 + first * 5, r2, TILE);
+    }
+}
+LOOP(move_sphere_dense)
+
 void NAME(move_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}};
-    static const struct form forms[] = {{1, 2, NAME(move_sphere_start_m), WIDTHS(move_sphere_block_m), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(move_sphere_block), {NULL}, (any_function *)NAME(move_sphere),
-        NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+    static const struct form forms[] = {{1, 2, NAME(move_sphere_start_m), WIDTHS(move_sphere_block_m),
+        WIDTH(move_sphere_dense_m)}};
+    static const struct kernel kernel = {WIDTHS(move_sphere_block), WIDTH(move_sphere_dense), (any_function
+        *)NAME(move_sphere), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -29795,6 +34423,30 @@ static INLINE void NAME(transform_vector_block_v)(intptr_t n, char **args, const
 }
 LOOPS(transform_vector_block_v)
 
+static INLINE void NAME(transform_vector_dense_v)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r1[5 * TILE];
+    _Alignas(64) REAL r2[5 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_5)(r1, TILE, a1 + first * 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x1[5];
+            REAL x2[5];
+            NAME(load_5)(x1, (char *)(r1 + i), TILE * w);
+            NAME(transform_vector_apply_v)(prepared, x1, x2);
+            NAME(store_5)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_5)(a2 + first * 5, r2, TILE);
+    }
+}
+LOOP(transform_vector_dense_v)
+
 static void NAME(transform_vector_start_v)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -29827,7 +34479,7 @@ void NAME(transform_vector_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}};
     static const struct form forms[] = {{1, 2, NAME(transform_vector_start_v), WIDTHS(transform_vector_block_v),
-        {NULL}}};
+        WIDTH(transform_vector_dense_v)}};
     static const struct kernel kernel = {WIDTHS(transform_vector_block), {NULL}, (any_function
         *)NAME(transform_vector), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
@@ -29972,18 +34624,19 @@ static INLINE void NAME(reflect_point_dense_plane)(intptr_t n, char **args, cons
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[3];
             REAL x2[3];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(reflect_point_apply_plane)(prepared, x0, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(reflect_point_dense_plane)
@@ -30020,8 +34673,9 @@ static INLINE void NAME(reflect_point_dense)(intptr_t n, char **args, const intp
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -30029,12 +34683,12 @@ static INLINE void NAME(reflect_point_dense)(intptr_t n, char **args, const intp
             REAL x0[3];
             REAL x1[4];
             REAL x2[3];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
+            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
             NAME(reflect_point)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(reflect_point_dense)
@@ -30129,11 +34783,39 @@ static INLINE void NAME(invert_point_block)(intptr_t n, char **args, const intpt
 }
 LOOPS(invert_point_block)
 
+static INLINE void NAME(invert_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[5 * TILE];
+    _Alignas(64) REAL r2[3 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_5)(r1, TILE, a1 + first * 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[5];
+            REAL x2[3];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_5)(x1, (char *)(r1 + i), TILE * w);
+            NAME(invert_point)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_3)(a2 + first * 3, r2, TILE);
+    }
+}
+LOOP(invert_point_dense)
+
 void NAME(invert_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {5, 1, 1, {5}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(invert_point_block), {NULL}, (any_function *)NAME(invert_point),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(invert_point_block), WIDTH(invert_point_dense), (any_function
+        *)NAME(invert_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -30168,18 +34850,19 @@ static INLINE void NAME(transversor_from_vector_dense)(intptr_t n, char **args, 
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
     _Alignas(64) REAL r1[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[3];
             REAL x1[3];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(transversor_from_vector)(x0, x1);
             NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 3, SPAN);
+        NAME(store_few)(a1 + first * 3, r1, 3, SPAN);
     }
 }
 LOOPS(transversor_from_vector_dense)
@@ -30223,18 +34906,19 @@ static INLINE void NAME(dilator_to_scale_dense)(intptr_t n, char **args, const i
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
     _Alignas(64) REAL r1[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[2];
             REAL x1[1];
-            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(dilator_to_scale)(x0, x1);
             NAME(store_scalar)((char *)(r1 + i), x1);
         }
-        NAME(store_span)(args[1], first, r1, 1, SPAN);
+        NAME(store_few)(a1 + first * 1, r1, 1, SPAN);
     }
 }
 LOOPS(dilator_to_scale_dense)
@@ -30315,31 +34999,35 @@ static INLINE void NAME(motor_to_rotor_translation_dense)(intptr_t n, char **arg
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r1[4 * SPAN];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[3 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[8];
             REAL x1[4];
             REAL x2[3];
-            NAME(load_8)(x0, a0 + (first + i) * 8 * w, w);
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
             NAME(motor_to_rotor_translation)(x0, x1, x2);
-            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
+            NAME(store_3)((char *)(r2 + i), TILE * w, x2);
         }
-        NAME(store_span)(args[1], first, r1, 4, SPAN);
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
+        NAME(store_tile_3)(a2 + first * 3, r2, TILE);
     }
 }
-LOOPS(motor_to_rotor_translation_dense)
+LOOP(motor_to_rotor_translation_dense)
 
 void NAME(motor_to_rotor_translation_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(motor_to_rotor_translation_block),
-        WIDTHS(motor_to_rotor_translation_dense), (any_function *)NAME(motor_to_rotor_translation), NAME(call_arr),
+        WIDTH(motor_to_rotor_translation_dense), (any_function *)NAME(motor_to_rotor_translation), NAME(call_arr),
         1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -30720,11 +35408,34 @@ static INLINE void NAME(versor_from_motor_block)(intptr_t n, char **args, const 
 }
 LOOPS(versor_from_motor_block)
 
+static INLINE void NAME(versor_from_motor_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[16 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[16];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(versor_from_motor)(x0, x1);
+            NAME(store_16)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_16)(a1 + first * 16, r1, TILE);
+    }
+}
+LOOP(versor_from_motor_dense)
+
 void NAME(versor_from_motor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {WIDTHS(versor_from_motor_block), {NULL}, (any_function
-        *)NAME(versor_from_motor), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(versor_from_motor_block), WIDTH(versor_from_motor_dense),
+        (any_function *)NAME(versor_from_motor), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -30767,11 +35478,34 @@ static INLINE void NAME(versor_from_dilator_block)(intptr_t n, char **args, cons
 }
 LOOPS(versor_from_dilator_block)
 
+static INLINE void NAME(versor_from_dilator_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[2 * TILE];
+    _Alignas(64) REAL r1[16 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_2)(r0, TILE, a0 + first * 2);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[2];
+            REAL x1[16];
+            NAME(load_2)(x0, (char *)(r0 + i), TILE * w);
+            NAME(versor_from_dilator)(x0, x1);
+            NAME(store_16)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_16)(a1 + first * 16, r1, TILE);
+    }
+}
+LOOP(versor_from_dilator_dense)
+
 void NAME(versor_from_dilator_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {WIDTHS(versor_from_dilator_block), {NULL}, (any_function
-        *)NAME(versor_from_dilator), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(versor_from_dilator_block), WIDTH(versor_from_dilator_dense),
+        (any_function *)NAME(versor_from_dilator), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -30815,11 +35549,35 @@ static INLINE void NAME(versor_from_transversor_block)(intptr_t n, char **args, 
 }
 LOOPS(versor_from_transversor_block)
 
+static INLINE void NAME(versor_from_transversor_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[16 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[16];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(versor_from_transversor)(x0, x1);
+            NAME(store_16)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_16)(a1 + first * 16, r1, TILE);
+    }
+}
+LOOP(versor_from_transversor_dense)
+
 void NAME(versor_from_transversor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {WIDTHS(versor_from_transversor_block), {NULL}, (any_function
-        *)NAME(versor_from_transversor), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(versor_from_transversor_block),
+        WIDTH(versor_from_transversor_dense), (any_function *)NAME(versor_from_transversor), NAME(call_ar), 1, 2, 0,
+        0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -30869,8 +35627,9 @@ static INLINE void NAME(translator_between_points_dense)(intptr_t n, char **args
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -30878,12 +35637,12 @@ static INLINE void NAME(translator_between_points_dense)(intptr_t n, char **args
             REAL x0[3];
             REAL x1[3];
             REAL x2[3];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(translator_between_points)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(translator_between_points_dense)
@@ -31061,12 +35820,50 @@ static INLINE void NAME(versor_decomposition_block)(intptr_t n, char **args, con
 }
 LOOPS(versor_decomposition_block)
 
+static INLINE void NAME(versor_decomposition_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r0[16 * TILE];
+    _Alignas(64) REAL r1[1 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    _Alignas(64) REAL r3[3 * TILE];
+    _Alignas(64) REAL r4[3 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_16)(r0, TILE, a0 + first * 16);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[16];
+            REAL x1[1];
+            REAL x2[4];
+            REAL x3[3];
+            REAL x4[3];
+            NAME(load_16)(x0, (char *)(r0 + i), TILE * w);
+            NAME(versor_decomposition)(x0, x1, x2, x3, x4);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
+            NAME(store_3)((char *)(r3 + i), TILE * w, x3);
+            NAME(store_3)((char *)(r4 + i), TILE * w, x4);
+        }
+        NAME(store_tile_1)(a1 + first * 1, r1, TILE);
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
+        NAME(store_tile_3)(a3 + first * 3, r3, TILE);
+        NAME(store_tile_3)(a4 + first * 3, r4, TILE);
+    }
+}
+LOOP(versor_decomposition_dense)
+
 void NAME(versor_decomposition_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}, {3, 1, 3,
         {3}}};
-    static const struct kernel kernel = {WIDTHS(versor_decomposition_block), {NULL}, (any_function
-        *)NAME(versor_decomposition), NAME(call_arrrr), 1, 5, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(versor_decomposition_block), WIDTH(versor_decomposition_dense),
+        (any_function *)NAME(versor_decomposition), NAME(call_arrrr), 1, 5, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -35333,6 +40130,31 @@ static INLINE void NAME(similarity_between_rounds_block_a_n_m_scale)(intptr_t n,
 }
 LOOPS(similarity_between_rounds_block_a_n_m_scale)
 
+static INLINE void NAME(similarity_between_rounds_dense_a_n_m_scale)(intptr_t n, char **args, const intptr_t
+    *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a1 = (REAL *)args[1];
+    REAL *a5 = (REAL *)args[5];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r5[16 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x1[3];
+            REAL x5[16];
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
+            NAME(similarity_between_rounds_apply_a_n_m_scale)(prepared, x1, x5);
+            NAME(store_16)((char *)(r5 + i), TILE * w, x5);
+        }
+        NAME(store_tile_16)(a5 + first * 16, r5, TILE);
+    }
+}
+LOOP(similarity_between_rounds_dense_a_n_m_scale)
+
 static void NAME(similarity_between_rounds_start_a_n_m_scale)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c2a = strides[2], c3a = strides[3];
@@ -35366,6 +40188,31 @@ static INLINE void NAME(similarity_between_rounds_block_b_n_m_scale)(intptr_t n,
 }
 LOOPS(similarity_between_rounds_block_b_n_m_scale)
 
+static INLINE void NAME(similarity_between_rounds_dense_b_n_m_scale)(intptr_t n, char **args, const intptr_t
+    *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a5 = (REAL *)args[5];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r5[16 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x5[16];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(similarity_between_rounds_apply_b_n_m_scale)(prepared, x0, x5);
+            NAME(store_16)((char *)(r5 + i), TILE * w, x5);
+        }
+        NAME(store_tile_16)(a5 + first * 16, r5, TILE);
+    }
+}
+LOOP(similarity_between_rounds_dense_b_n_m_scale)
+
 static void NAME(similarity_between_rounds_start_b_n_m_scale)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1], c2a = strides[2], c3a = strides[3];
@@ -35397,6 +40244,30 @@ static INLINE void NAME(similarity_between_rounds_block_a_b_n_m)(intptr_t n, cha
     }
 }
 LOOPS(similarity_between_rounds_block_a_b_n_m)
+
+static INLINE void NAME(similarity_between_rounds_dense_a_b_n_m)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a4 = (REAL *)args[4];
+    REAL *a5 = (REAL *)args[5];
+    _Alignas(64) REAL r4[1 * TILE];
+    _Alignas(64) REAL r5[16 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_1)(r4, TILE, a4 + first * 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x4[1];
+            REAL x5[16];
+            NAME(load_scalar)(x4, (char *)(r4 + i));
+            NAME(similarity_between_rounds_apply_a_b_n_m)(prepared, x4[0], x5);
+            NAME(store_16)((char *)(r5 + i), TILE * w, x5);
+        }
+        NAME(store_tile_16)(a5 + first * 16, r5, TILE);
+    }
+}
+LOOP(similarity_between_rounds_dense_a_b_n_m)
 
 static void NAME(similarity_between_rounds_start_a_b_n_m)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -35479,12 +40350,12 @@ void NAME(similarity_between_rounds_loop)(char **args, const intptr_t *dimension
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}, {1, 0, 4,
         {0}}, {16, 1, 4, {16}}};
     static const struct form forms[] = {{29, 2, NAME(similarity_between_rounds_start_a_n_m_scale),
-        WIDTHS(similarity_between_rounds_block_a_n_m_scale), {NULL}}, {30, 2,
-        NAME(similarity_between_rounds_start_b_n_m_scale), WIDTHS(similarity_between_rounds_block_b_n_m_scale),
-        {NULL}}, {15, 2, NAME(similarity_between_rounds_start_a_b_n_m),
-        WIDTHS(similarity_between_rounds_block_a_b_n_m), {NULL}}, {23, 2,
-        NAME(similarity_between_rounds_start_a_b_n_scale), WIDTHS(similarity_between_rounds_block_a_b_n_scale),
-        {NULL}}};
+        WIDTHS(similarity_between_rounds_block_a_n_m_scale), WIDTH(similarity_between_rounds_dense_a_n_m_scale)},
+        {30, 2, NAME(similarity_between_rounds_start_b_n_m_scale),
+        WIDTHS(similarity_between_rounds_block_b_n_m_scale), WIDTH(similarity_between_rounds_dense_b_n_m_scale)},
+        {15, 2, NAME(similarity_between_rounds_start_a_b_n_m), WIDTHS(similarity_between_rounds_block_a_b_n_m),
+        WIDTH(similarity_between_rounds_dense_a_b_n_m)}, {23, 2, NAME(similarity_between_rounds_start_a_b_n_scale),
+        WIDTHS(similarity_between_rounds_block_a_b_n_scale), {NULL}}};
     static const struct kernel kernel = {WIDTHS(similarity_between_rounds_block), {NULL}, (any_function
         *)NAME(similarity_between_rounds), NAME(call_aaaanr), 5, 6, 4, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
@@ -37233,6 +42104,30 @@ static INLINE void NAME(transform_sphere_block_v)(intptr_t n, char **args, const
 }
 LOOPS(transform_sphere_block_v)
 
+static INLINE void NAME(transform_sphere_dense_v)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r1[5 * TILE];
+    _Alignas(64) REAL r2[5 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_5)(r1, TILE, a1 + first * 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x1[5];
+            REAL x2[5];
+            NAME(load_5)(x1, (char *)(r1 + i), TILE * w);
+            NAME(transform_sphere_apply_v)(prepared, x1, x2);
+            NAME(store_5)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_5)(a2 + first * 5, r2, TILE);
+    }
+}
+LOOP(transform_sphere_dense_v)
+
 static void NAME(transform_sphere_start_v)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -37265,7 +42160,7 @@ void NAME(transform_sphere_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}};
     static const struct form forms[] = {{1, 2, NAME(transform_sphere_start_v), WIDTHS(transform_sphere_block_v),
-        {NULL}}};
+        WIDTH(transform_sphere_dense_v)}};
     static const struct kernel kernel = {WIDTHS(transform_sphere_block), {NULL}, (any_function
         *)NAME(transform_sphere), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);

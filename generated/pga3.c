@@ -2,7 +2,7 @@
 // command: gac generate --all pga3
 // spec: 5ff9daa919aa8689
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: b9e310915597006eced0b9e4724283dfd08c910a5f00624f8bf71d2690bb028d
+// body: 8cf7587171e3ded8f69e14c334f343830b7cdb2fd60906a12b16638eb22d27a6
 
 #ifndef REAL
 #include "pga3.h"
@@ -35,20 +35,21 @@
 #if defined(__GNUC__) && __GNUC__ >= 12 && !defined(__clang__) && defined(__x86_64__) && defined(__GLIBC__)
 #define WIDE __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
 #define ON(level) __attribute__((target("arch=x86-64-" level)))
-#define LOOPS(name)                                                                     \
-    ON("v3") static void NAME(name##_v3)(intptr_t n, char **args, const intptr_t *strides) \
-    {                                                                                   \
-        NAME(name)(n, args, strides);                                                   \
-    }                                                                                   \
-    ON("v4") static void NAME(name##_v4)(intptr_t n, char **args, const intptr_t *strides) \
-    {                                                                                   \
-        NAME(name)(n, args, strides);                                                   \
+#define ONE(name, level)                                                                        \
+    ON(#level) static void NAME(name##_##level)(intptr_t n, char **args, const intptr_t *strides) \
+    {                                                                                           \
+        NAME(name)(n, args, strides);                                                           \
     }
+#define LOOP(name) ONE(name, v3)
+#define LOOPS(name) ONE(name, v3) ONE(name, v4)
+#define WIDTH(name) {NAME(name##_v3), NAME(name##_v3)}
 #define WIDTHS(name) {NAME(name##_v3), NAME(name##_v4)}
 #define CHOSEN (__builtin_cpu_supports("x86-64-v4") ? 1 : __builtin_cpu_supports("x86-64-v3") ? 0 : -1)
 #else
 #define WIDE
+#define LOOP(name)
 #define LOOPS(name)
+#define WIDTH(name) {NAME(name)}
 #define WIDTHS(name) {NAME(name)}
 #define CHOSEN 0
 #endif
@@ -63,8 +64,8 @@
 // Elements in C order go through rows of this many.
 #define SPAN 32
 
-// A vector of neighbours in memory.
-#if defined(__has_builtin)
+// A vector of neighbours in memory, where the compiler turns such of 32 bytes well.
+#if defined(__has_builtin) && (defined(ON) || defined(__clang__))
 #if __has_builtin(__builtin_shufflevector)
 #define SHUFFLE __builtin_shufflevector
 #define VECTOR(n) __attribute__((vector_size((n) * sizeof(REAL)), aligned(sizeof(REAL)), may_alias))
@@ -107,7 +108,7 @@ ON("v3") static void stream(char *to, const char *from, intptr_t bytes)
 #else
 #define PASSES(bytes) 0
 #define stream memcpy
-#define STREAM_END()
+#define STREAM_END() (void)0
 #endif
 
 typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
@@ -918,12 +919,13 @@ static void NAME(call_nnnnr)(any_function *function, void **x)
 // Blocks of a batch, and how they get there from strides of any kind: a component of a part (an argument or a result)
 // is a row, `row` numbers long, of the elements of a block.
 
+// As many elements as fill 32 bytes, which every wide machine turns alike.
+#define TILE PRECISION(4, 8)
+
 #ifdef SHUFFLE
 typedef REAL NAME(four) VECTOR(4);
 #define AT(a, k, s) (*(NAME(four) *)((a) + (k) * (s)))
 
-// A tile is four components of as many elements as fill 32 bytes, which every wide machine turns alike.
-#define TILE PRECISION(4, 8)
 #if PRECISION(1, 0)
 // From four places, `s` bytes apart, to four, `t` bytes apart.
 static INLINE void NAME(turn)(char *a, intptr_t s, char *b, intptr_t t)
@@ -1089,190 +1091,1225 @@ WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, REAL *x, intp
     }
 }
 
-// Rows, SPAN numbers long, of `n` elements of `size` components, in C order from element `first` on; and back.
-static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size, intptr_t n)
+// A tile of elements of each size in C order, to rows and back. Vectors are read and written in halves, the upper one
+// from half of the elements further on.
+#ifdef SHUFFLE
+typedef REAL NAME(tile) VECTOR(TILE);
+typedef REAL NAME(half) VECTOR(TILE / 2);
+#define COLUMN(k) (*(NAME(tile) *)(x + (k) * row))
+#define HALF(a, k) (((NAME(half) *)(a))[k])
+#define WHOLE(offset) (*(NAME(tile) *)(a + (offset)))
+#define UPPER(offset, size) (a + (offset) + TILE / 2 * (size))
+#define JOINED(v, w) PRECISION(SHUFFLE(v, w, 0, 1, 2, 3), SHUFFLE(v, w, 0, 1, 2, 3, 4, 5, 6, 7))
+#define LOWERS(v, w) PRECISION(SHUFFLE(v, w, 0, 1, 4, 5), SHUFFLE(v, w, 0, 1, 2, 3, 8, 9, 10, 11))
+#define UPPERS(v, w) PRECISION(SHUFFLE(v, w, 2, 3, 6, 7), SHUFFLE(v, w, 4, 5, 6, 7, 12, 13, 14, 15))
+#define READ(offset, size) JOINED(HALF(a + (offset), 0), HALF(UPPER(offset, size), 0))
+#define WRITE(offset, size, v) HALF(a + (offset), 0) = HALF(&v, 0), HALF(UPPER(offset, size), 0) = HALF(&v, 1)
+#define WRITE_BOTH(offset, size, v, w) \
+    WHOLE(offset) = LOWERS(v, w), WHOLE((offset) + TILE / 2 * (size)) = UPPERS(v, w)
+
+static INLINE void NAME(load_tile_1)(REAL *x, intptr_t row, REAL *a)
 {
-    const intptr_t w = sizeof(REAL);
-    const REAL *from = (const REAL *)(a + first * size * w);
+#if PRECISION(1, 0)
+    COLUMN(0) = WHOLE(0);
+#else
+    COLUMN(0) = WHOLE(0);
+#endif
+}
+
+static INLINE void NAME(store_tile_1)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    WHOLE(0) = COLUMN(0);
+#else
+    WHOLE(0) = COLUMN(0);
+#endif
+}
+
+static INLINE void NAME(load_tile_3)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = READ(0, 3);
+    const NAME(tile) a1 = READ(2, 3);
+    COLUMN(0) = SHUFFLE(a0, a1, 0, 5, 2, 7);
+    const NAME(tile) a2 = READ(4, 3);
+    COLUMN(1) = SHUFFLE(a0, a2, 1, 4, 3, 6);
+    COLUMN(2) = SHUFFLE(a1, a2, 0, 5, 2, 7);
+#else
+    const NAME(tile) a1 = READ(4, 3);
+    const NAME(tile) a2 = READ(8, 3);
+    const NAME(tile) b0 = SHUFFLE(a1, a2, 2, 3, 9, 10, 6, 7, 13, 14);
+    const NAME(tile) a0 = READ(0, 3);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 2, 8, 9, 5, 6, 12, 13);
+    COLUMN(0) = SHUFFLE(a0, b0, 0, 3, 8, 10, 4, 7, 12, 14);
+    COLUMN(1) = SHUFFLE(b1, b0, 0, 2, 9, 11, 4, 6, 13, 15);
+    COLUMN(2) = SHUFFLE(b1, a2, 1, 3, 8, 11, 5, 7, 12, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_3)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(0), 0, 5, 2, 7);
+    WRITE_BOTH(0, 3, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(1), COLUMN(2), 1, 5, 3, 7);
+    WRITE(4, 3, a2);
+#else
+    const NAME(tile) b0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 2, 8, 10, 4, 6, 12, 14);
+    const NAME(tile) b2 = SHUFFLE(COLUMN(2), COLUMN(0), 0, 2, 9, 11, 4, 6, 13, 15);
+    const NAME(tile) a0 = SHUFFLE(b0, b2, 0, 2, 8, 10, 4, 6, 12, 14);
+    const NAME(tile) b1 = SHUFFLE(COLUMN(1), COLUMN(2), 1, 3, 9, 11, 5, 7, 13, 15);
+    const NAME(tile) a1 = SHUFFLE(b1, b0, 0, 2, 9, 11, 4, 6, 13, 15);
+    WRITE_BOTH(0, 3, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(b2, b1, 1, 3, 9, 11, 5, 7, 13, 15);
+    WRITE(8, 3, a2);
+#endif
+}
+
+static INLINE void NAME(load_tile_4)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(4);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(8);
+    const NAME(tile) a3 = WHOLE(12);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+#else
+    const NAME(tile) a0 = READ(0, 4);
+    const NAME(tile) a1 = READ(4, 4);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(8, 4);
+    const NAME(tile) a3 = READ(12, 4);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_4)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 4, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
+    WRITE_BOTH(4, 4, a2, a3);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(0, 4, a0, a1);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(8, 4, a2, a3);
+#endif
+}
+
+static INLINE void NAME(load_tile_6)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(6);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(12);
+    const NAME(tile) a3 = WHOLE(18);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(tile) a4 = READ(4, 6);
+    const NAME(tile) a5 = READ(10, 6);
+    COLUMN(4) = SHUFFLE(a4, a5, 0, 4, 2, 6);
+    COLUMN(5) = SHUFFLE(a4, a5, 1, 5, 3, 7);
+#else
+    const NAME(tile) a0 = READ(0, 6);
+    const NAME(tile) a1 = READ(6, 6);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(12, 6);
+    const NAME(tile) a3 = READ(18, 6);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a4 = READ(2, 6);
+    const NAME(tile) a5 = READ(8, 6);
+    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = READ(14, 6);
+    const NAME(tile) a7 = READ(20, 6);
+    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(4) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(5) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_6)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 6, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
+    WRITE_BOTH(4, 6, a2, a3);
+    const NAME(tile) a4 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
+    const NAME(tile) a5 = SHUFFLE(COLUMN(4), COLUMN(5), 1, 5, 3, 7);
+    WRITE_BOTH(8, 6, a4, a5);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE(0, 6, a0);
+    const NAME(tile) b4_0 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_1 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(2, 6, a4, a1);
+    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(8, 6, a5, a2);
+    const NAME(tile) b4_2 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(14, 6, a6, a3);
+    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(20, 6, a7);
+#endif
+}
+
+static INLINE void NAME(load_tile_8)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(8);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(16);
+    const NAME(tile) a3 = WHOLE(24);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(tile) a4 = WHOLE(4);
+    const NAME(tile) a5 = WHOLE(12);
+    const NAME(tile) b4 = SHUFFLE(a4, a5, 0, 4, 2, 6);
+    const NAME(tile) b5 = SHUFFLE(a4, a5, 1, 5, 3, 7);
+    const NAME(tile) a6 = WHOLE(20);
+    const NAME(tile) a7 = WHOLE(28);
+    const NAME(tile) b6 = SHUFFLE(a6, a7, 0, 4, 2, 6);
+    const NAME(tile) b7 = SHUFFLE(a6, a7, 1, 5, 3, 7);
+    COLUMN(4) = SHUFFLE(b4, b6, 0, 1, 4, 5);
+    COLUMN(5) = SHUFFLE(b5, b7, 0, 1, 4, 5);
+    COLUMN(6) = SHUFFLE(b4, b6, 2, 3, 6, 7);
+    COLUMN(7) = SHUFFLE(b5, b7, 2, 3, 6, 7);
+#else
+    const NAME(tile) a0 = READ(0, 8);
+    const NAME(tile) a1 = READ(8, 8);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(16, 8);
+    const NAME(tile) a3 = READ(24, 8);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a4 = READ(4, 8);
+    const NAME(tile) a5 = READ(12, 8);
+    const NAME(tile) b4_0 = SHUFFLE(a4, a5, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a6 = READ(20, 8);
+    const NAME(tile) a7 = READ(28, 8);
+    const NAME(tile) b4_1 = SHUFFLE(a6, a7, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(4) = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(5) = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(6) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(7) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_8)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 8, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 4, 2, 6);
+    WRITE_BOTH(4, 8, a2, a3);
+    const NAME(tile) a4 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
+    const NAME(tile) a5 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
+    WRITE_BOTH(8, 8, a4, a5);
+    const NAME(tile) a6 = SHUFFLE(COLUMN(4), COLUMN(5), 1, 5, 3, 7);
+    const NAME(tile) a7 = SHUFFLE(COLUMN(6), COLUMN(7), 1, 5, 3, 7);
+    WRITE_BOTH(12, 8, a6, a7);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_0 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_1 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(0, 8, a0, a4);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(8, 8, a1, a5);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_2 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(COLUMN(6), COLUMN(7), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(16, 8, a2, a6);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(24, 8, a3, a7);
+#endif
+}
+
+static INLINE void NAME(load_tile_9)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(9);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(18);
+    const NAME(tile) a3 = WHOLE(27);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(tile) a4 = WHOLE(4);
+    const NAME(tile) a5 = WHOLE(13);
+    const NAME(tile) b4 = SHUFFLE(a4, a5, 0, 4, 2, 6);
+    const NAME(tile) b5 = SHUFFLE(a4, a5, 1, 5, 3, 7);
+    const NAME(tile) a6 = WHOLE(22);
+    const NAME(tile) a7 = WHOLE(31);
+    const NAME(tile) b6 = SHUFFLE(a6, a7, 0, 4, 2, 6);
+    const NAME(tile) b7 = SHUFFLE(a6, a7, 1, 5, 3, 7);
+    COLUMN(4) = SHUFFLE(b4, b6, 0, 1, 4, 5);
+    COLUMN(5) = SHUFFLE(b5, b7, 0, 1, 4, 5);
+    COLUMN(6) = SHUFFLE(b4, b6, 2, 3, 6, 7);
+    COLUMN(7) = SHUFFLE(b5, b7, 2, 3, 6, 7);
+    const NAME(tile) a8 = READ(7, 9);
+    const NAME(tile) a9 = READ(16, 9);
+    COLUMN(8) = SHUFFLE(a8, a9, 1, 5, 3, 7);
+#else
+    const NAME(tile) a0 = READ(0, 9);
+    const NAME(tile) a1 = READ(9, 9);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(18, 9);
+    const NAME(tile) a3 = READ(27, 9);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a4 = READ(4, 9);
+    const NAME(tile) a5 = READ(13, 9);
+    const NAME(tile) b4_0 = SHUFFLE(a4, a5, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a6 = READ(22, 9);
+    const NAME(tile) a7 = READ(31, 9);
+    const NAME(tile) b4_1 = SHUFFLE(a6, a7, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(4) = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(5) = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(6) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(7) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a8 = READ(5, 9);
+    const NAME(tile) a9 = READ(14, 9);
+    const NAME(tile) b8_2 = SHUFFLE(a8, a9, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a10 = READ(23, 9);
+    const NAME(tile) a11 = READ(32, 9);
+    const NAME(tile) b8_3 = SHUFFLE(a10, a11, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(8) = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_9)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 9, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 4, 2, 6);
+    WRITE_BOTH(4, 9, a2, a3);
+    const NAME(tile) a4 = SHUFFLE(COLUMN(8), COLUMN(0), 0, 5, 2, 7);
+    const NAME(tile) a5 = SHUFFLE(COLUMN(1), COLUMN(2), 1, 5, 3, 7);
+    WRITE_BOTH(8, 9, a4, a5);
+    const NAME(tile) a6 = SHUFFLE(COLUMN(3), COLUMN(4), 1, 5, 3, 7);
+    const NAME(tile) a7 = SHUFFLE(COLUMN(5), COLUMN(6), 1, 5, 3, 7);
+    WRITE_BOTH(12, 9, a6, a7);
+    const NAME(tile) a8 = SHUFFLE(COLUMN(7), COLUMN(8), 1, 5, 3, 7);
+    WRITE(16, 9, a8);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_0 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_1 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(0, 9, a0, a4);
+    const NAME(tile) b8_0 = SHUFFLE(COLUMN(5), COLUMN(6), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b8_1 = SHUFFLE(COLUMN(7), COLUMN(8), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a8 = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(5, 9, a8, a1);
+    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(13, 9, a5);
+    const NAME(tile) a9 = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(14, 9, a9, a2);
+    const NAME(tile) b4_2 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(COLUMN(6), COLUMN(7), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE(22, 9, a6);
+    const NAME(tile) b8_2 = SHUFFLE(COLUMN(5), COLUMN(6), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b8_3 = SHUFFLE(COLUMN(7), COLUMN(8), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a10 = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(23, 9, a10, a3);
+    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(31, 9, a7);
+    const NAME(tile) a11 = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(32, 9, a11);
+#endif
+}
+
+static INLINE void NAME(load_tile_10)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(10);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(20);
+    const NAME(tile) a3 = WHOLE(30);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(tile) a4 = WHOLE(4);
+    const NAME(tile) a5 = WHOLE(14);
+    const NAME(tile) b4 = SHUFFLE(a4, a5, 0, 4, 2, 6);
+    const NAME(tile) b5 = SHUFFLE(a4, a5, 1, 5, 3, 7);
+    const NAME(tile) a6 = WHOLE(24);
+    const NAME(tile) a7 = WHOLE(34);
+    const NAME(tile) b6 = SHUFFLE(a6, a7, 0, 4, 2, 6);
+    const NAME(tile) b7 = SHUFFLE(a6, a7, 1, 5, 3, 7);
+    COLUMN(4) = SHUFFLE(b4, b6, 0, 1, 4, 5);
+    COLUMN(5) = SHUFFLE(b5, b7, 0, 1, 4, 5);
+    COLUMN(6) = SHUFFLE(b4, b6, 2, 3, 6, 7);
+    COLUMN(7) = SHUFFLE(b5, b7, 2, 3, 6, 7);
+    const NAME(tile) a8 = READ(8, 10);
+    const NAME(tile) a9 = READ(18, 10);
+    COLUMN(8) = SHUFFLE(a8, a9, 0, 4, 2, 6);
+    COLUMN(9) = SHUFFLE(a8, a9, 1, 5, 3, 7);
+#else
+    const NAME(tile) a0 = READ(0, 10);
+    const NAME(tile) a1 = READ(10, 10);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(20, 10);
+    const NAME(tile) a3 = READ(30, 10);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a4 = READ(4, 10);
+    const NAME(tile) a5 = READ(14, 10);
+    const NAME(tile) b4_0 = SHUFFLE(a4, a5, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a6 = READ(24, 10);
+    const NAME(tile) a7 = READ(34, 10);
+    const NAME(tile) b4_1 = SHUFFLE(a6, a7, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(4) = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(5) = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(6) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(7) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a8 = READ(6, 10);
+    const NAME(tile) a9 = READ(16, 10);
+    const NAME(tile) b8_2 = SHUFFLE(a8, a9, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a10 = READ(26, 10);
+    const NAME(tile) a11 = READ(36, 10);
+    const NAME(tile) b8_3 = SHUFFLE(a10, a11, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(8) = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(9) = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_10)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 10, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 4, 2, 6);
+    WRITE_BOTH(4, 10, a2, a3);
+    const NAME(tile) a4 = SHUFFLE(COLUMN(8), COLUMN(9), 0, 4, 2, 6);
+    const NAME(tile) a5 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
+    WRITE_BOTH(8, 10, a4, a5);
+    const NAME(tile) a6 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
+    const NAME(tile) a7 = SHUFFLE(COLUMN(4), COLUMN(5), 1, 5, 3, 7);
+    WRITE_BOTH(12, 10, a6, a7);
+    const NAME(tile) a8 = SHUFFLE(COLUMN(6), COLUMN(7), 1, 5, 3, 7);
+    const NAME(tile) a9 = SHUFFLE(COLUMN(8), COLUMN(9), 1, 5, 3, 7);
+    WRITE_BOTH(16, 10, a8, a9);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_0 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_1 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(0, 10, a0, a4);
+    const NAME(tile) b8_0 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b8_1 = SHUFFLE(COLUMN(8), COLUMN(9), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a8 = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(6, 10, a8, a1);
+    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(14, 10, a5);
+    const NAME(tile) a9 = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(16, 10, a9, a2);
+    const NAME(tile) b4_2 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(COLUMN(6), COLUMN(7), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE(24, 10, a6);
+    const NAME(tile) b8_2 = SHUFFLE(COLUMN(6), COLUMN(7), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b8_3 = SHUFFLE(COLUMN(8), COLUMN(9), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a10 = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(26, 10, a10, a3);
+    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(34, 10, a7);
+    const NAME(tile) a11 = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(36, 10, a11);
+#endif
+}
+
+static INLINE void NAME(load_tile_14)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(14);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(28);
+    const NAME(tile) a3 = WHOLE(42);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(tile) a4 = WHOLE(4);
+    const NAME(tile) a5 = WHOLE(18);
+    const NAME(tile) b4 = SHUFFLE(a4, a5, 0, 4, 2, 6);
+    const NAME(tile) b5 = SHUFFLE(a4, a5, 1, 5, 3, 7);
+    const NAME(tile) a6 = WHOLE(32);
+    const NAME(tile) a7 = WHOLE(46);
+    const NAME(tile) b6 = SHUFFLE(a6, a7, 0, 4, 2, 6);
+    const NAME(tile) b7 = SHUFFLE(a6, a7, 1, 5, 3, 7);
+    COLUMN(4) = SHUFFLE(b4, b6, 0, 1, 4, 5);
+    COLUMN(5) = SHUFFLE(b5, b7, 0, 1, 4, 5);
+    COLUMN(6) = SHUFFLE(b4, b6, 2, 3, 6, 7);
+    COLUMN(7) = SHUFFLE(b5, b7, 2, 3, 6, 7);
+    const NAME(tile) a8 = WHOLE(8);
+    const NAME(tile) a9 = WHOLE(22);
+    const NAME(tile) b8 = SHUFFLE(a8, a9, 0, 4, 2, 6);
+    const NAME(tile) b9 = SHUFFLE(a8, a9, 1, 5, 3, 7);
+    const NAME(tile) a10 = WHOLE(36);
+    const NAME(tile) a11 = WHOLE(50);
+    const NAME(tile) b10 = SHUFFLE(a10, a11, 0, 4, 2, 6);
+    const NAME(tile) b11 = SHUFFLE(a10, a11, 1, 5, 3, 7);
+    COLUMN(8) = SHUFFLE(b8, b10, 0, 1, 4, 5);
+    COLUMN(9) = SHUFFLE(b9, b11, 0, 1, 4, 5);
+    COLUMN(10) = SHUFFLE(b8, b10, 2, 3, 6, 7);
+    COLUMN(11) = SHUFFLE(b9, b11, 2, 3, 6, 7);
+    const NAME(tile) a12 = READ(12, 14);
+    const NAME(tile) a13 = READ(26, 14);
+    COLUMN(12) = SHUFFLE(a12, a13, 0, 4, 2, 6);
+    COLUMN(13) = SHUFFLE(a12, a13, 1, 5, 3, 7);
+#else
+    const NAME(tile) a0 = READ(0, 14);
+    const NAME(tile) a1 = READ(14, 14);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(28, 14);
+    const NAME(tile) a3 = READ(42, 14);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a4 = READ(4, 14);
+    const NAME(tile) a5 = READ(18, 14);
+    const NAME(tile) b4_0 = SHUFFLE(a4, a5, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a6 = READ(32, 14);
+    const NAME(tile) a7 = READ(46, 14);
+    const NAME(tile) b4_1 = SHUFFLE(a6, a7, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(4) = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(5) = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(6) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(7) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a8 = READ(8, 14);
+    const NAME(tile) a9 = READ(22, 14);
+    const NAME(tile) b8_0 = SHUFFLE(a8, a9, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a10 = READ(36, 14);
+    const NAME(tile) a11 = READ(50, 14);
+    const NAME(tile) b8_1 = SHUFFLE(a10, a11, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b8_2 = SHUFFLE(a8, a9, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b8_3 = SHUFFLE(a10, a11, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(8) = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(9) = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(10) = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(11) = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a12 = READ(10, 14);
+    const NAME(tile) a13 = READ(24, 14);
+    const NAME(tile) b12_2 = SHUFFLE(a12, a13, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a14 = READ(38, 14);
+    const NAME(tile) a15 = READ(52, 14);
+    const NAME(tile) b12_3 = SHUFFLE(a14, a15, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(12) = SHUFFLE(b12_2, b12_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(13) = SHUFFLE(b12_2, b12_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_14)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 14, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 4, 2, 6);
+    WRITE_BOTH(4, 14, a2, a3);
+    const NAME(tile) a4 = SHUFFLE(COLUMN(8), COLUMN(9), 0, 4, 2, 6);
+    const NAME(tile) a5 = SHUFFLE(COLUMN(10), COLUMN(11), 0, 4, 2, 6);
+    WRITE_BOTH(8, 14, a4, a5);
+    const NAME(tile) a6 = SHUFFLE(COLUMN(12), COLUMN(13), 0, 4, 2, 6);
+    const NAME(tile) a7 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
+    WRITE_BOTH(12, 14, a6, a7);
+    const NAME(tile) a8 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
+    const NAME(tile) a9 = SHUFFLE(COLUMN(4), COLUMN(5), 1, 5, 3, 7);
+    WRITE_BOTH(16, 14, a8, a9);
+    const NAME(tile) a10 = SHUFFLE(COLUMN(6), COLUMN(7), 1, 5, 3, 7);
+    const NAME(tile) a11 = SHUFFLE(COLUMN(8), COLUMN(9), 1, 5, 3, 7);
+    WRITE_BOTH(20, 14, a10, a11);
+    const NAME(tile) a12 = SHUFFLE(COLUMN(10), COLUMN(11), 1, 5, 3, 7);
+    const NAME(tile) a13 = SHUFFLE(COLUMN(12), COLUMN(13), 1, 5, 3, 7);
+    WRITE_BOTH(24, 14, a12, a13);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_0 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_1 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(0, 14, a0, a4);
+    const NAME(tile) b8_0 = SHUFFLE(COLUMN(8), COLUMN(9), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b8_1 = SHUFFLE(COLUMN(10), COLUMN(11), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a8 = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE(8, 14, a8);
+    const NAME(tile) b12_0 = SHUFFLE(COLUMN(10), COLUMN(11), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b12_1 = SHUFFLE(COLUMN(12), COLUMN(13), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a12 = SHUFFLE(b12_0, b12_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(10, 14, a12, a1);
+    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a9 = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(18, 14, a5, a9);
+    const NAME(tile) a13 = SHUFFLE(b12_0, b12_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(24, 14, a13, a2);
+    const NAME(tile) b4_2 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(COLUMN(6), COLUMN(7), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b8_2 = SHUFFLE(COLUMN(8), COLUMN(9), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b8_3 = SHUFFLE(COLUMN(10), COLUMN(11), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a10 = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(32, 14, a6, a10);
+    const NAME(tile) b12_2 = SHUFFLE(COLUMN(10), COLUMN(11), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b12_3 = SHUFFLE(COLUMN(12), COLUMN(13), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a14 = SHUFFLE(b12_2, b12_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(38, 14, a14, a3);
+    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a11 = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(46, 14, a7, a11);
+    const NAME(tile) a15 = SHUFFLE(b12_2, b12_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(52, 14, a15);
+#endif
+}
+
+static INLINE void NAME(load_tile_16)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(16);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(32);
+    const NAME(tile) a3 = WHOLE(48);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(tile) a4 = WHOLE(4);
+    const NAME(tile) a5 = WHOLE(20);
+    const NAME(tile) b4 = SHUFFLE(a4, a5, 0, 4, 2, 6);
+    const NAME(tile) b5 = SHUFFLE(a4, a5, 1, 5, 3, 7);
+    const NAME(tile) a6 = WHOLE(36);
+    const NAME(tile) a7 = WHOLE(52);
+    const NAME(tile) b6 = SHUFFLE(a6, a7, 0, 4, 2, 6);
+    const NAME(tile) b7 = SHUFFLE(a6, a7, 1, 5, 3, 7);
+    COLUMN(4) = SHUFFLE(b4, b6, 0, 1, 4, 5);
+    COLUMN(5) = SHUFFLE(b5, b7, 0, 1, 4, 5);
+    COLUMN(6) = SHUFFLE(b4, b6, 2, 3, 6, 7);
+    COLUMN(7) = SHUFFLE(b5, b7, 2, 3, 6, 7);
+    const NAME(tile) a8 = WHOLE(8);
+    const NAME(tile) a9 = WHOLE(24);
+    const NAME(tile) b8 = SHUFFLE(a8, a9, 0, 4, 2, 6);
+    const NAME(tile) b9 = SHUFFLE(a8, a9, 1, 5, 3, 7);
+    const NAME(tile) a10 = WHOLE(40);
+    const NAME(tile) a11 = WHOLE(56);
+    const NAME(tile) b10 = SHUFFLE(a10, a11, 0, 4, 2, 6);
+    const NAME(tile) b11 = SHUFFLE(a10, a11, 1, 5, 3, 7);
+    COLUMN(8) = SHUFFLE(b8, b10, 0, 1, 4, 5);
+    COLUMN(9) = SHUFFLE(b9, b11, 0, 1, 4, 5);
+    COLUMN(10) = SHUFFLE(b8, b10, 2, 3, 6, 7);
+    COLUMN(11) = SHUFFLE(b9, b11, 2, 3, 6, 7);
+    const NAME(tile) a12 = WHOLE(12);
+    const NAME(tile) a13 = WHOLE(28);
+    const NAME(tile) b12 = SHUFFLE(a12, a13, 0, 4, 2, 6);
+    const NAME(tile) b13 = SHUFFLE(a12, a13, 1, 5, 3, 7);
+    const NAME(tile) a14 = WHOLE(44);
+    const NAME(tile) a15 = WHOLE(60);
+    const NAME(tile) b14 = SHUFFLE(a14, a15, 0, 4, 2, 6);
+    const NAME(tile) b15 = SHUFFLE(a14, a15, 1, 5, 3, 7);
+    COLUMN(12) = SHUFFLE(b12, b14, 0, 1, 4, 5);
+    COLUMN(13) = SHUFFLE(b13, b15, 0, 1, 4, 5);
+    COLUMN(14) = SHUFFLE(b12, b14, 2, 3, 6, 7);
+    COLUMN(15) = SHUFFLE(b13, b15, 2, 3, 6, 7);
+#else
+    const NAME(tile) a0 = READ(0, 16);
+    const NAME(tile) a1 = READ(16, 16);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(32, 16);
+    const NAME(tile) a3 = READ(48, 16);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a4 = READ(4, 16);
+    const NAME(tile) a5 = READ(20, 16);
+    const NAME(tile) b4_0 = SHUFFLE(a4, a5, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a6 = READ(36, 16);
+    const NAME(tile) a7 = READ(52, 16);
+    const NAME(tile) b4_1 = SHUFFLE(a6, a7, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(4) = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(5) = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(6) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(7) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a8 = READ(8, 16);
+    const NAME(tile) a9 = READ(24, 16);
+    const NAME(tile) b8_0 = SHUFFLE(a8, a9, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a10 = READ(40, 16);
+    const NAME(tile) a11 = READ(56, 16);
+    const NAME(tile) b8_1 = SHUFFLE(a10, a11, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b8_2 = SHUFFLE(a8, a9, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b8_3 = SHUFFLE(a10, a11, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(8) = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(9) = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(10) = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(11) = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a12 = READ(12, 16);
+    const NAME(tile) a13 = READ(28, 16);
+    const NAME(tile) b12_0 = SHUFFLE(a12, a13, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a14 = READ(44, 16);
+    const NAME(tile) a15 = READ(60, 16);
+    const NAME(tile) b12_1 = SHUFFLE(a14, a15, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b12_2 = SHUFFLE(a12, a13, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b12_3 = SHUFFLE(a14, a15, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(12) = SHUFFLE(b12_0, b12_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(13) = SHUFFLE(b12_0, b12_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(14) = SHUFFLE(b12_2, b12_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(15) = SHUFFLE(b12_2, b12_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_16)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 16, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 4, 2, 6);
+    WRITE_BOTH(4, 16, a2, a3);
+    const NAME(tile) a4 = SHUFFLE(COLUMN(8), COLUMN(9), 0, 4, 2, 6);
+    const NAME(tile) a5 = SHUFFLE(COLUMN(10), COLUMN(11), 0, 4, 2, 6);
+    WRITE_BOTH(8, 16, a4, a5);
+    const NAME(tile) a6 = SHUFFLE(COLUMN(12), COLUMN(13), 0, 4, 2, 6);
+    const NAME(tile) a7 = SHUFFLE(COLUMN(14), COLUMN(15), 0, 4, 2, 6);
+    WRITE_BOTH(12, 16, a6, a7);
+    const NAME(tile) a8 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
+    const NAME(tile) a9 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
+    WRITE_BOTH(16, 16, a8, a9);
+    const NAME(tile) a10 = SHUFFLE(COLUMN(4), COLUMN(5), 1, 5, 3, 7);
+    const NAME(tile) a11 = SHUFFLE(COLUMN(6), COLUMN(7), 1, 5, 3, 7);
+    WRITE_BOTH(20, 16, a10, a11);
+    const NAME(tile) a12 = SHUFFLE(COLUMN(8), COLUMN(9), 1, 5, 3, 7);
+    const NAME(tile) a13 = SHUFFLE(COLUMN(10), COLUMN(11), 1, 5, 3, 7);
+    WRITE_BOTH(24, 16, a12, a13);
+    const NAME(tile) a14 = SHUFFLE(COLUMN(12), COLUMN(13), 1, 5, 3, 7);
+    const NAME(tile) a15 = SHUFFLE(COLUMN(14), COLUMN(15), 1, 5, 3, 7);
+    WRITE_BOTH(28, 16, a14, a15);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_0 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_1 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(0, 16, a0, a4);
+    const NAME(tile) b8_0 = SHUFFLE(COLUMN(8), COLUMN(9), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b8_1 = SHUFFLE(COLUMN(10), COLUMN(11), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a8 = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b12_0 = SHUFFLE(COLUMN(12), COLUMN(13), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b12_1 = SHUFFLE(COLUMN(14), COLUMN(15), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a12 = SHUFFLE(b12_0, b12_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(8, 16, a8, a12);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(16, 16, a1, a5);
+    const NAME(tile) a9 = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a13 = SHUFFLE(b12_0, b12_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(24, 16, a9, a13);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_2 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(COLUMN(6), COLUMN(7), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(32, 16, a2, a6);
+    const NAME(tile) b8_2 = SHUFFLE(COLUMN(8), COLUMN(9), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b8_3 = SHUFFLE(COLUMN(10), COLUMN(11), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a10 = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b12_2 = SHUFFLE(COLUMN(12), COLUMN(13), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b12_3 = SHUFFLE(COLUMN(14), COLUMN(15), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a14 = SHUFFLE(b12_2, b12_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(40, 16, a10, a14);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(48, 16, a3, a7);
+    const NAME(tile) a11 = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a15 = SHUFFLE(b12_2, b12_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(56, 16, a11, a15);
+#endif
+}
+#undef COLUMN
+#undef HALF
+#undef WHOLE
+#undef UPPER
+#undef JOINED
+#undef LOWERS
+#undef UPPERS
+#undef READ
+#undef WRITE
+#undef WRITE_BOTH
+#else
+
+static INLINE void NAME(load_tile_1)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 1; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 1 + k];
+}
+
+static INLINE void NAME(store_tile_1)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 1; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 1 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_3)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 3; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 3 + k];
+}
+
+static INLINE void NAME(store_tile_3)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 3; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 3 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_4)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 4; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 4 + k];
+}
+
+static INLINE void NAME(store_tile_4)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 4; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 4 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_6)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 6; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 6 + k];
+}
+
+static INLINE void NAME(store_tile_6)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 6; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 6 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_8)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 8; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 8 + k];
+}
+
+static INLINE void NAME(store_tile_8)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 8; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 8 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_9)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 9; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 9 + k];
+}
+
+static INLINE void NAME(store_tile_9)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 9; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 9 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_10)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 10; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 10 + k];
+}
+
+static INLINE void NAME(store_tile_10)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 10; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 10 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_14)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 14; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 14 + k];
+}
+
+static INLINE void NAME(store_tile_14)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 14; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 14 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_16)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 16; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 16 + k];
+}
+
+static INLINE void NAME(store_tile_16)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 16; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 16 + k] = x[k * row + i];
+}
+#endif
+
+// Rows, SPAN numbers long, of `n` elements of at most three numbers in C order, and back.
+static INLINE void NAME(load_few)(REAL *x, const REAL *a, intptr_t size, intptr_t n)
+{
     if (size == 1) {
-        memcpy(x, from, n * w);
+        memcpy(x, a, n * sizeof(REAL));
     } else if (size == 2) {
         for (intptr_t i = 0; i < n; ++i) {
-            x[i] = from[2 * i];
-            x[SPAN + i] = from[2 * i + 1];
-        }
-    } else if (size == 3) {
-        for (intptr_t i = 0; i < n; ++i) {
-            x[i] = from[3 * i];
-            x[SPAN + i] = from[3 * i + 1];
-            x[2 * SPAN + i] = from[3 * i + 2];
+            x[i] = a[2 * i];
+            x[SPAN + i] = a[2 * i + 1];
         }
     } else {
-        NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, n);
+        for (intptr_t i = 0; i < n; ++i) {
+            x[i] = a[3 * i];
+            x[SPAN + i] = a[3 * i + 1];
+            x[2 * SPAN + i] = a[3 * i + 2];
+        }
     }
 }
 
-static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size, intptr_t n)
+static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr_t n)
 {
-    const intptr_t w = sizeof(REAL);
-    REAL *to = (REAL *)(a + first * size * w);
     if (size == 1) {
-        memcpy(to, x, n * w);
+        memcpy(a, x, n * sizeof(REAL));
     } else if (size == 2) {
         for (intptr_t i = 0; i < n; ++i) {
-            to[2 * i] = x[i];
-            to[2 * i + 1] = x[SPAN + i];
-        }
-    } else if (size == 3) {
-        for (intptr_t i = 0; i < n; ++i) {
-            to[3 * i] = x[i];
-            to[3 * i + 1] = x[SPAN + i];
-            to[3 * i + 2] = x[2 * SPAN + i];
+            a[2 * i] = x[i];
+            a[2 * i + 1] = x[SPAN + i];
         }
     } else {
-        NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, n);
+        for (intptr_t i = 0; i < n; ++i) {
+            a[3 * i] = x[i];
+            a[3 * i + 1] = x[SPAN + i];
+            a[3 * i + 2] = x[2 * SPAN + i];
+        }
     }
 }
 
-// The same as loops, one for each size that is known: between rows and elements in C order.
+// Loops between rows and elements of each size.
 static INLINE void NAME(load_span_1)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 1, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 1, n);
 }
 LOOPS(load_span_1)
 
 static INLINE void NAME(store_span_1)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 1, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 1, n);
 }
 LOOPS(store_span_1)
 
 static INLINE void NAME(load_span_3)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 3, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 3, n);
 }
 LOOPS(load_span_3)
 
 static INLINE void NAME(store_span_3)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 3, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 3, n);
 }
 LOOPS(store_span_3)
 
 static INLINE void NAME(load_span_4)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 4, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_4)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 4);
 }
-LOOPS(load_span_4)
+LOOP(load_span_4)
 
 static INLINE void NAME(store_span_4)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 4, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_4)((REAL *)args[1] + i * 4, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_4)
+LOOP(store_span_4)
 
 static INLINE void NAME(load_span_6)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 6, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_6)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 6);
 }
-LOOPS(load_span_6)
+LOOP(load_span_6)
 
 static INLINE void NAME(store_span_6)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 6, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_6)((REAL *)args[1] + i * 6, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_6)
+LOOP(store_span_6)
 
 static INLINE void NAME(load_span_8)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 8, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_8)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 8);
 }
-LOOPS(load_span_8)
+LOOP(load_span_8)
 
 static INLINE void NAME(store_span_8)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 8, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_8)((REAL *)args[1] + i * 8, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_8)
+LOOP(store_span_8)
 
 static INLINE void NAME(load_span_9)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 9, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_9)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 9);
 }
-LOOPS(load_span_9)
+LOOP(load_span_9)
 
 static INLINE void NAME(store_span_9)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 9, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_9)((REAL *)args[1] + i * 9, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_9)
+LOOP(store_span_9)
 
 static INLINE void NAME(load_span_10)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 10, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_10)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 10);
 }
-LOOPS(load_span_10)
+LOOP(load_span_10)
 
 static INLINE void NAME(store_span_10)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 10, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_10)((REAL *)args[1] + i * 10, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_10)
+LOOP(store_span_10)
 
 static INLINE void NAME(load_span_14)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 14, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_14)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 14);
 }
-LOOPS(load_span_14)
+LOOP(load_span_14)
 
 static INLINE void NAME(store_span_14)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 14, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_14)((REAL *)args[1] + i * 14, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_14)
+LOOP(store_span_14)
 
 static INLINE void NAME(load_span_16)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 16, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_16)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 16);
 }
-LOOPS(load_span_16)
+LOOP(load_span_16)
 
 static INLINE void NAME(store_span_16)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 16, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_16)((REAL *)args[1] + i * 16, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_16)
+LOOP(store_span_16)
 
 static const struct {
     loop_function *load[2], *store[2];
 } NAME(spans)[SIZES + 1] = {
     [1] = {WIDTHS(load_span_1), WIDTHS(store_span_1)},
     [3] = {WIDTHS(load_span_3), WIDTHS(store_span_3)},
-    [4] = {WIDTHS(load_span_4), WIDTHS(store_span_4)},
-    [6] = {WIDTHS(load_span_6), WIDTHS(store_span_6)},
-    [8] = {WIDTHS(load_span_8), WIDTHS(store_span_8)},
-    [9] = {WIDTHS(load_span_9), WIDTHS(store_span_9)},
-    [10] = {WIDTHS(load_span_10), WIDTHS(store_span_10)},
-    [14] = {WIDTHS(load_span_14), WIDTHS(store_span_14)},
-    [16] = {WIDTHS(load_span_16), WIDTHS(store_span_16)},
+    [4] = {WIDTH(load_span_4), WIDTH(store_span_4)},
+    [6] = {WIDTH(load_span_6), WIDTH(store_span_6)},
+    [8] = {WIDTH(load_span_8), WIDTH(store_span_8)},
+    [9] = {WIDTH(load_span_9), WIDTH(store_span_9)},
+    [10] = {WIDTH(load_span_10), WIDTH(store_span_10)},
+    [14] = {WIDTH(load_span_14), WIDTH(store_span_14)},
+    [16] = {WIDTH(load_span_16), WIDTH(store_span_16)},
 };
 
 // All rows of a part, from the batch or back to it; axes that lie as one are moved as one.
@@ -2819,10 +3856,33 @@ static INLINE void NAME(reverse_block)(intptr_t n, char **args, const intptr_t *
 }
 LOOPS(reverse_block)
 
+static INLINE void NAME(reverse_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[16 * TILE];
+    _Alignas(64) REAL r1[16 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_16)(r0, TILE, a0 + first * 16);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[16];
+            REAL x1[16];
+            NAME(load_16)(x0, (char *)(r0 + i), TILE * w);
+            NAME(reverse)(x0, x1);
+            NAME(store_16)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_16)(a1 + first * 16, r1, TILE);
+    }
+}
+LOOP(reverse_dense)
+
 void NAME(reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {WIDTHS(reverse_block), {NULL}, (any_function *)NAME(reverse),
+    static const struct kernel kernel = {WIDTHS(reverse_block), WIDTH(reverse_dense), (any_function *)NAME(reverse),
         NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -2888,11 +3948,34 @@ static INLINE void NAME(grade_involution_block)(intptr_t n, char **args, const i
 }
 LOOPS(grade_involution_block)
 
+static INLINE void NAME(grade_involution_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[16 * TILE];
+    _Alignas(64) REAL r1[16 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_16)(r0, TILE, a0 + first * 16);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[16];
+            REAL x1[16];
+            NAME(load_16)(x0, (char *)(r0 + i), TILE * w);
+            NAME(grade_involution)(x0, x1);
+            NAME(store_16)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_16)(a1 + first * 16, r1, TILE);
+    }
+}
+LOOP(grade_involution_dense)
+
 void NAME(grade_involution_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {WIDTHS(grade_involution_block), {NULL}, (any_function
-        *)NAME(grade_involution), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(grade_involution_block), WIDTH(grade_involution_dense),
+        (any_function *)NAME(grade_involution), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2959,11 +4042,34 @@ static INLINE void NAME(clifford_conjugate_block)(intptr_t n, char **args, const
 }
 LOOPS(clifford_conjugate_block)
 
+static INLINE void NAME(clifford_conjugate_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[16 * TILE];
+    _Alignas(64) REAL r1[16 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_16)(r0, TILE, a0 + first * 16);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[16];
+            REAL x1[16];
+            NAME(load_16)(x0, (char *)(r0 + i), TILE * w);
+            NAME(clifford_conjugate)(x0, x1);
+            NAME(store_16)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_16)(a1 + first * 16, r1, TILE);
+    }
+}
+LOOP(clifford_conjugate_dense)
+
 void NAME(clifford_conjugate_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {WIDTHS(clifford_conjugate_block), {NULL}, (any_function
-        *)NAME(clifford_conjugate), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(clifford_conjugate_block), WIDTH(clifford_conjugate_dense),
+        (any_function *)NAME(clifford_conjugate), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3026,11 +4132,34 @@ static INLINE void NAME(dual_block)(intptr_t n, char **args, const intptr_t *str
 }
 LOOPS(dual_block)
 
+static INLINE void NAME(dual_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[16 * TILE];
+    _Alignas(64) REAL r1[16 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_16)(r0, TILE, a0 + first * 16);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[16];
+            REAL x1[16];
+            NAME(load_16)(x0, (char *)(r0 + i), TILE * w);
+            NAME(dual)(x0, x1);
+            NAME(store_16)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_16)(a1 + first * 16, r1, TILE);
+    }
+}
+LOOP(dual_dense)
+
 void NAME(dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {WIDTHS(dual_block), {NULL}, (any_function *)NAME(dual), NAME(call_ar), 1,
-        2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(dual_block), WIDTH(dual_dense), (any_function *)NAME(dual),
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3093,11 +4222,34 @@ static INLINE void NAME(undual_block)(intptr_t n, char **args, const intptr_t *s
 }
 LOOPS(undual_block)
 
+static INLINE void NAME(undual_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[16 * TILE];
+    _Alignas(64) REAL r1[16 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_16)(r0, TILE, a0 + first * 16);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[16];
+            REAL x1[16];
+            NAME(load_16)(x0, (char *)(r0 + i), TILE * w);
+            NAME(undual)(x0, x1);
+            NAME(store_16)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_16)(a1 + first * 16, r1, TILE);
+    }
+}
+LOOP(undual_dense)
+
 void NAME(undual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {WIDTHS(undual_block), {NULL}, (any_function *)NAME(undual), NAME(call_ar),
-        1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(undual_block), WIDTH(undual_dense), (any_function *)NAME(undual),
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3147,11 +4299,34 @@ static INLINE void NAME(norm_block)(intptr_t n, char **args, const intptr_t *str
 }
 LOOPS(norm_block)
 
+static INLINE void NAME(norm_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[16 * TILE];
+    _Alignas(64) REAL r1[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_16)(r0, TILE, a0 + first * 16);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[16];
+            REAL x1[1];
+            NAME(load_16)(x0, (char *)(r0 + i), TILE * w);
+            NAME(norm)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_tile_1)(a1 + first * 1, r1, TILE);
+    }
+}
+LOOP(norm_dense)
+
 void NAME(norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(norm_block), {NULL}, (any_function *)NAME(norm), NAME(call_ar), 1,
-        2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(norm_block), WIDTH(norm_dense), (any_function *)NAME(norm),
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3201,11 +4376,34 @@ static INLINE void NAME(ideal_norm_block)(intptr_t n, char **args, const intptr_
 }
 LOOPS(ideal_norm_block)
 
+static INLINE void NAME(ideal_norm_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[16 * TILE];
+    _Alignas(64) REAL r1[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_16)(r0, TILE, a0 + first * 16);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[16];
+            REAL x1[1];
+            NAME(load_16)(x0, (char *)(r0 + i), TILE * w);
+            NAME(ideal_norm)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_tile_1)(a1 + first * 1, r1, TILE);
+    }
+}
+LOOP(ideal_norm_dense)
+
 void NAME(ideal_norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(ideal_norm_block), {NULL}, (any_function *)NAME(ideal_norm),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(ideal_norm_block), WIDTH(ideal_norm_dense), (any_function
+        *)NAME(ideal_norm), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3245,18 +4443,19 @@ static INLINE void NAME(point_from_trivector_dense)(intptr_t n, char **args, con
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
     _Alignas(64) REAL r1[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[4];
             REAL x1[3];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(point_from_trivector)(x0, x1);
             NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 3, SPAN);
+        NAME(store_few)(a1 + first * 3, r1, 3, SPAN);
     }
 }
 LOOPS(point_from_trivector_dense)
@@ -3315,11 +4514,34 @@ static INLINE void NAME(normalize_line_block)(intptr_t n, char **args, const int
 }
 LOOPS(normalize_line_block)
 
+static INLINE void NAME(normalize_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[6];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(normalize_line)(x0, x1);
+            NAME(store_6)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_6)(a1 + first * 6, r1, TILE);
+    }
+}
+LOOP(normalize_line_dense)
+
 void NAME(normalize_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {WIDTHS(normalize_line_block), {NULL}, (any_function *)NAME(normalize_line),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(normalize_line_block), WIDTH(normalize_line_dense), (any_function
+        *)NAME(normalize_line), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3367,26 +4589,29 @@ static INLINE void NAME(normalize_plane_dense)(intptr_t n, char **args, const in
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r1[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[4];
             REAL x1[4];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
             NAME(normalize_plane)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4, SPAN);
+        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
     }
 }
-LOOPS(normalize_plane_dense)
+LOOP(normalize_plane_dense)
 
 void NAME(normalize_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(normalize_plane_block), WIDTHS(normalize_plane_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(normalize_plane_block), WIDTH(normalize_plane_dense), (any_function
         *)NAME(normalize_plane), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3439,11 +4664,39 @@ static INLINE void NAME(join_points_block)(intptr_t n, char **args, const intptr
 }
 LOOPS(join_points_block)
 
+static INLINE void NAME(join_points_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[6];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
+            NAME(join_points)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
+    }
+}
+LOOP(join_points_dense)
+
 void NAME(join_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(join_points_block), {NULL}, (any_function *)NAME(join_points),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(join_points_block), WIDTH(join_points_dense), (any_function
+        *)NAME(join_points), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3493,11 +4746,39 @@ static INLINE void NAME(join_point_direction_block)(intptr_t n, char **args, con
 }
 LOOPS(join_point_direction_block)
 
+static INLINE void NAME(join_point_direction_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[6];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
+            NAME(join_point_direction)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
+    }
+}
+LOOP(join_point_direction_dense)
+
 void NAME(join_point_direction_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(join_point_direction_block), {NULL}, (any_function
-        *)NAME(join_point_direction), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(join_point_direction_block), WIDTH(join_point_direction_dense),
+        (any_function *)NAME(join_point_direction), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3556,10 +4837,38 @@ static INLINE void NAME(join_point_line_block)(intptr_t n, char **args, const in
 }
 LOOPS(join_point_line_block)
 
+static INLINE void NAME(join_point_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[6];
+            REAL x2[4];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(join_point_line)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
+    }
+}
+LOOP(join_point_line_dense)
+
 void NAME(join_point_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(join_point_line_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(join_point_line_block), WIDTH(join_point_line_dense), (any_function
         *)NAME(join_point_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3629,32 +4938,39 @@ static INLINE void NAME(join_three_points_dense)(intptr_t n, char **args, const 
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    _Alignas(64) REAL r3[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[3 * TILE];
+    _Alignas(64) REAL r3[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
+        NAME(load_tile_3)(r2, TILE, a2 + first * 3);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[3];
             REAL x1[3];
             REAL x2[3];
             REAL x3[4];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
-            NAME(load_3)(x2, a2 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
+            NAME(load_3)(x2, (char *)(r2 + i), TILE * w);
             NAME(join_three_points)(x0, x1, x2, x3);
-            NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
+            NAME(store_4)((char *)(r3 + i), TILE * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 4, SPAN);
+        NAME(store_tile_4)(a3 + first * 4, r3, TILE);
     }
 }
-LOOPS(join_three_points_dense)
+LOOP(join_three_points_dense)
 
 void NAME(join_three_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {4, 1, 3, {4}}};
-    static const struct kernel kernel = {WIDTHS(join_three_points_block), WIDTHS(join_three_points_dense),
+    static const struct kernel kernel = {WIDTHS(join_three_points_block), WIDTH(join_three_points_dense),
         (any_function *)NAME(join_three_points), NAME(call_aaar), 3, 4, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3978,18 +5294,19 @@ static INLINE void NAME(join_four_points_dense_a_b_c)(intptr_t n, char **args, c
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a3 = args[3];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
     _Alignas(64) REAL r4[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x3[3];
             REAL x4[1];
-            NAME(load_3)(x3, a3 + (first + i) * 3 * w, w);
+            NAME(load_3)(x3, (char *)a3 + (first + i) * 3 * w, w);
             NAME(join_four_points_apply_a_b_c)(prepared, x3, x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_span)(args[4], first, r4, 1, SPAN);
+        NAME(store_few)(a4 + first * 1, r4, 1, SPAN);
     }
 }
 LOOPS(join_four_points_dense_a_b_c)
@@ -4029,18 +5346,19 @@ static INLINE void NAME(join_four_points_dense_a_b_d)(intptr_t n, char **args, c
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a2 = args[2];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a4 = (REAL *)args[4];
     _Alignas(64) REAL r4[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x2[3];
             REAL x4[1];
-            NAME(load_3)(x2, a2 + (first + i) * 3 * w, w);
+            NAME(load_3)(x2, (char *)a2 + (first + i) * 3 * w, w);
             NAME(join_four_points_apply_a_b_d)(prepared, x2, x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_span)(args[4], first, r4, 1, SPAN);
+        NAME(store_few)(a4 + first * 1, r4, 1, SPAN);
     }
 }
 LOOPS(join_four_points_dense_a_b_d)
@@ -4080,18 +5398,19 @@ static INLINE void NAME(join_four_points_dense_a_c_d)(intptr_t n, char **args, c
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a4 = (REAL *)args[4];
     _Alignas(64) REAL r4[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x1[3];
             REAL x4[1];
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(join_four_points_apply_a_c_d)(prepared, x1, x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_span)(args[4], first, r4, 1, SPAN);
+        NAME(store_few)(a4 + first * 1, r4, 1, SPAN);
     }
 }
 LOOPS(join_four_points_dense_a_c_d)
@@ -4131,18 +5450,19 @@ static INLINE void NAME(join_four_points_dense_b_c_d)(intptr_t n, char **args, c
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a4 = (REAL *)args[4];
     _Alignas(64) REAL r4[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[3];
             REAL x4[1];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(join_four_points_apply_b_c_d)(prepared, x0, x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_span)(args[4], first, r4, 1, SPAN);
+        NAME(store_few)(a4 + first * 1, r4, 1, SPAN);
     }
 }
 LOOPS(join_four_points_dense_b_c_d)
@@ -4189,10 +5509,11 @@ static INLINE void NAME(join_four_points_dense)(intptr_t n, char **args, const i
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
     _Alignas(64) REAL r4[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -4202,14 +5523,14 @@ static INLINE void NAME(join_four_points_dense)(intptr_t n, char **args, const i
             REAL x2[3];
             REAL x3[3];
             REAL x4[1];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
-            NAME(load_3)(x2, a2 + (first + i) * 3 * w, w);
-            NAME(load_3)(x3, a3 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x2, (char *)a2 + (first + i) * 3 * w, w);
+            NAME(load_3)(x3, (char *)a3 + (first + i) * 3 * w, w);
             NAME(join_four_points)(x0, x1, x2, x3, x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_span)(args[4], first, r4, 1, SPAN);
+        NAME(store_few)(a4 + first * 1, r4, 1, SPAN);
     }
 }
 LOOPS(join_four_points_dense)
@@ -4286,11 +5607,39 @@ static INLINE void NAME(meet_planes_block)(intptr_t n, char **args, const intptr
 }
 LOOPS(meet_planes_block)
 
+static INLINE void NAME(meet_planes_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[6];
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
+            NAME(meet_planes)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
+    }
+}
+LOOP(meet_planes_dense)
+
 void NAME(meet_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(meet_planes_block), {NULL}, (any_function *)NAME(meet_planes),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(meet_planes_block), WIDTH(meet_planes_dense), (any_function
+        *)NAME(meet_planes), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4352,10 +5701,38 @@ static INLINE void NAME(meet_line_plane_block)(intptr_t n, char **args, const in
 }
 LOOPS(meet_line_plane_block)
 
+static INLINE void NAME(meet_line_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[4];
+            REAL x2[4];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
+            NAME(meet_line_plane)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
+    }
+}
+LOOP(meet_line_plane_dense)
+
 void NAME(meet_line_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(meet_line_plane_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(meet_line_plane_block), WIDTH(meet_line_plane_dense), (any_function
         *)NAME(meet_line_plane), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -4669,21 +6046,24 @@ static INLINE void NAME(meet_three_planes_dense_p_q)(intptr_t n, char **args, co
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a2 = args[2];
-    _Alignas(64) REAL r3[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r2[4 * TILE];
+    _Alignas(64) REAL r3[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r2, TILE, a2 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x2[4];
             REAL x3[4];
-            NAME(load_4)(x2, a2 + (first + i) * 4 * w, w);
+            NAME(load_4)(x2, (char *)(r2 + i), TILE * w);
             NAME(meet_three_planes_apply_p_q)(prepared, x2, x3);
-            NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
+            NAME(store_4)((char *)(r3 + i), TILE * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 4, SPAN);
+        NAME(store_tile_4)(a3 + first * 4, r3, TILE);
     }
 }
-LOOPS(meet_three_planes_dense_p_q)
+LOOP(meet_three_planes_dense_p_q)
 
 static void NAME(meet_three_planes_start_p_q)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -4718,21 +6098,24 @@ static INLINE void NAME(meet_three_planes_dense_p_r)(intptr_t n, char **args, co
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
-    _Alignas(64) REAL r3[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a1 = (REAL *)args[1];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r3[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x1[4];
             REAL x3[4];
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
             NAME(meet_three_planes_apply_p_r)(prepared, x1, x3);
-            NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
+            NAME(store_4)((char *)(r3 + i), TILE * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 4, SPAN);
+        NAME(store_tile_4)(a3 + first * 4, r3, TILE);
     }
 }
-LOOPS(meet_three_planes_dense_p_r)
+LOOP(meet_three_planes_dense_p_r)
 
 static void NAME(meet_three_planes_start_p_r)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -4767,21 +6150,24 @@ static INLINE void NAME(meet_three_planes_dense_q_r)(intptr_t n, char **args, co
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r3[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r3[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[4];
             REAL x3[4];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
             NAME(meet_three_planes_apply_q_r)(prepared, x0, x3);
-            NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
+            NAME(store_4)((char *)(r3 + i), TILE * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 4, SPAN);
+        NAME(store_tile_4)(a3 + first * 4, r3, TILE);
     }
 }
-LOOPS(meet_three_planes_dense_q_r)
+LOOP(meet_three_planes_dense_q_r)
 
 static void NAME(meet_three_planes_start_q_r)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -4820,37 +6206,44 @@ static INLINE void NAME(meet_three_planes_dense)(intptr_t n, char **args, const 
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    _Alignas(64) REAL r3[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    _Alignas(64) REAL r3[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
+        NAME(load_tile_4)(r2, TILE, a2 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[4];
             REAL x1[4];
             REAL x2[4];
             REAL x3[4];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
-            NAME(load_4)(x2, a2 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
+            NAME(load_4)(x2, (char *)(r2 + i), TILE * w);
             NAME(meet_three_planes)(x0, x1, x2, x3);
-            NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
+            NAME(store_4)((char *)(r3 + i), TILE * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 4, SPAN);
+        NAME(store_tile_4)(a3 + first * 4, r3, TILE);
     }
 }
-LOOPS(meet_three_planes_dense)
+LOOP(meet_three_planes_dense)
 
 void NAME(meet_three_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}, {4, 1, 3, {4}}};
     static const struct form forms[] = {{3, 2, NAME(meet_three_planes_start_p_q),
-        WIDTHS(meet_three_planes_block_p_q), WIDTHS(meet_three_planes_dense_p_q)}, {5, 2,
-        NAME(meet_three_planes_start_p_r), WIDTHS(meet_three_planes_block_p_r),
-        WIDTHS(meet_three_planes_dense_p_r)}, {6, 2, NAME(meet_three_planes_start_q_r),
-        WIDTHS(meet_three_planes_block_q_r), WIDTHS(meet_three_planes_dense_q_r)}};
-    static const struct kernel kernel = {WIDTHS(meet_three_planes_block), WIDTHS(meet_three_planes_dense),
+        WIDTHS(meet_three_planes_block_p_q), WIDTH(meet_three_planes_dense_p_q)}, {5, 2,
+        NAME(meet_three_planes_start_p_r), WIDTHS(meet_three_planes_block_p_r), WIDTH(meet_three_planes_dense_p_r)},
+        {6, 2, NAME(meet_three_planes_start_q_r), WIDTHS(meet_three_planes_block_q_r),
+        WIDTH(meet_three_planes_dense_q_r)}};
+    static const struct kernel kernel = {WIDTHS(meet_three_planes_block), WIDTH(meet_three_planes_dense),
         (any_function *)NAME(meet_three_planes), NAME(call_aaar), 3, 4, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -4901,11 +6294,40 @@ static INLINE void NAME(line_orthogonal_to_plane_block)(intptr_t n, char **args,
 }
 LOOPS(line_orthogonal_to_plane_block)
 
+static INLINE void NAME(line_orthogonal_to_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[4];
+            REAL x2[6];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
+            NAME(line_orthogonal_to_plane)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
+    }
+}
+LOOP(line_orthogonal_to_plane_dense)
+
 void NAME(line_orthogonal_to_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(line_orthogonal_to_plane_block), {NULL}, (any_function
-        *)NAME(line_orthogonal_to_plane), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_orthogonal_to_plane_block),
+        WIDTH(line_orthogonal_to_plane_dense), (any_function *)NAME(line_orthogonal_to_plane), NAME(call_aar), 2, 3,
+        0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4949,11 +6371,40 @@ static INLINE void NAME(plane_orthogonal_to_line_block)(intptr_t n, char **args,
 }
 LOOPS(plane_orthogonal_to_line_block)
 
+static INLINE void NAME(plane_orthogonal_to_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[6];
+            REAL x2[4];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(plane_orthogonal_to_line)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
+    }
+}
+LOOP(plane_orthogonal_to_line_dense)
+
 void NAME(plane_orthogonal_to_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(plane_orthogonal_to_line_block), {NULL}, (any_function
-        *)NAME(plane_orthogonal_to_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(plane_orthogonal_to_line_block),
+        WIDTH(plane_orthogonal_to_line_dense), (any_function *)NAME(plane_orthogonal_to_line), NAME(call_aar), 2, 3,
+        0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5001,29 +6452,34 @@ static INLINE void NAME(plane_through_point_dense)(intptr_t n, char **args, cons
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[3];
             REAL x1[4];
             REAL x2[4];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
             NAME(plane_through_point)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4, SPAN);
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
     }
 }
-LOOPS(plane_through_point_dense)
+LOOP(plane_through_point_dense)
 
 void NAME(plane_through_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(plane_through_point_block), WIDTHS(plane_through_point_dense),
+    static const struct kernel kernel = {WIDTHS(plane_through_point_block), WIDTH(plane_through_point_dense),
         (any_function *)NAME(plane_through_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -5071,8 +6527,9 @@ static INLINE void NAME(distance_squared_points_dense)(intptr_t n, char **args, 
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -5080,12 +6537,12 @@ static INLINE void NAME(distance_squared_points_dense)(intptr_t n, char **args, 
             REAL x0[3];
             REAL x1[3];
             REAL x2[1];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(distance_squared_points)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
     }
 }
 LOOPS(distance_squared_points_dense)
@@ -5143,8 +6600,9 @@ static INLINE void NAME(distance_points_dense)(intptr_t n, char **args, const in
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -5152,12 +6610,12 @@ static INLINE void NAME(distance_points_dense)(intptr_t n, char **args, const in
             REAL x0[3];
             REAL x1[3];
             REAL x2[1];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(distance_points)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
     }
 }
 LOOPS(distance_points_dense)
@@ -5212,8 +6670,9 @@ static INLINE void NAME(signed_distance_point_plane_dense)(intptr_t n, char **ar
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -5221,12 +6680,12 @@ static INLINE void NAME(signed_distance_point_plane_dense)(intptr_t n, char **ar
             REAL x0[3];
             REAL x1[4];
             REAL x2[1];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
+            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
             NAME(signed_distance_point_plane)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
     }
 }
 LOOPS(signed_distance_point_plane_dense)
@@ -5292,11 +6751,39 @@ static INLINE void NAME(distance_point_line_block)(intptr_t n, char **args, cons
 }
 LOOPS(distance_point_line_block)
 
+static INLINE void NAME(distance_point_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r2[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[6];
+            REAL x2[1];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(distance_point_line)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_tile_1)(a2 + first * 1, r2, TILE);
+    }
+}
+LOOP(distance_point_line_dense)
+
 void NAME(distance_point_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(distance_point_line_block), {NULL}, (any_function
-        *)NAME(distance_point_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(distance_point_line_block), WIDTH(distance_point_line_dense),
+        (any_function *)NAME(distance_point_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5348,11 +6835,39 @@ static INLINE void NAME(mutual_moment_block)(intptr_t n, char **args, const intp
 }
 LOOPS(mutual_moment_block)
 
+static INLINE void NAME(mutual_moment_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r2[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[6];
+            REAL x2[1];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(mutual_moment)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_tile_1)(a2 + first * 1, r2, TILE);
+    }
+}
+LOOP(mutual_moment_dense)
+
 void NAME(mutual_moment_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(mutual_moment_block), {NULL}, (any_function *)NAME(mutual_moment),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(mutual_moment_block), WIDTH(mutual_moment_dense), (any_function
+        *)NAME(mutual_moment), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5605,18 +7120,19 @@ static INLINE void NAME(project_point_on_plane_dense_plane)(intptr_t n, char **a
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[3];
             REAL x2[3];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(project_point_on_plane_apply_plane)(prepared, x0, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(project_point_on_plane_dense_plane)
@@ -5653,8 +7169,9 @@ static INLINE void NAME(project_point_on_plane_dense)(intptr_t n, char **args, c
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -5662,12 +7179,12 @@ static INLINE void NAME(project_point_on_plane_dense)(intptr_t n, char **args, c
             REAL x0[3];
             REAL x1[4];
             REAL x2[3];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
+            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
             NAME(project_point_on_plane)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(project_point_on_plane_dense)
@@ -5732,8 +7249,9 @@ static INLINE void NAME(project_point_on_unit_plane_dense)(intptr_t n, char **ar
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -5741,12 +7259,12 @@ static INLINE void NAME(project_point_on_unit_plane_dense)(intptr_t n, char **ar
             REAL x0[3];
             REAL x1[4];
             REAL x2[3];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
+            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
             NAME(project_point_on_unit_plane)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(project_point_on_unit_plane_dense)
@@ -5897,18 +7415,19 @@ static INLINE void NAME(project_point_on_line_dense_line)(intptr_t n, char **arg
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[3];
             REAL x2[3];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(project_point_on_line_apply_line)(prepared, x0, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(project_point_on_line_dense_line)
@@ -5941,13 +7460,41 @@ static INLINE void NAME(project_point_on_line_block)(intptr_t n, char **args, co
 }
 LOOPS(project_point_on_line_block)
 
+static INLINE void NAME(project_point_on_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r2[3 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[6];
+            REAL x2[3];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(project_point_on_line)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_3)(a2 + first * 3, r2, TILE);
+    }
+}
+LOOP(project_point_on_line_dense)
+
 void NAME(project_point_on_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{2, 2, NAME(project_point_on_line_start_line),
         WIDTHS(project_point_on_line_block_line), WIDTHS(project_point_on_line_dense_line)}};
-    static const struct kernel kernel = {WIDTHS(project_point_on_line_block), {NULL}, (any_function
-        *)NAME(project_point_on_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(project_point_on_line_block), WIDTH(project_point_on_line_dense),
+        (any_function *)NAME(project_point_on_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6062,18 +7609,19 @@ static INLINE void NAME(project_point_on_unit_line_dense_line)(intptr_t n, char 
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[3];
             REAL x2[3];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(project_point_on_unit_line_apply_line)(prepared, x0, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(project_point_on_unit_line_dense_line)
@@ -6106,13 +7654,42 @@ static INLINE void NAME(project_point_on_unit_line_block)(intptr_t n, char **arg
 }
 LOOPS(project_point_on_unit_line_block)
 
+static INLINE void NAME(project_point_on_unit_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r2[3 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[6];
+            REAL x2[3];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(project_point_on_unit_line)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_3)(a2 + first * 3, r2, TILE);
+    }
+}
+LOOP(project_point_on_unit_line_dense)
+
 void NAME(project_point_on_unit_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{2, 2, NAME(project_point_on_unit_line_start_line),
         WIDTHS(project_point_on_unit_line_block_line), WIDTHS(project_point_on_unit_line_dense_line)}};
-    static const struct kernel kernel = {WIDTHS(project_point_on_unit_line_block), {NULL}, (any_function
-        *)NAME(project_point_on_unit_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(project_point_on_unit_line_block),
+        WIDTH(project_point_on_unit_line_dense), (any_function *)NAME(project_point_on_unit_line), NAME(call_aar),
+        2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6188,11 +7765,40 @@ static INLINE void NAME(project_line_on_unit_plane_block)(intptr_t n, char **arg
 }
 LOOPS(project_line_on_unit_plane_block)
 
+static INLINE void NAME(project_line_on_unit_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[4];
+            REAL x2[6];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
+            NAME(project_line_on_unit_plane)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
+    }
+}
+LOOP(project_line_on_unit_plane_dense)
+
 void NAME(project_line_on_unit_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(project_line_on_unit_plane_block), {NULL}, (any_function
-        *)NAME(project_line_on_unit_plane), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(project_line_on_unit_plane_block),
+        WIDTH(project_line_on_unit_plane_dense), (any_function *)NAME(project_line_on_unit_plane), NAME(call_aar),
+        2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6247,8 +7853,9 @@ static INLINE void NAME(reflect_point_dense)(intptr_t n, char **args, const intp
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -6256,12 +7863,12 @@ static INLINE void NAME(reflect_point_dense)(intptr_t n, char **args, const intp
             REAL x0[3];
             REAL x1[4];
             REAL x2[3];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
+            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
             NAME(reflect_point)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(reflect_point_dense)
@@ -6311,11 +7918,40 @@ static INLINE void NAME(line_from_direction_moment_block)(intptr_t n, char **arg
 }
 LOOPS(line_from_direction_moment_block)
 
+static INLINE void NAME(line_from_direction_moment_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[6];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
+            NAME(line_from_direction_moment)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
+    }
+}
+LOOP(line_from_direction_moment_dense)
+
 void NAME(line_from_direction_moment_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(line_from_direction_moment_block), {NULL}, (any_function
-        *)NAME(line_from_direction_moment), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_from_direction_moment_block),
+        WIDTH(line_from_direction_moment_dense), (any_function *)NAME(line_from_direction_moment), NAME(call_aar),
+        2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6356,11 +7992,40 @@ static INLINE void NAME(line_to_direction_moment_block)(intptr_t n, char **args,
 }
 LOOPS(line_to_direction_moment_block)
 
+static INLINE void NAME(line_to_direction_moment_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[3 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(line_to_direction_moment)(x0, x1, x2);
+            NAME(store_3)((char *)(r1 + i), TILE * w, x1);
+            NAME(store_3)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_3)(a1 + first * 3, r1, TILE);
+        NAME(store_tile_3)(a2 + first * 3, r2, TILE);
+    }
+}
+LOOP(line_to_direction_moment_dense)
+
 void NAME(line_to_direction_moment_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(line_to_direction_moment_block), {NULL}, (any_function
-        *)NAME(line_to_direction_moment), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_to_direction_moment_block),
+        WIDTH(line_to_direction_moment_dense), (any_function *)NAME(line_to_direction_moment), NAME(call_arr), 1, 3,
+        0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6397,11 +8062,34 @@ static INLINE void NAME(plucker_residual_block)(intptr_t n, char **args, const i
 }
 LOOPS(plucker_residual_block)
 
+static INLINE void NAME(plucker_residual_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[1];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(plucker_residual)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_tile_1)(a1 + first * 1, r1, TILE);
+    }
+}
+LOOP(plucker_residual_dense)
+
 void NAME(plucker_residual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(plucker_residual_block), {NULL}, (any_function
-        *)NAME(plucker_residual), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(plucker_residual_block), WIDTH(plucker_residual_dense),
+        (any_function *)NAME(plucker_residual), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6454,11 +8142,34 @@ static INLINE void NAME(line_support_block)(intptr_t n, char **args, const intpt
 }
 LOOPS(line_support_block)
 
+static INLINE void NAME(line_support_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[3];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(line_support)(x0, x1);
+            NAME(store_3)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_3)(a1 + first * 3, r1, TILE);
+    }
+}
+LOOP(line_support_dense)
+
 void NAME(line_support_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(line_support_block), {NULL}, (any_function *)NAME(line_support),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_support_block), WIDTH(line_support_dense), (any_function
+        *)NAME(line_support), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6510,11 +8221,39 @@ static INLINE void NAME(point_on_line_block)(intptr_t n, char **args, const intp
 }
 LOOPS(point_on_line_block)
 
+static INLINE void NAME(point_on_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[1 * TILE];
+    _Alignas(64) REAL r2[3 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        NAME(load_tile_1)(r1, TILE, a1 + first * 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[1];
+            REAL x2[3];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_scalar)(x1, (char *)(r1 + i));
+            NAME(point_on_line)(x0, x1[0], x2);
+            NAME(store_3)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_3)(a2 + first * 3, r2, TILE);
+    }
+}
+LOOP(point_on_line_dense)
+
 void NAME(point_on_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(point_on_line_block), {NULL}, (any_function *)NAME(point_on_line),
-        NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(point_on_line_block), WIDTH(point_on_line_dense), (any_function
+        *)NAME(point_on_line), NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6554,11 +8293,39 @@ static INLINE void NAME(position_along_line_block)(intptr_t n, char **args, cons
 }
 LOOPS(position_along_line_block)
 
+static INLINE void NAME(position_along_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r2[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[6];
+            REAL x2[1];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(position_along_line)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_tile_1)(a2 + first * 1, r2, TILE);
+    }
+}
+LOOP(position_along_line_dense)
+
 void NAME(position_along_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(position_along_line_block), {NULL}, (any_function
-        *)NAME(position_along_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(position_along_line_block), WIDTH(position_along_line_dense),
+        (any_function *)NAME(position_along_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6598,29 +8365,34 @@ static INLINE void NAME(plane_from_normal_dense)(intptr_t n, char **args, const 
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[1 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_1)(r1, TILE, a1 + first * 1);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[3];
             REAL x1[1];
             REAL x2[4];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_scalar)(x1, a1 + (first + i) * w);
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_scalar)(x1, (char *)(r1 + i));
             NAME(plane_from_normal)(x0, x1[0], x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4, SPAN);
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
     }
 }
-LOOPS(plane_from_normal_dense)
+LOOP(plane_from_normal_dense)
 
 void NAME(plane_from_normal_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(plane_from_normal_block), WIDTHS(plane_from_normal_dense),
+    static const struct kernel kernel = {WIDTHS(plane_from_normal_block), WIDTH(plane_from_normal_dense),
         (any_function *)NAME(plane_from_normal), NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -6669,30 +8441,35 @@ static INLINE void NAME(plane_from_point_normal_dense)(intptr_t n, char **args, 
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[3];
             REAL x1[3];
             REAL x2[4];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
             NAME(plane_from_point_normal)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4, SPAN);
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
     }
 }
-LOOPS(plane_from_point_normal_dense)
+LOOP(plane_from_point_normal_dense)
 
 void NAME(plane_from_point_normal_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(plane_from_point_normal_block),
-        WIDTHS(plane_from_point_normal_dense), (any_function *)NAME(plane_from_point_normal), NAME(call_aar), 2, 3,
+        WIDTH(plane_from_point_normal_dense), (any_function *)NAME(plane_from_point_normal), NAME(call_aar), 2, 3,
         0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -6756,32 +8533,39 @@ static INLINE void NAME(join_point_directions_dense)(intptr_t n, char **args, co
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    _Alignas(64) REAL r3[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[3 * TILE];
+    _Alignas(64) REAL r3[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
+        NAME(load_tile_3)(r2, TILE, a2 + first * 3);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[3];
             REAL x1[3];
             REAL x2[3];
             REAL x3[4];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
-            NAME(load_3)(x2, a2 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
+            NAME(load_3)(x2, (char *)(r2 + i), TILE * w);
             NAME(join_point_directions)(x0, x1, x2, x3);
-            NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
+            NAME(store_4)((char *)(r3 + i), TILE * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 4, SPAN);
+        NAME(store_tile_4)(a3 + first * 4, r3, TILE);
     }
 }
-LOOPS(join_point_directions_dense)
+LOOP(join_point_directions_dense)
 
 void NAME(join_point_directions_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {4, 1, 3, {4}}};
-    static const struct kernel kernel = {WIDTHS(join_point_directions_block), WIDTHS(join_point_directions_dense),
+    static const struct kernel kernel = {WIDTHS(join_point_directions_block), WIDTH(join_point_directions_dense),
         (any_function *)NAME(join_point_directions), NAME(call_aaar), 3, 4, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -6834,7 +8618,9 @@ static INLINE void NAME(plane_to_normal_dense)(intptr_t n, char **args, const in
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r1[3 * SPAN];
     _Alignas(64) REAL r2[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
@@ -6843,13 +8629,13 @@ static INLINE void NAME(plane_to_normal_dense)(intptr_t n, char **args, const in
             REAL x0[4];
             REAL x1[3];
             REAL x2[1];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(plane_to_normal)(x0, x1, x2);
             NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[1], first, r1, 3, SPAN);
-        NAME(store_span)(args[2], first, r2, 1, SPAN);
+        NAME(store_few)(a1 + first * 3, r1, 3, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
     }
 }
 LOOPS(plane_to_normal_dense)
@@ -6906,18 +8692,19 @@ static INLINE void NAME(plane_support_dense)(intptr_t n, char **args, const intp
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
     _Alignas(64) REAL r1[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[4];
             REAL x1[3];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(plane_support)(x0, x1);
             NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 3, SPAN);
+        NAME(store_few)(a1 + first * 3, r1, 3, SPAN);
     }
 }
 LOOPS(plane_support_dense)
@@ -6981,29 +8768,34 @@ static INLINE void NAME(bisector_plane_dense)(intptr_t n, char **args, const int
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[3];
             REAL x1[3];
             REAL x2[4];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
             NAME(bisector_plane)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4, SPAN);
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
     }
 }
-LOOPS(bisector_plane_dense)
+LOOP(bisector_plane_dense)
 
 void NAME(bisector_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(bisector_plane_block), WIDTHS(bisector_plane_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(bisector_plane_block), WIDTH(bisector_plane_dense), (any_function
         *)NAME(bisector_plane), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -7063,33 +8855,39 @@ static INLINE void NAME(bisectors_of_planes_dense)(intptr_t n, char **args, cons
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    _Alignas(64) REAL r2[4 * SPAN];
-    _Alignas(64) REAL r3[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    _Alignas(64) REAL r3[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[4];
             REAL x1[4];
             REAL x2[4];
             REAL x3[4];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
             NAME(bisectors_of_planes)(x0, x1, x2, x3);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
-            NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
+            NAME(store_4)((char *)(r3 + i), TILE * w, x3);
         }
-        NAME(store_span)(args[2], first, r2, 4, SPAN);
-        NAME(store_span)(args[3], first, r3, 4, SPAN);
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
+        NAME(store_tile_4)(a3 + first * 4, r3, TILE);
     }
 }
-LOOPS(bisectors_of_planes_dense)
+LOOP(bisectors_of_planes_dense)
 
 void NAME(bisectors_of_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}, {4, 1, 3, {4}}};
-    static const struct kernel kernel = {WIDTHS(bisectors_of_planes_block), WIDTHS(bisectors_of_planes_dense),
+    static const struct kernel kernel = {WIDTHS(bisectors_of_planes_block), WIDTH(bisectors_of_planes_dense),
         (any_function *)NAME(bisectors_of_planes), NAME(call_aarr), 2, 4, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -7137,8 +8935,9 @@ static INLINE void NAME(midpoint_dense)(intptr_t n, char **args, const intptr_t 
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -7146,12 +8945,12 @@ static INLINE void NAME(midpoint_dense)(intptr_t n, char **args, const intptr_t 
             REAL x0[3];
             REAL x1[3];
             REAL x2[3];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(midpoint)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(midpoint_dense)
@@ -7662,11 +9461,39 @@ static INLINE void NAME(signed_distance_lines_block)(intptr_t n, char **args, co
 }
 LOOPS(signed_distance_lines_block)
 
+static INLINE void NAME(signed_distance_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r2[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[6];
+            REAL x2[1];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(signed_distance_lines)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_tile_1)(a2 + first * 1, r2, TILE);
+    }
+}
+LOOP(signed_distance_lines_dense)
+
 void NAME(signed_distance_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(signed_distance_lines_block), {NULL}, (any_function
-        *)NAME(signed_distance_lines), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(signed_distance_lines_block), WIDTH(signed_distance_lines_dense),
+        (any_function *)NAME(signed_distance_lines), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7766,11 +9593,39 @@ static INLINE void NAME(distance_lines_block)(intptr_t n, char **args, const int
 }
 LOOPS(distance_lines_block)
 
+static INLINE void NAME(distance_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r2[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[6];
+            REAL x2[1];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(distance_lines)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_tile_1)(a2 + first * 1, r2, TILE);
+    }
+}
+LOOP(distance_lines_dense)
+
 void NAME(distance_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(distance_lines_block), {NULL}, (any_function *)NAME(distance_lines),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(distance_lines_block), WIDTH(distance_lines_dense), (any_function
+        *)NAME(distance_lines), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7889,18 +9744,19 @@ static INLINE void NAME(signed_distance_line_plane_dense_line)(intptr_t n, char 
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x1[4];
             REAL x2[1];
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
             NAME(signed_distance_line_plane_apply_line)(prepared, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
     }
 }
 LOOPS(signed_distance_line_plane_dense_line)
@@ -7933,13 +9789,42 @@ static INLINE void NAME(signed_distance_line_plane_block)(intptr_t n, char **arg
 }
 LOOPS(signed_distance_line_plane_block)
 
+static INLINE void NAME(signed_distance_line_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[4];
+            REAL x2[1];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
+            NAME(signed_distance_line_plane)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_tile_1)(a2 + first * 1, r2, TILE);
+    }
+}
+LOOP(signed_distance_line_plane_dense)
+
 void NAME(signed_distance_line_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{1, 2, NAME(signed_distance_line_plane_start_line),
         WIDTHS(signed_distance_line_plane_block_line), WIDTHS(signed_distance_line_plane_dense_line)}};
-    static const struct kernel kernel = {WIDTHS(signed_distance_line_plane_block), {NULL}, (any_function
-        *)NAME(signed_distance_line_plane), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(signed_distance_line_plane_block),
+        WIDTH(signed_distance_line_plane_dense), (any_function *)NAME(signed_distance_line_plane), NAME(call_aar),
+        2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8105,18 +9990,19 @@ static INLINE void NAME(signed_distance_planes_dense_p)(intptr_t n, char **args,
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x1[4];
             REAL x2[1];
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
             NAME(signed_distance_planes_apply_p)(prepared, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
     }
 }
 LOOPS(signed_distance_planes_dense_p)
@@ -8152,18 +10038,19 @@ static INLINE void NAME(signed_distance_planes_dense_q)(intptr_t n, char **args,
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[4];
             REAL x2[1];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(signed_distance_planes_apply_q)(prepared, x0, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
     }
 }
 LOOPS(signed_distance_planes_dense_q)
@@ -8200,8 +10087,9 @@ static INLINE void NAME(signed_distance_planes_dense)(intptr_t n, char **args, c
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -8209,12 +10097,12 @@ static INLINE void NAME(signed_distance_planes_dense)(intptr_t n, char **args, c
             REAL x0[4];
             REAL x1[4];
             REAL x2[1];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
             NAME(signed_distance_planes)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
     }
 }
 LOOPS(signed_distance_planes_dense)
@@ -8422,18 +10310,19 @@ static INLINE void NAME(signed_angle_between_lines_dense_a_b)(intptr_t n, char *
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a2 = args[2];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
     _Alignas(64) REAL r3[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x2[3];
             REAL x3[1];
-            NAME(load_3)(x2, a2 + (first + i) * 3 * w, w);
+            NAME(load_3)(x2, (char *)a2 + (first + i) * 3 * w, w);
             NAME(signed_angle_between_lines_apply_a_b)(prepared, x2, x3);
             NAME(store_scalar)((char *)(r3 + i), x3);
         }
-        NAME(store_span)(args[3], first, r3, 1, SPAN);
+        NAME(store_few)(a3 + first * 1, r3, 1, SPAN);
     }
 }
 LOOPS(signed_angle_between_lines_dense_a_b)
@@ -8604,18 +10493,19 @@ static INLINE void NAME(signed_angle_between_planes_dense_p_q)(intptr_t n, char 
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a2 = args[2];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
     _Alignas(64) REAL r3[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x2[3];
             REAL x3[1];
-            NAME(load_3)(x2, a2 + (first + i) * 3 * w, w);
+            NAME(load_3)(x2, (char *)a2 + (first + i) * 3 * w, w);
             NAME(signed_angle_between_planes_apply_p_q)(prepared, x2, x3);
             NAME(store_scalar)((char *)(r3 + i), x3);
         }
-        NAME(store_span)(args[3], first, r3, 1, SPAN);
+        NAME(store_few)(a3 + first * 1, r3, 1, SPAN);
     }
 }
 LOOPS(signed_angle_between_planes_dense_p_q)
@@ -8777,11 +10667,39 @@ static INLINE void NAME(join_lines_block)(intptr_t n, char **args, const intptr_
 }
 LOOPS(join_lines_block)
 
+static INLINE void NAME(join_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[6];
+            REAL x2[4];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(join_lines)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
+    }
+}
+LOOP(join_lines_dense)
+
 void NAME(join_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(join_lines_block), {NULL}, (any_function *)NAME(join_lines),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(join_lines_block), WIDTH(join_lines_dense), (any_function
+        *)NAME(join_lines), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9277,6 +11195,44 @@ static INLINE void NAME(relation_of_lines_block)(intptr_t n, char **args, const 
 }
 LOOPS(relation_of_lines_block)
 
+static INLINE void NAME(relation_of_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r2[1 * TILE];
+    _Alignas(64) REAL r3[1 * TILE];
+    _Alignas(64) REAL r4[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        NAME(load_tile_1)(r2, TILE, a2 + first * 1);
+        NAME(load_tile_1)(r3, TILE, a3 + first * 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[6];
+            REAL x2[1];
+            REAL x3[1];
+            REAL x4[1];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(load_scalar)(x2, (char *)(r2 + i));
+            NAME(load_scalar)(x3, (char *)(r3 + i));
+            NAME(relation_of_lines)(x0, x1, x2[0], x3[0], x4);
+            NAME(store_scalar)((char *)(r4 + i), x4);
+        }
+        NAME(store_tile_1)(a4 + first * 1, r4, TILE);
+    }
+}
+LOOP(relation_of_lines_dense)
+
 void NAME(relation_of_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}, {1, 0, 2, {0}}, {1, 0, 2,
@@ -9284,8 +11240,8 @@ void NAME(relation_of_lines_loop)(char **args, const intptr_t *dimensions, const
     static const struct form forms[] = {{7, 2, NAME(relation_of_lines_start_a_b_distance),
         WIDTHS(relation_of_lines_block_a_b_distance), {NULL}}, {11, 2, NAME(relation_of_lines_start_a_b_sine),
         WIDTHS(relation_of_lines_block_a_b_sine), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(relation_of_lines_block), {NULL}, (any_function
-        *)NAME(relation_of_lines), NAME(call_aannr), 4, 5, 2, 0, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(relation_of_lines_block), WIDTH(relation_of_lines_dense),
+        (any_function *)NAME(relation_of_lines), NAME(call_aannr), 4, 5, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9583,18 +11539,19 @@ static INLINE void NAME(relation_of_line_plane_dense_line_distance_sine)(intptr_
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a4 = (REAL *)args[4];
     _Alignas(64) REAL r4[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x1[4];
             REAL x4[1];
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
             NAME(relation_of_line_plane_apply_line_distance_sine)(prepared, x1, x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_span)(args[4], first, r4, 1, SPAN);
+        NAME(store_few)(a4 + first * 1, r4, 1, SPAN);
     }
 }
 LOOPS(relation_of_line_plane_dense_line_distance_sine)
@@ -9638,6 +11595,44 @@ static INLINE void NAME(relation_of_line_plane_block)(intptr_t n, char **args, c
 }
 LOOPS(relation_of_line_plane_block)
 
+static INLINE void NAME(relation_of_line_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[1 * TILE];
+    _Alignas(64) REAL r3[1 * TILE];
+    _Alignas(64) REAL r4[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
+        NAME(load_tile_1)(r2, TILE, a2 + first * 1);
+        NAME(load_tile_1)(r3, TILE, a3 + first * 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[4];
+            REAL x2[1];
+            REAL x3[1];
+            REAL x4[1];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
+            NAME(load_scalar)(x2, (char *)(r2 + i));
+            NAME(load_scalar)(x3, (char *)(r3 + i));
+            NAME(relation_of_line_plane)(x0, x1, x2[0], x3[0], x4);
+            NAME(store_scalar)((char *)(r4 + i), x4);
+        }
+        NAME(store_tile_1)(a4 + first * 1, r4, TILE);
+    }
+}
+LOOP(relation_of_line_plane_dense)
+
 void NAME(relation_of_line_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}, {1, 0, 2, {0}}, {1, 0, 2,
@@ -9648,8 +11643,8 @@ void NAME(relation_of_line_plane_loop)(char **args, const intptr_t *dimensions, 
         {NULL}}, {13, 2, NAME(relation_of_line_plane_start_line_distance_sine),
         WIDTHS(relation_of_line_plane_block_line_distance_sine),
         WIDTHS(relation_of_line_plane_dense_line_distance_sine)}};
-    static const struct kernel kernel = {WIDTHS(relation_of_line_plane_block), {NULL}, (any_function
-        *)NAME(relation_of_line_plane), NAME(call_aannr), 4, 5, 3, 0, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(relation_of_line_plane_block), WIDTH(relation_of_line_plane_dense),
+        (any_function *)NAME(relation_of_line_plane), NAME(call_aannr), 4, 5, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9997,18 +11992,19 @@ static INLINE void NAME(relation_of_planes_dense_p_distance_sine)(intptr_t n, ch
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a4 = (REAL *)args[4];
     _Alignas(64) REAL r4[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x1[4];
             REAL x4[1];
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
             NAME(relation_of_planes_apply_p_distance_sine)(prepared, x1, x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_span)(args[4], first, r4, 1, SPAN);
+        NAME(store_few)(a4 + first * 1, r4, 1, SPAN);
     }
 }
 LOOPS(relation_of_planes_dense_p_distance_sine)
@@ -10048,18 +12044,19 @@ static INLINE void NAME(relation_of_planes_dense_q_distance_sine)(intptr_t n, ch
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a4 = (REAL *)args[4];
     _Alignas(64) REAL r4[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[4];
             REAL x4[1];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(relation_of_planes_apply_q_distance_sine)(prepared, x0, x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_span)(args[4], first, r4, 1, SPAN);
+        NAME(store_few)(a4 + first * 1, r4, 1, SPAN);
     }
 }
 LOOPS(relation_of_planes_dense_q_distance_sine)
@@ -10106,10 +12103,11 @@ static INLINE void NAME(relation_of_planes_dense)(intptr_t n, char **args, const
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
     _Alignas(64) REAL r4[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -10119,14 +12117,14 @@ static INLINE void NAME(relation_of_planes_dense)(intptr_t n, char **args, const
             REAL x2[1];
             REAL x3[1];
             REAL x4[1];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
-            NAME(load_scalar)(x2, a2 + (first + i) * w);
-            NAME(load_scalar)(x3, a3 + (first + i) * w);
+            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
+            NAME(load_scalar)(x2, (char *)a2 + (first + i) * w);
+            NAME(load_scalar)(x3, (char *)a3 + (first + i) * w);
             NAME(relation_of_planes)(x0, x1, x2[0], x3[0], x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_span)(args[4], first, r4, 1, SPAN);
+        NAME(store_few)(a4 + first * 1, r4, 1, SPAN);
     }
 }
 LOOPS(relation_of_planes_dense)
@@ -10907,8 +12905,9 @@ static INLINE void NAME(reject_point_from_plane_dense)(intptr_t n, char **args, 
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -10916,12 +12915,12 @@ static INLINE void NAME(reject_point_from_plane_dense)(intptr_t n, char **args, 
             REAL x0[3];
             REAL x1[4];
             REAL x2[3];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
+            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
             NAME(reject_point_from_plane)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(reject_point_from_plane_dense)
@@ -11052,18 +13051,19 @@ static INLINE void NAME(reject_point_from_line_dense_line)(intptr_t n, char **ar
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[3];
             REAL x2[3];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(reject_point_from_line_apply_line)(prepared, x0, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(reject_point_from_line_dense_line)
@@ -11096,13 +13096,41 @@ static INLINE void NAME(reject_point_from_line_block)(intptr_t n, char **args, c
 }
 LOOPS(reject_point_from_line_block)
 
+static INLINE void NAME(reject_point_from_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r2[3 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[6];
+            REAL x2[3];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(reject_point_from_line)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_3)(a2 + first * 3, r2, TILE);
+    }
+}
+LOOP(reject_point_from_line_dense)
+
 void NAME(reject_point_from_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{2, 2, NAME(reject_point_from_line_start_line),
         WIDTHS(reject_point_from_line_block_line), WIDTHS(reject_point_from_line_dense_line)}};
-    static const struct kernel kernel = {WIDTHS(reject_point_from_line_block), {NULL}, (any_function
-        *)NAME(reject_point_from_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(reject_point_from_line_block), WIDTH(reject_point_from_line_dense),
+        (any_function *)NAME(reject_point_from_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11180,11 +13208,39 @@ static INLINE void NAME(reject_line_from_plane_block)(intptr_t n, char **args, c
 }
 LOOPS(reject_line_from_plane_block)
 
+static INLINE void NAME(reject_line_from_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[4];
+            REAL x2[6];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
+            NAME(reject_line_from_plane)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
+    }
+}
+LOOP(reject_line_from_plane_dense)
+
 void NAME(reject_line_from_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(reject_line_from_plane_block), {NULL}, (any_function
-        *)NAME(reject_line_from_plane), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(reject_line_from_plane_block), WIDTH(reject_line_from_plane_dense),
+        (any_function *)NAME(reject_line_from_plane), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11234,11 +13290,39 @@ static INLINE void NAME(project_line_on_point_block)(intptr_t n, char **args, co
 }
 LOOPS(project_line_on_point_block)
 
+static INLINE void NAME(project_line_on_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[3];
+            REAL x2[6];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
+            NAME(project_line_on_point)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
+    }
+}
+LOOP(project_line_on_point_dense)
+
 void NAME(project_line_on_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(project_line_on_point_block), {NULL}, (any_function
-        *)NAME(project_line_on_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(project_line_on_point_block), WIDTH(project_line_on_point_dense),
+        (any_function *)NAME(project_line_on_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11302,11 +13386,39 @@ static INLINE void NAME(project_plane_on_line_block)(intptr_t n, char **args, co
 }
 LOOPS(project_plane_on_line_block)
 
+static INLINE void NAME(project_plane_on_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[4];
+            REAL x1[6];
+            REAL x2[4];
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(project_plane_on_line)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
+    }
+}
+LOOP(project_plane_on_line_dense)
+
 void NAME(project_plane_on_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(project_plane_on_line_block), {NULL}, (any_function
-        *)NAME(project_plane_on_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(project_plane_on_line_block), WIDTH(project_plane_on_line_dense),
+        (any_function *)NAME(project_plane_on_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11372,11 +13484,39 @@ static INLINE void NAME(reject_plane_from_line_block)(intptr_t n, char **args, c
 }
 LOOPS(reject_plane_from_line_block)
 
+static INLINE void NAME(reject_plane_from_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[4];
+            REAL x1[6];
+            REAL x2[4];
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(reject_plane_from_line)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
+    }
+}
+LOOP(reject_plane_from_line_dense)
+
 void NAME(reject_plane_from_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(reject_plane_from_line_block), {NULL}, (any_function
-        *)NAME(reject_plane_from_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(reject_plane_from_line_block), WIDTH(reject_plane_from_line_dense),
+        (any_function *)NAME(reject_plane_from_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11460,11 +13600,39 @@ static INLINE void NAME(reflect_line_block)(intptr_t n, char **args, const intpt
 }
 LOOPS(reflect_line_block)
 
+static INLINE void NAME(reflect_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[4];
+            REAL x2[6];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
+            NAME(reflect_line)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
+    }
+}
+LOOP(reflect_line_dense)
+
 void NAME(reflect_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(reflect_line_block), {NULL}, (any_function *)NAME(reflect_line),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(reflect_line_block), WIDTH(reflect_line_dense), (any_function
+        *)NAME(reflect_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11522,29 +13690,34 @@ static INLINE void NAME(reflect_plane_dense)(intptr_t n, char **args, const intp
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[4];
             REAL x1[4];
             REAL x2[4];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
             NAME(reflect_plane)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4, SPAN);
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
     }
 }
-LOOPS(reflect_plane_dense)
+LOOP(reflect_plane_dense)
 
 void NAME(reflect_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(reflect_plane_block), WIDTHS(reflect_plane_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(reflect_plane_block), WIDTH(reflect_plane_dense), (any_function
         *)NAME(reflect_plane), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -11694,18 +13867,19 @@ static INLINE void NAME(reflect_point_in_line_dense_line)(intptr_t n, char **arg
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[3];
             REAL x2[3];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(reflect_point_in_line_apply_line)(prepared, x0, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(reflect_point_in_line_dense_line)
@@ -11738,13 +13912,41 @@ static INLINE void NAME(reflect_point_in_line_block)(intptr_t n, char **args, co
 }
 LOOPS(reflect_point_in_line_block)
 
+static INLINE void NAME(reflect_point_in_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r2[3 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[6];
+            REAL x2[3];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(reflect_point_in_line)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_3)(a2 + first * 3, r2, TILE);
+    }
+}
+LOOP(reflect_point_in_line_dense)
+
 void NAME(reflect_point_in_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{2, 4, NAME(reflect_point_in_line_start_line),
         WIDTHS(reflect_point_in_line_block_line), WIDTHS(reflect_point_in_line_dense_line)}};
-    static const struct kernel kernel = {WIDTHS(reflect_point_in_line_block), {NULL}, (any_function
-        *)NAME(reflect_point_in_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(reflect_point_in_line_block), WIDTH(reflect_point_in_line_dense),
+        (any_function *)NAME(reflect_point_in_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11843,11 +14045,39 @@ static INLINE void NAME(reflect_line_in_line_block)(intptr_t n, char **args, con
 }
 LOOPS(reflect_line_in_line_block)
 
+static INLINE void NAME(reflect_line_in_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r2[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[6];
+            REAL x2[6];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(reflect_line_in_line)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
+    }
+}
+LOOP(reflect_line_in_line_dense)
+
 void NAME(reflect_line_in_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(reflect_line_in_line_block), {NULL}, (any_function
-        *)NAME(reflect_line_in_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(reflect_line_in_line_block), WIDTH(reflect_line_in_line_dense),
+        (any_function *)NAME(reflect_line_in_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12006,21 +14236,24 @@ static INLINE void NAME(reflect_plane_in_line_dense_line)(intptr_t n, char **arg
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[4];
             REAL x2[4];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
             NAME(reflect_plane_in_line_apply_line)(prepared, x0, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4, SPAN);
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
     }
 }
-LOOPS(reflect_plane_in_line_dense_line)
+LOOP(reflect_plane_in_line_dense_line)
 
 static void NAME(reflect_plane_in_line_start_line)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -12050,13 +14283,41 @@ static INLINE void NAME(reflect_plane_in_line_block)(intptr_t n, char **args, co
 }
 LOOPS(reflect_plane_in_line_block)
 
+static INLINE void NAME(reflect_plane_in_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[4];
+            REAL x1[6];
+            REAL x2[4];
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(reflect_plane_in_line)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
+    }
+}
+LOOP(reflect_plane_in_line_dense)
+
 void NAME(reflect_plane_in_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{2, 4, NAME(reflect_plane_in_line_start_line),
-        WIDTHS(reflect_plane_in_line_block_line), WIDTHS(reflect_plane_in_line_dense_line)}};
-    static const struct kernel kernel = {WIDTHS(reflect_plane_in_line_block), {NULL}, (any_function
-        *)NAME(reflect_plane_in_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+        WIDTHS(reflect_plane_in_line_block_line), WIDTH(reflect_plane_in_line_dense_line)}};
+    static const struct kernel kernel = {WIDTHS(reflect_plane_in_line_block), WIDTH(reflect_plane_in_line_dense),
+        (any_function *)NAME(reflect_plane_in_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12103,8 +14364,9 @@ static INLINE void NAME(reflect_point_in_point_dense)(intptr_t n, char **args, c
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -12112,12 +14374,12 @@ static INLINE void NAME(reflect_point_in_point_dense)(intptr_t n, char **args, c
             REAL x0[3];
             REAL x1[3];
             REAL x2[3];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(reflect_point_in_point)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(reflect_point_in_point_dense)
@@ -12187,11 +14449,39 @@ static INLINE void NAME(reflect_line_in_point_block)(intptr_t n, char **args, co
 }
 LOOPS(reflect_line_in_point_block)
 
+static INLINE void NAME(reflect_line_in_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[3];
+            REAL x2[6];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
+            NAME(reflect_line_in_point)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
+    }
+}
+LOOP(reflect_line_in_point_dense)
+
 void NAME(reflect_line_in_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(reflect_line_in_point_block), {NULL}, (any_function
-        *)NAME(reflect_line_in_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(reflect_line_in_point_block), WIDTH(reflect_line_in_point_dense),
+        (any_function *)NAME(reflect_line_in_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12244,29 +14534,34 @@ static INLINE void NAME(reflect_plane_in_point_dense)(intptr_t n, char **args, c
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[4];
             REAL x1[3];
             REAL x2[4];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
             NAME(reflect_plane_in_point)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4, SPAN);
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
     }
 }
-LOOPS(reflect_plane_in_point_dense)
+LOOP(reflect_plane_in_point_dense)
 
 void NAME(reflect_plane_in_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(reflect_plane_in_point_block), WIDTHS(reflect_plane_in_point_dense),
+    static const struct kernel kernel = {WIDTHS(reflect_plane_in_point_block), WIDTH(reflect_plane_in_point_dense),
         (any_function *)NAME(reflect_plane_in_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -12466,18 +14761,19 @@ static INLINE void NAME(collinearity_residual_dense_a_b)(intptr_t n, char **args
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a2 = args[2];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
     _Alignas(64) REAL r3[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x2[3];
             REAL x3[1];
-            NAME(load_3)(x2, a2 + (first + i) * 3 * w, w);
+            NAME(load_3)(x2, (char *)a2 + (first + i) * 3 * w, w);
             NAME(collinearity_residual_apply_a_b)(prepared, x2, x3);
             NAME(store_scalar)((char *)(r3 + i), x3);
         }
-        NAME(store_span)(args[3], first, r3, 1, SPAN);
+        NAME(store_few)(a3 + first * 1, r3, 1, SPAN);
     }
 }
 LOOPS(collinearity_residual_dense_a_b)
@@ -13665,7 +15961,10 @@ static INLINE void NAME(flag_residuals_dense_p_line)(intptr_t n, char **args, co
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a2 = args[2];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
+    REAL *a5 = (REAL *)args[5];
     _Alignas(64) REAL r3[1 * SPAN];
     _Alignas(64) REAL r4[1 * SPAN];
     _Alignas(64) REAL r5[1 * SPAN];
@@ -13676,15 +15975,15 @@ static INLINE void NAME(flag_residuals_dense_p_line)(intptr_t n, char **args, co
             REAL x3[1];
             REAL x4[1];
             REAL x5[1];
-            NAME(load_4)(x2, a2 + (first + i) * 4 * w, w);
+            NAME(load_4)(x2, (char *)a2 + (first + i) * 4 * w, w);
             NAME(flag_residuals_apply_p_line)(prepared, x2, x3, x4, x5);
             NAME(store_scalar)((char *)(r3 + i), x3);
             NAME(store_scalar)((char *)(r4 + i), x4);
             NAME(store_scalar)((char *)(r5 + i), x5);
         }
-        NAME(store_span)(args[3], first, r3, 1, SPAN);
-        NAME(store_span)(args[4], first, r4, 1, SPAN);
-        NAME(store_span)(args[5], first, r5, 1, SPAN);
+        NAME(store_few)(a3 + first * 1, r3, 1, SPAN);
+        NAME(store_few)(a4 + first * 1, r4, 1, SPAN);
+        NAME(store_few)(a5 + first * 1, r5, 1, SPAN);
     }
 }
 LOOPS(flag_residuals_dense_p_line)
@@ -13728,14 +16027,57 @@ static INLINE void NAME(flag_residuals_block)(intptr_t n, char **args, const int
 }
 LOOPS(flag_residuals_block)
 
+static INLINE void NAME(flag_residuals_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
+    REAL *a5 = (REAL *)args[5];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    _Alignas(64) REAL r3[1 * TILE];
+    _Alignas(64) REAL r4[1 * TILE];
+    _Alignas(64) REAL r5[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        NAME(load_tile_4)(r2, TILE, a2 + first * 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[6];
+            REAL x2[4];
+            REAL x3[1];
+            REAL x4[1];
+            REAL x5[1];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(load_4)(x2, (char *)(r2 + i), TILE * w);
+            NAME(flag_residuals)(x0, x1, x2, x3, x4, x5);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+            NAME(store_scalar)((char *)(r4 + i), x4);
+            NAME(store_scalar)((char *)(r5 + i), x5);
+        }
+        NAME(store_tile_1)(a3 + first * 1, r3, TILE);
+        NAME(store_tile_1)(a4 + first * 1, r4, TILE);
+        NAME(store_tile_1)(a5 + first * 1, r5, TILE);
+    }
+}
+LOOP(flag_residuals_dense)
+
 void NAME(flag_residuals_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}, {1, 0, 3, {0}}, {1, 0, 3,
         {0}}, {1, 0, 3, {0}}};
     static const struct form forms[] = {{3, 2, NAME(flag_residuals_start_p_line),
         WIDTHS(flag_residuals_block_p_line), WIDTHS(flag_residuals_dense_p_line)}};
-    static const struct kernel kernel = {WIDTHS(flag_residuals_block), {NULL}, (any_function *)NAME(flag_residuals),
-        NAME(call_aaarrr), 3, 6, 1, 0, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(flag_residuals_block), WIDTH(flag_residuals_dense), (any_function
+        *)NAME(flag_residuals), NAME(call_aaarrr), 3, 6, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13965,6 +16307,40 @@ static INLINE void NAME(flag_from_points_block_a_b)(intptr_t n, char **args, con
 }
 LOOPS(flag_from_points_block_a_b)
 
+static INLINE void NAME(flag_from_points_dense_a_b)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
+    REAL *a5 = (REAL *)args[5];
+    _Alignas(64) REAL r2[3 * TILE];
+    _Alignas(64) REAL r3[3 * TILE];
+    _Alignas(64) REAL r4[6 * TILE];
+    _Alignas(64) REAL r5[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r2, TILE, a2 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x2[3];
+            REAL x3[3];
+            REAL x4[6];
+            REAL x5[4];
+            NAME(load_3)(x2, (char *)(r2 + i), TILE * w);
+            NAME(flag_from_points_apply_a_b)(prepared, x2, x3, x4, x5);
+            NAME(store_3)((char *)(r3 + i), TILE * w, x3);
+            NAME(store_6)((char *)(r4 + i), TILE * w, x4);
+            NAME(store_4)((char *)(r5 + i), TILE * w, x5);
+        }
+        NAME(store_tile_3)(a3 + first * 3, r3, TILE);
+        NAME(store_tile_6)(a4 + first * 6, r4, TILE);
+        NAME(store_tile_4)(a5 + first * 4, r5, TILE);
+    }
+}
+LOOP(flag_from_points_dense_a_b)
+
 static void NAME(flag_from_points_start_a_b)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -14005,14 +16381,57 @@ static INLINE void NAME(flag_from_points_block)(intptr_t n, char **args, const i
 }
 LOOPS(flag_from_points_block)
 
+static INLINE void NAME(flag_from_points_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
+    REAL *a5 = (REAL *)args[5];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[3 * TILE];
+    _Alignas(64) REAL r3[3 * TILE];
+    _Alignas(64) REAL r4[6 * TILE];
+    _Alignas(64) REAL r5[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
+        NAME(load_tile_3)(r2, TILE, a2 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[3];
+            REAL x3[3];
+            REAL x4[6];
+            REAL x5[4];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
+            NAME(load_3)(x2, (char *)(r2 + i), TILE * w);
+            NAME(flag_from_points)(x0, x1, x2, x3, x4, x5);
+            NAME(store_3)((char *)(r3 + i), TILE * w, x3);
+            NAME(store_6)((char *)(r4 + i), TILE * w, x4);
+            NAME(store_4)((char *)(r5 + i), TILE * w, x5);
+        }
+        NAME(store_tile_3)(a3 + first * 3, r3, TILE);
+        NAME(store_tile_6)(a4 + first * 6, r4, TILE);
+        NAME(store_tile_4)(a5 + first * 4, r5, TILE);
+    }
+}
+LOOP(flag_from_points_dense)
+
 void NAME(flag_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}, {6, 1, 4,
         {6}}, {4, 1, 5, {4}}};
     static const struct form forms[] = {{3, 2, NAME(flag_from_points_start_a_b), WIDTHS(flag_from_points_block_a_b),
-        {NULL}}};
-    static const struct kernel kernel = {WIDTHS(flag_from_points_block), {NULL}, (any_function
-        *)NAME(flag_from_points), NAME(call_aaarrr), 3, 6, 1, 0, 0, parts, forms};
+        WIDTH(flag_from_points_dense_a_b)}};
+    static const struct kernel kernel = {WIDTHS(flag_from_points_block), WIDTH(flag_from_points_dense),
+        (any_function *)NAME(flag_from_points), NAME(call_aaarrr), 3, 6, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -14116,10 +16535,43 @@ static INLINE void NAME(flag_from_motor_block)(intptr_t n, char **args, const in
 }
 LOOPS(flag_from_motor_block)
 
+static INLINE void NAME(flag_from_motor_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[6 * TILE];
+    _Alignas(64) REAL r3[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[3];
+            REAL x2[6];
+            REAL x3[4];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(flag_from_motor)(x0, x1, x2, x3);
+            NAME(store_3)((char *)(r1 + i), TILE * w, x1);
+            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
+            NAME(store_4)((char *)(r3 + i), TILE * w, x3);
+        }
+        NAME(store_tile_3)(a1 + first * 3, r1, TILE);
+        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
+        NAME(store_tile_4)(a3 + first * 4, r3, TILE);
+    }
+}
+LOOP(flag_from_motor_dense)
+
 void NAME(flag_from_motor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}, {4, 1, 3, {4}}};
-    static const struct kernel kernel = {WIDTHS(flag_from_motor_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(flag_from_motor_block), WIDTH(flag_from_motor_dense), (any_function
         *)NAME(flag_from_motor), NAME(call_arrr), 1, 4, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -14439,21 +16891,24 @@ static INLINE void NAME(motor_from_flag_dense_line_plane)(intptr_t n, char **arg
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r3[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r3[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[3];
             REAL x3[8];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
             NAME(motor_from_flag_apply_line_plane)(prepared, x0, x3);
-            NAME(store_8)((char *)(r3 + i), SPAN * w, x3);
+            NAME(store_8)((char *)(r3 + i), TILE * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 8, SPAN);
+        NAME(store_tile_8)(a3 + first * 8, r3, TILE);
     }
 }
-LOOPS(motor_from_flag_dense_line_plane)
+LOOP(motor_from_flag_dense_line_plane)
 
 static void NAME(motor_from_flag_start_line_plane)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -14488,12 +16943,45 @@ static INLINE void NAME(motor_from_flag_block)(intptr_t n, char **args, const in
 }
 LOOPS(motor_from_flag_block)
 
+static INLINE void NAME(motor_from_flag_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    _Alignas(64) REAL r3[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        NAME(load_tile_4)(r2, TILE, a2 + first * 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[6];
+            REAL x2[4];
+            REAL x3[8];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(load_4)(x2, (char *)(r2 + i), TILE * w);
+            NAME(motor_from_flag)(x0, x1, x2, x3);
+            NAME(store_8)((char *)(r3 + i), TILE * w, x3);
+        }
+        NAME(store_tile_8)(a3 + first * 8, r3, TILE);
+    }
+}
+LOOP(motor_from_flag_dense)
+
 void NAME(motor_from_flag_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}, {8, 1, 3, {8}}};
     static const struct form forms[] = {{6, 2, NAME(motor_from_flag_start_line_plane),
-        WIDTHS(motor_from_flag_block_line_plane), WIDTHS(motor_from_flag_dense_line_plane)}};
-    static const struct kernel kernel = {WIDTHS(motor_from_flag_block), {NULL}, (any_function
+        WIDTHS(motor_from_flag_block_line_plane), WIDTH(motor_from_flag_dense_line_plane)}};
+    static const struct kernel kernel = {WIDTHS(motor_from_flag_block), WIDTH(motor_from_flag_dense), (any_function
         *)NAME(motor_from_flag), NAME(call_aaar), 3, 4, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -15102,7 +17590,9 @@ static INLINE void NAME(hit_ray_plane_dense_p_plane)(intptr_t n, char **args, co
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
     _Alignas(64) REAL r3[1 * SPAN];
     _Alignas(64) REAL r4[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
@@ -15111,13 +17601,13 @@ static INLINE void NAME(hit_ray_plane_dense_p_plane)(intptr_t n, char **args, co
             REAL x1[3];
             REAL x3[1];
             REAL x4[3];
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(hit_ray_plane_apply_p_plane)(prepared, x1, x3, x4);
             NAME(store_scalar)((char *)(r3 + i), x3);
             NAME(store_3)((char *)(r4 + i), SPAN * w, x4);
         }
-        NAME(store_span)(args[3], first, r3, 1, SPAN);
-        NAME(store_span)(args[4], first, r4, 3, SPAN);
+        NAME(store_few)(a3 + first * 1, r3, 1, SPAN);
+        NAME(store_few)(a4 + first * 3, r4, 3, SPAN);
     }
 }
 LOOPS(hit_ray_plane_dense_p_plane)
@@ -15158,7 +17648,9 @@ static INLINE void NAME(hit_ray_plane_dense_d_plane)(intptr_t n, char **args, co
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
     _Alignas(64) REAL r3[1 * SPAN];
     _Alignas(64) REAL r4[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
@@ -15167,13 +17659,13 @@ static INLINE void NAME(hit_ray_plane_dense_d_plane)(intptr_t n, char **args, co
             REAL x0[3];
             REAL x3[1];
             REAL x4[3];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(hit_ray_plane_apply_d_plane)(prepared, x0, x3, x4);
             NAME(store_scalar)((char *)(r3 + i), x3);
             NAME(store_3)((char *)(r4 + i), SPAN * w, x4);
         }
-        NAME(store_span)(args[3], first, r3, 1, SPAN);
-        NAME(store_span)(args[4], first, r4, 3, SPAN);
+        NAME(store_few)(a3 + first * 1, r3, 1, SPAN);
+        NAME(store_few)(a4 + first * 3, r4, 3, SPAN);
     }
 }
 LOOPS(hit_ray_plane_dense_d_plane)
@@ -15218,9 +17710,11 @@ static INLINE void NAME(hit_ray_plane_dense)(intptr_t n, char **args, const intp
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
     _Alignas(64) REAL r3[1 * SPAN];
     _Alignas(64) REAL r4[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
@@ -15231,15 +17725,15 @@ static INLINE void NAME(hit_ray_plane_dense)(intptr_t n, char **args, const intp
             REAL x2[4];
             REAL x3[1];
             REAL x4[3];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
-            NAME(load_4)(x2, a2 + (first + i) * 4 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
+            NAME(load_4)(x2, (char *)a2 + (first + i) * 4 * w, w);
             NAME(hit_ray_plane)(x0, x1, x2, x3, x4);
             NAME(store_scalar)((char *)(r3 + i), x3);
             NAME(store_3)((char *)(r4 + i), SPAN * w, x4);
         }
-        NAME(store_span)(args[3], first, r3, 1, SPAN);
-        NAME(store_span)(args[4], first, r4, 3, SPAN);
+        NAME(store_few)(a3 + first * 1, r3, 1, SPAN);
+        NAME(store_few)(a4 + first * 3, r4, 3, SPAN);
     }
 }
 LOOPS(hit_ray_plane_dense)
@@ -16335,7 +18829,9 @@ static INLINE void NAME(hit_ray_triangle_dense_d_a_b_c)(intptr_t n, char **args,
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a5 = (REAL *)args[5];
+    REAL *a6 = (REAL *)args[6];
     _Alignas(64) REAL r5[1 * SPAN];
     _Alignas(64) REAL r6[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
@@ -16344,13 +18840,13 @@ static INLINE void NAME(hit_ray_triangle_dense_d_a_b_c)(intptr_t n, char **args,
             REAL x0[3];
             REAL x5[1];
             REAL x6[3];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(hit_ray_triangle_apply_d_a_b_c)(prepared, x0, x5, x6);
             NAME(store_scalar)((char *)(r5 + i), x5);
             NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
         }
-        NAME(store_span)(args[5], first, r5, 1, SPAN);
-        NAME(store_span)(args[6], first, r6, 3, SPAN);
+        NAME(store_few)(a5 + first * 1, r5, 1, SPAN);
+        NAME(store_few)(a6 + first * 3, r6, 3, SPAN);
     }
 }
 LOOPS(hit_ray_triangle_dense_d_a_b_c)
@@ -16695,11 +19191,39 @@ static INLINE void NAME(motor_product_block)(intptr_t n, char **args, const intp
 }
 LOOPS(motor_product_block)
 
+static INLINE void NAME(motor_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[8 * TILE];
+    _Alignas(64) REAL r2[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        NAME(load_tile_8)(r1, TILE, a1 + first * 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            REAL x2[8];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_8)(x1, (char *)(r1 + i), TILE * w);
+            NAME(motor_product)(x0, x1, x2);
+            NAME(store_8)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_8)(a2 + first * 8, r2, TILE);
+    }
+}
+LOOP(motor_product_dense)
+
 void NAME(motor_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_product_block), {NULL}, (any_function *)NAME(motor_product),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_product_block), WIDTH(motor_product_dense), (any_function
+        *)NAME(motor_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -16841,11 +19365,39 @@ static INLINE void NAME(even_product_block)(intptr_t n, char **args, const intpt
 }
 LOOPS(even_product_block)
 
+static INLINE void NAME(even_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[8 * TILE];
+    _Alignas(64) REAL r2[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        NAME(load_tile_8)(r1, TILE, a1 + first * 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            REAL x2[8];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_8)(x1, (char *)(r1 + i), TILE * w);
+            NAME(even_product)(x0, x1, x2);
+            NAME(store_8)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_8)(a2 + first * 8, r2, TILE);
+    }
+}
+LOOP(even_product_dense)
+
 void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(even_product_block), {NULL}, (any_function *)NAME(even_product),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(even_product_block), WIDTH(even_product_dense), (any_function
+        *)NAME(even_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -16892,11 +19444,34 @@ static INLINE void NAME(motor_inverse_block)(intptr_t n, char **args, const intp
 }
 LOOPS(motor_inverse_block)
 
+static INLINE void NAME(motor_inverse_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(motor_inverse)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_8)(a1 + first * 8, r1, TILE);
+    }
+}
+LOOP(motor_inverse_dense)
+
 void NAME(motor_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_inverse_block), {NULL}, (any_function *)NAME(motor_inverse),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_inverse_block), WIDTH(motor_inverse_dense), (any_function
+        *)NAME(motor_inverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -16976,11 +19551,34 @@ static INLINE void NAME(even_inverse_block)(intptr_t n, char **args, const intpt
 }
 LOOPS(even_inverse_block)
 
+static INLINE void NAME(even_inverse_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(even_inverse)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_8)(a1 + first * 8, r1, TILE);
+    }
+}
+LOOP(even_inverse_dense)
+
 void NAME(even_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(even_inverse_block), {NULL}, (any_function *)NAME(even_inverse),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(even_inverse_block), WIDTH(even_inverse_dense), (any_function
+        *)NAME(even_inverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -17056,10 +19654,33 @@ static INLINE void NAME(normalize_motor_block)(intptr_t n, char **args, const in
 }
 LOOPS(normalize_motor_block)
 
+static INLINE void NAME(normalize_motor_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(normalize_motor)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_8)(a1 + first * 8, r1, TILE);
+    }
+}
+LOOP(normalize_motor_dense)
+
 void NAME(normalize_motor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(normalize_motor_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(normalize_motor_block), WIDTH(normalize_motor_dense), (any_function
         *)NAME(normalize_motor), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -17261,18 +19882,19 @@ static INLINE void NAME(move_point_dense_m)(intptr_t n, char **args, const intpt
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x1[3];
             REAL x2[3];
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(move_point_apply_m)(prepared, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(move_point_dense_m)
@@ -17309,8 +19931,9 @@ static INLINE void NAME(move_point_dense)(intptr_t n, char **args, const intptr_
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -17318,12 +19941,12 @@ static INLINE void NAME(move_point_dense)(intptr_t n, char **args, const intptr_
             REAL x0[8];
             REAL x1[3];
             REAL x2[3];
-            NAME(load_8)(x0, a0 + (first + i) * 8 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_8)(x0, (char *)a0 + (first + i) * 8 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(move_point)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(move_point_dense)
@@ -17485,18 +20108,19 @@ static INLINE void NAME(move_direction_dense_m)(intptr_t n, char **args, const i
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x1[3];
             REAL x2[3];
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(move_direction_apply_m)(prepared, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(move_direction_dense_m)
@@ -17533,8 +20157,9 @@ static INLINE void NAME(move_direction_dense)(intptr_t n, char **args, const int
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -17542,12 +20167,12 @@ static INLINE void NAME(move_direction_dense)(intptr_t n, char **args, const int
             REAL x0[8];
             REAL x1[3];
             REAL x2[3];
-            NAME(load_8)(x0, a0 + (first + i) * 8 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_8)(x0, (char *)a0 + (first + i) * 8 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(move_direction)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(move_direction_dense)
@@ -17875,6 +20500,30 @@ static INLINE void NAME(move_line_block_m)(intptr_t n, char **args, const intptr
 }
 LOOPS(move_line_block_m)
 
+static INLINE void NAME(move_line_dense_m)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r2[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x1[6];
+            REAL x2[6];
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(move_line_apply_m)(prepared, x1, x2);
+            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
+    }
+}
+LOOP(move_line_dense_m)
+
 static void NAME(move_line_start_m)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -17903,12 +20552,41 @@ static INLINE void NAME(move_line_block)(intptr_t n, char **args, const intptr_t
 }
 LOOPS(move_line_block)
 
+static INLINE void NAME(move_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r2[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[6];
+            REAL x2[6];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(move_line)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
+    }
+}
+LOOP(move_line_dense)
+
 void NAME(move_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
-    static const struct form forms[] = {{1, 2, NAME(move_line_start_m), WIDTHS(move_line_block_m), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(move_line_block), {NULL}, (any_function *)NAME(move_line),
-        NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+    static const struct form forms[] = {{1, 2, NAME(move_line_start_m), WIDTHS(move_line_block_m),
+        WIDTH(move_line_dense_m)}};
+    static const struct kernel kernel = {WIDTHS(move_line_block), WIDTH(move_line_dense), (any_function
+        *)NAME(move_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -18122,21 +20800,24 @@ static INLINE void NAME(move_plane_dense_m)(intptr_t n, char **args, const intpt
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x1[4];
             REAL x2[4];
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
             NAME(move_plane_apply_m)(prepared, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4, SPAN);
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
     }
 }
-LOOPS(move_plane_dense_m)
+LOOP(move_plane_dense_m)
 
 static void NAME(move_plane_start_m)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -18166,13 +20847,41 @@ static INLINE void NAME(move_plane_block)(intptr_t n, char **args, const intptr_
 }
 LOOPS(move_plane_block)
 
+static INLINE void NAME(move_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[4];
+            REAL x2[4];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
+            NAME(move_plane)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
+    }
+}
+LOOP(move_plane_dense)
+
 void NAME(move_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{1, 3, NAME(move_plane_start_m), WIDTHS(move_plane_block_m),
-        WIDTHS(move_plane_dense_m)}};
-    static const struct kernel kernel = {WIDTHS(move_plane_block), {NULL}, (any_function *)NAME(move_plane),
-        NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+        WIDTH(move_plane_dense_m)}};
+    static const struct kernel kernel = {WIDTHS(move_plane_block), WIDTH(move_plane_dense), (any_function
+        *)NAME(move_plane), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -18497,6 +21206,30 @@ static INLINE void NAME(move_motor_block_m)(intptr_t n, char **args, const intpt
 }
 LOOPS(move_motor_block_m)
 
+static INLINE void NAME(move_motor_dense_m)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r1[8 * TILE];
+    _Alignas(64) REAL r2[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r1, TILE, a1 + first * 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x1[8];
+            REAL x2[8];
+            NAME(load_8)(x1, (char *)(r1 + i), TILE * w);
+            NAME(move_motor_apply_m)(prepared, x1, x2);
+            NAME(store_8)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_8)(a2 + first * 8, r2, TILE);
+    }
+}
+LOOP(move_motor_dense_m)
+
 static void NAME(move_motor_start_m)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -18525,12 +21258,41 @@ static INLINE void NAME(move_motor_block)(intptr_t n, char **args, const intptr_
 }
 LOOPS(move_motor_block)
 
+static INLINE void NAME(move_motor_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[8 * TILE];
+    _Alignas(64) REAL r2[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        NAME(load_tile_8)(r1, TILE, a1 + first * 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            REAL x2[8];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_8)(x1, (char *)(r1 + i), TILE * w);
+            NAME(move_motor)(x0, x1, x2);
+            NAME(store_8)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_8)(a2 + first * 8, r2, TILE);
+    }
+}
+LOOP(move_motor_dense)
+
 void NAME(move_motor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct form forms[] = {{1, 2, NAME(move_motor_start_m), WIDTHS(move_motor_block_m), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(move_motor_block), {NULL}, (any_function *)NAME(move_motor),
-        NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+    static const struct form forms[] = {{1, 2, NAME(move_motor_start_m), WIDTHS(move_motor_block_m),
+        WIDTH(move_motor_dense_m)}};
+    static const struct kernel kernel = {WIDTHS(move_motor_block), WIDTH(move_motor_dense), (any_function
+        *)NAME(move_motor), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -18731,18 +21493,19 @@ static INLINE void NAME(move_point_back_dense_m)(intptr_t n, char **args, const 
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x1[3];
             REAL x2[3];
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(move_point_back_apply_m)(prepared, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(move_point_back_dense_m)
@@ -18779,8 +21542,9 @@ static INLINE void NAME(move_point_back_dense)(intptr_t n, char **args, const in
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -18788,12 +21552,12 @@ static INLINE void NAME(move_point_back_dense)(intptr_t n, char **args, const in
             REAL x0[8];
             REAL x1[3];
             REAL x2[3];
-            NAME(load_8)(x0, a0 + (first + i) * 8 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_8)(x0, (char *)a0 + (first + i) * 8 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(move_point_back)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(move_point_back_dense)
@@ -18934,21 +21698,24 @@ static INLINE void NAME(rotor_from_axis_angle_dense_angle)(intptr_t n, char **ar
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[3];
             REAL x2[4];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
             NAME(rotor_from_axis_angle_apply_angle)(prepared, x0, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4, SPAN);
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
     }
 }
-LOOPS(rotor_from_axis_angle_dense_angle)
+LOOP(rotor_from_axis_angle_dense_angle)
 
 static void NAME(rotor_from_axis_angle_start_angle)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -19032,7 +21799,7 @@ void NAME(rotor_from_axis_angle_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
     static const struct form forms[] = {{2, 2, NAME(rotor_from_axis_angle_start_angle),
-        WIDTHS(rotor_from_axis_angle_block_angle), WIDTHS(rotor_from_axis_angle_dense_angle)}, {1, 2,
+        WIDTHS(rotor_from_axis_angle_block_angle), WIDTH(rotor_from_axis_angle_dense_angle)}, {1, 2,
         NAME(rotor_from_axis_angle_start_axis), WIDTHS(rotor_from_axis_angle_block_axis), {NULL}}};
     static const struct kernel kernel = {WIDTHS(rotor_from_axis_angle_block), {NULL}, (any_function
         *)NAME(rotor_from_axis_angle), NAME(call_anr), 2, 3, 2, 1, 1, parts, forms};
@@ -19148,18 +21915,19 @@ static INLINE void NAME(translator_from_vector_dense)(intptr_t n, char **args, c
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
     _Alignas(64) REAL r1[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[3];
             REAL x1[3];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(translator_from_vector)(x0, x1);
             NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 3, SPAN);
+        NAME(store_few)(a1 + first * 3, r1, 3, SPAN);
     }
 }
 LOOPS(translator_from_vector_dense)
@@ -19269,6 +22037,30 @@ static INLINE void NAME(motor_from_line_block_angle)(intptr_t n, char **args, co
 }
 LOOPS(motor_from_line_block_angle)
 
+static INLINE void NAME(motor_from_line_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r2[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x2[8];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(motor_from_line_apply_angle)(prepared, x0, x2);
+            NAME(store_8)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_8)(a2 + first * 8, r2, TILE);
+    }
+}
+LOOP(motor_from_line_dense_angle)
+
 static void NAME(motor_from_line_start_angle)(char **args, const intptr_t *strides, void *prepared)
 {
     (void)strides;
@@ -19314,7 +22106,7 @@ void NAME(motor_from_line_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
     static const struct form forms[] = {{2, 2, NAME(motor_from_line_start_angle),
-        WIDTHS(motor_from_line_block_angle), {NULL}}};
+        WIDTHS(motor_from_line_block_angle), WIDTH(motor_from_line_dense_angle)}};
     static const struct kernel kernel = {WIDTHS(motor_from_line_block), {NULL}, (any_function
         *)NAME(motor_from_line), NAME(call_anr), 2, 3, 1, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
@@ -19584,6 +22376,30 @@ static INLINE void NAME(motor_from_screw_block_line_angle)(intptr_t n, char **ar
 }
 LOOPS(motor_from_screw_block_line_angle)
 
+static INLINE void NAME(motor_from_screw_dense_line_angle)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r2[1 * TILE];
+    _Alignas(64) REAL r3[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_1)(r2, TILE, a2 + first * 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x2[1];
+            REAL x3[8];
+            NAME(load_scalar)(x2, (char *)(r2 + i));
+            NAME(motor_from_screw_apply_line_angle)(prepared, x2[0], x3);
+            NAME(store_8)((char *)(r3 + i), TILE * w, x3);
+        }
+        NAME(store_tile_8)(a3 + first * 8, r3, TILE);
+    }
+}
+LOOP(motor_from_screw_dense_line_angle)
+
 static void NAME(motor_from_screw_start_line_angle)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -19611,6 +22427,30 @@ static INLINE void NAME(motor_from_screw_block_angle_distance)(intptr_t n, char 
     }
 }
 LOOPS(motor_from_screw_block_angle_distance)
+
+static INLINE void NAME(motor_from_screw_dense_angle_distance)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r3[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x3[8];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(motor_from_screw_apply_angle_distance)(prepared, x0, x3);
+            NAME(store_8)((char *)(r3 + i), TILE * w, x3);
+        }
+        NAME(store_tile_8)(a3 + first * 8, r3, TILE);
+    }
+}
+LOOP(motor_from_screw_dense_angle_distance)
 
 static void NAME(motor_from_screw_start_angle_distance)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -19642,6 +22482,35 @@ static INLINE void NAME(motor_from_screw_block_angle)(intptr_t n, char **args, c
     }
 }
 LOOPS(motor_from_screw_block_angle)
+
+static INLINE void NAME(motor_from_screw_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r2[1 * TILE];
+    _Alignas(64) REAL r3[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        NAME(load_tile_1)(r2, TILE, a2 + first * 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x2[1];
+            REAL x3[8];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_scalar)(x2, (char *)(r2 + i));
+            NAME(motor_from_screw_apply_angle)(prepared, x0, x2[0], x3);
+            NAME(store_8)((char *)(r3 + i), TILE * w, x3);
+        }
+        NAME(store_tile_8)(a3 + first * 8, r3, TILE);
+    }
+}
+LOOP(motor_from_screw_dense_angle)
 
 static void NAME(motor_from_screw_start_angle)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -19693,9 +22562,10 @@ void NAME(motor_from_screw_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
     static const struct form forms[] = {{3, 2, NAME(motor_from_screw_start_line_angle),
-        WIDTHS(motor_from_screw_block_line_angle), {NULL}}, {6, 2, NAME(motor_from_screw_start_angle_distance),
-        WIDTHS(motor_from_screw_block_angle_distance), {NULL}}, {2, 2, NAME(motor_from_screw_start_angle),
-        WIDTHS(motor_from_screw_block_angle), {NULL}}};
+        WIDTHS(motor_from_screw_block_line_angle), WIDTH(motor_from_screw_dense_line_angle)}, {6, 2,
+        NAME(motor_from_screw_start_angle_distance), WIDTHS(motor_from_screw_block_angle_distance),
+        WIDTH(motor_from_screw_dense_angle_distance)}, {2, 2, NAME(motor_from_screw_start_angle),
+        WIDTHS(motor_from_screw_block_angle), WIDTH(motor_from_screw_dense_angle)}};
     static const struct kernel kernel = {WIDTHS(motor_from_screw_block), {NULL}, (any_function
         *)NAME(motor_from_screw), NAME(call_annr), 3, 4, 3, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
@@ -19769,30 +22639,35 @@ static INLINE void NAME(motor_from_rotor_translation_dense)(intptr_t n, char **a
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    _Alignas(64) REAL r2[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[4];
             REAL x1[3];
             REAL x2[8];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
             NAME(motor_from_rotor_translation)(x0, x1, x2);
-            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_8)((char *)(r2 + i), TILE * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 8, SPAN);
+        NAME(store_tile_8)(a2 + first * 8, r2, TILE);
     }
 }
-LOOPS(motor_from_rotor_translation_dense)
+LOOP(motor_from_rotor_translation_dense)
 
 void NAME(motor_from_rotor_translation_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {8, 1, 2, {8}}};
     static const struct kernel kernel = {WIDTHS(motor_from_rotor_translation_block),
-        WIDTHS(motor_from_rotor_translation_dense), (any_function *)NAME(motor_from_rotor_translation),
+        WIDTH(motor_from_rotor_translation_dense), (any_function *)NAME(motor_from_rotor_translation),
         NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -19866,31 +22741,35 @@ static INLINE void NAME(motor_to_rotor_translation_dense)(intptr_t n, char **arg
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r1[4 * SPAN];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[3 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[8];
             REAL x1[4];
             REAL x2[3];
-            NAME(load_8)(x0, a0 + (first + i) * 8 * w, w);
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
             NAME(motor_to_rotor_translation)(x0, x1, x2);
-            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
+            NAME(store_3)((char *)(r2 + i), TILE * w, x2);
         }
-        NAME(store_span)(args[1], first, r1, 4, SPAN);
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
+        NAME(store_tile_3)(a2 + first * 3, r2, TILE);
     }
 }
-LOOPS(motor_to_rotor_translation_dense)
+LOOP(motor_to_rotor_translation_dense)
 
 void NAME(motor_to_rotor_translation_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(motor_to_rotor_translation_block),
-        WIDTHS(motor_to_rotor_translation_dense), (any_function *)NAME(motor_to_rotor_translation), NAME(call_arr),
+        WIDTH(motor_to_rotor_translation_dense), (any_function *)NAME(motor_to_rotor_translation), NAME(call_arr),
         1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -19930,26 +22809,29 @@ static INLINE void NAME(rotor_from_quaternion_dense)(intptr_t n, char **args, co
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r1[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[4];
             REAL x1[4];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
             NAME(rotor_from_quaternion)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4, SPAN);
+        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
     }
 }
-LOOPS(rotor_from_quaternion_dense)
+LOOP(rotor_from_quaternion_dense)
 
 void NAME(rotor_from_quaternion_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(rotor_from_quaternion_block), WIDTHS(rotor_from_quaternion_dense),
+    static const struct kernel kernel = {WIDTHS(rotor_from_quaternion_block), WIDTH(rotor_from_quaternion_dense),
         (any_function *)NAME(rotor_from_quaternion), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -19989,26 +22871,29 @@ static INLINE void NAME(rotor_to_quaternion_dense)(intptr_t n, char **args, cons
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r1[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[4];
             REAL x1[4];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
             NAME(rotor_to_quaternion)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4, SPAN);
+        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
     }
 }
-LOOPS(rotor_to_quaternion_dense)
+LOOP(rotor_to_quaternion_dense)
 
 void NAME(rotor_to_quaternion_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(rotor_to_quaternion_block), WIDTHS(rotor_to_quaternion_dense),
+    static const struct kernel kernel = {WIDTHS(rotor_to_quaternion_block), WIDTH(rotor_to_quaternion_dense),
         (any_function *)NAME(rotor_to_quaternion), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -20056,11 +22941,35 @@ static INLINE void NAME(motor_from_dual_quaternion_block)(intptr_t n, char **arg
 }
 LOOPS(motor_from_dual_quaternion_block)
 
+static INLINE void NAME(motor_from_dual_quaternion_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(motor_from_dual_quaternion)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_8)(a1 + first * 8, r1, TILE);
+    }
+}
+LOOP(motor_from_dual_quaternion_dense)
+
 void NAME(motor_from_dual_quaternion_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_from_dual_quaternion_block), {NULL}, (any_function
-        *)NAME(motor_from_dual_quaternion), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_from_dual_quaternion_block),
+        WIDTH(motor_from_dual_quaternion_dense), (any_function *)NAME(motor_from_dual_quaternion), NAME(call_ar), 1,
+        2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -20107,11 +23016,35 @@ static INLINE void NAME(motor_to_dual_quaternion_block)(intptr_t n, char **args,
 }
 LOOPS(motor_to_dual_quaternion_block)
 
+static INLINE void NAME(motor_to_dual_quaternion_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(motor_to_dual_quaternion)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_8)(a1 + first * 8, r1, TILE);
+    }
+}
+LOOP(motor_to_dual_quaternion_dense)
+
 void NAME(motor_to_dual_quaternion_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_to_dual_quaternion_block), {NULL}, (any_function
-        *)NAME(motor_to_dual_quaternion), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_to_dual_quaternion_block),
+        WIDTH(motor_to_dual_quaternion_dense), (any_function *)NAME(motor_to_dual_quaternion), NAME(call_ar), 1, 2,
+        0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -20211,10 +23144,33 @@ static INLINE void NAME(motor_to_matrix_block)(intptr_t n, char **args, const in
 }
 LOOPS(motor_to_matrix_block)
 
+static INLINE void NAME(motor_to_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[16 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[16];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(motor_to_matrix)(x0, x1);
+            NAME(store_4x4)((char *)(r1 + i), 4 * TILE * w, TILE * w, x1);
+        }
+        NAME(store_tile_16)(a1 + first * 16, r1, TILE);
+    }
+}
+LOOP(motor_to_matrix_dense)
+
 void NAME(motor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {16, 2, 1, {4, 4}}};
-    static const struct kernel kernel = {WIDTHS(motor_to_matrix_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(motor_to_matrix_block), WIDTH(motor_to_matrix_dense), (any_function
         *)NAME(motor_to_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -20281,10 +23237,33 @@ static INLINE void NAME(rotor_to_matrix_block)(intptr_t n, char **args, const in
 }
 LOOPS(rotor_to_matrix_block)
 
+static INLINE void NAME(rotor_to_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[9 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[4];
+            REAL x1[9];
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
+            NAME(rotor_to_matrix)(x0, x1);
+            NAME(store_3x3)((char *)(r1 + i), 3 * TILE * w, TILE * w, x1);
+        }
+        NAME(store_tile_9)(a1 + first * 9, r1, TILE);
+    }
+}
+LOOP(rotor_to_matrix_dense)
+
 void NAME(rotor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {9, 2, 1, {3, 3}}};
-    static const struct kernel kernel = {WIDTHS(rotor_to_matrix_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(rotor_to_matrix_block), WIDTH(rotor_to_matrix_dense), (any_function
         *)NAME(rotor_to_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -20401,11 +23380,34 @@ static INLINE void NAME(motor_from_matrix_block)(intptr_t n, char **args, const 
 }
 LOOPS(motor_from_matrix_block)
 
+static INLINE void NAME(motor_from_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[16 * TILE];
+    _Alignas(64) REAL r1[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_16)(r0, TILE, a0 + first * 16);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[16];
+            REAL x1[8];
+            NAME(load_4x4)(x0, (char *)(r0 + i), 4 * TILE * w, TILE * w);
+            NAME(motor_from_matrix)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_8)(a1 + first * 8, r1, TILE);
+    }
+}
+LOOP(motor_from_matrix_dense)
+
 void NAME(motor_from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 2, 0, {4, 4}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_from_matrix_block), {NULL}, (any_function
-        *)NAME(motor_from_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_from_matrix_block), WIDTH(motor_from_matrix_dense),
+        (any_function *)NAME(motor_from_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -20491,11 +23493,34 @@ static INLINE void NAME(rotor_from_matrix_block)(intptr_t n, char **args, const 
 }
 LOOPS(rotor_from_matrix_block)
 
+static INLINE void NAME(rotor_from_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[9 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_9)(r0, TILE, a0 + first * 9);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[9];
+            REAL x1[4];
+            NAME(load_3x3)(x0, (char *)(r0 + i), 3 * TILE * w, TILE * w);
+            NAME(rotor_from_matrix)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
+    }
+}
+LOOP(rotor_from_matrix_dense)
+
 void NAME(rotor_from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(rotor_from_matrix_block), {NULL}, (any_function
-        *)NAME(rotor_from_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_from_matrix_block), WIDTH(rotor_from_matrix_dense),
+        (any_function *)NAME(rotor_from_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -20823,6 +23848,31 @@ static INLINE void NAME(motor_from_denavit_hartenberg_block_theta_d_alpha)(intpt
 }
 LOOPS(motor_from_denavit_hartenberg_block_theta_d_alpha)
 
+static INLINE void NAME(motor_from_denavit_hartenberg_dense_theta_d_alpha)(intptr_t n, char **args, const intptr_t
+    *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a2 = (REAL *)args[2];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r2[1 * TILE];
+    _Alignas(64) REAL r4[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_1)(r2, TILE, a2 + first * 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x2[1];
+            REAL x4[8];
+            NAME(load_scalar)(x2, (char *)(r2 + i));
+            NAME(motor_from_denavit_hartenberg_apply_theta_d_alpha)(prepared, x2[0], x4);
+            NAME(store_8)((char *)(r4 + i), TILE * w, x4);
+        }
+        NAME(store_tile_8)(a4 + first * 8, r4, TILE);
+    }
+}
+LOOP(motor_from_denavit_hartenberg_dense_theta_d_alpha)
+
 static void NAME(motor_from_denavit_hartenberg_start_theta_d_alpha)(char **args, const intptr_t *strides, void
     *prepared)
 {
@@ -20854,6 +23904,31 @@ static INLINE void NAME(motor_from_denavit_hartenberg_block_theta_a_alpha)(intpt
     }
 }
 LOOPS(motor_from_denavit_hartenberg_block_theta_a_alpha)
+
+static INLINE void NAME(motor_from_denavit_hartenberg_dense_theta_a_alpha)(intptr_t n, char **args, const intptr_t
+    *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a1 = (REAL *)args[1];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r1[1 * TILE];
+    _Alignas(64) REAL r4[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_1)(r1, TILE, a1 + first * 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x1[1];
+            REAL x4[8];
+            NAME(load_scalar)(x1, (char *)(r1 + i));
+            NAME(motor_from_denavit_hartenberg_apply_theta_a_alpha)(prepared, x1[0], x4);
+            NAME(store_8)((char *)(r4 + i), TILE * w, x4);
+        }
+        NAME(store_tile_8)(a4 + first * 8, r4, TILE);
+    }
+}
+LOOP(motor_from_denavit_hartenberg_dense_theta_a_alpha)
 
 static void NAME(motor_from_denavit_hartenberg_start_theta_a_alpha)(char **args, const intptr_t *strides, void
     *prepared)
@@ -21002,9 +24077,11 @@ void NAME(motor_from_denavit_hartenberg_loop)(char **args, const intptr_t *dimen
     static const struct part parts[] = {{1, 0, 0, {0}}, {1, 0, 0, {0}}, {1, 0, 0, {0}}, {1, 0, 0, {0}}, {8, 1, 0,
         {8}}};
     static const struct form forms[] = {{11, 2, NAME(motor_from_denavit_hartenberg_start_theta_d_alpha),
-        WIDTHS(motor_from_denavit_hartenberg_block_theta_d_alpha), {NULL}}, {13, 2,
+        WIDTHS(motor_from_denavit_hartenberg_block_theta_d_alpha),
+        WIDTH(motor_from_denavit_hartenberg_dense_theta_d_alpha)}, {13, 2,
         NAME(motor_from_denavit_hartenberg_start_theta_a_alpha),
-        WIDTHS(motor_from_denavit_hartenberg_block_theta_a_alpha), {NULL}}, {7, 2,
+        WIDTHS(motor_from_denavit_hartenberg_block_theta_a_alpha),
+        WIDTH(motor_from_denavit_hartenberg_dense_theta_a_alpha)}, {7, 2,
         NAME(motor_from_denavit_hartenberg_start_theta_d_a), WIDTHS(motor_from_denavit_hartenberg_block_theta_d_a),
         {NULL}}, {14, 2, NAME(motor_from_denavit_hartenberg_start_d_a_alpha),
         WIDTHS(motor_from_denavit_hartenberg_block_d_a_alpha), {NULL}}};
@@ -21339,6 +24416,31 @@ static INLINE void NAME(motor_from_modified_denavit_hartenberg_block_theta_d_alp
 }
 LOOPS(motor_from_modified_denavit_hartenberg_block_theta_d_alpha)
 
+static INLINE void NAME(motor_from_modified_denavit_hartenberg_dense_theta_d_alpha)(intptr_t n, char **args, const
+    intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a2 = (REAL *)args[2];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r2[1 * TILE];
+    _Alignas(64) REAL r4[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_1)(r2, TILE, a2 + first * 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x2[1];
+            REAL x4[8];
+            NAME(load_scalar)(x2, (char *)(r2 + i));
+            NAME(motor_from_modified_denavit_hartenberg_apply_theta_d_alpha)(prepared, x2[0], x4);
+            NAME(store_8)((char *)(r4 + i), TILE * w, x4);
+        }
+        NAME(store_tile_8)(a4 + first * 8, r4, TILE);
+    }
+}
+LOOP(motor_from_modified_denavit_hartenberg_dense_theta_d_alpha)
+
 static void NAME(motor_from_modified_denavit_hartenberg_start_theta_d_alpha)(char **args, const intptr_t *strides,
     void *prepared)
 {
@@ -21370,6 +24472,31 @@ static INLINE void NAME(motor_from_modified_denavit_hartenberg_block_theta_a_alp
     }
 }
 LOOPS(motor_from_modified_denavit_hartenberg_block_theta_a_alpha)
+
+static INLINE void NAME(motor_from_modified_denavit_hartenberg_dense_theta_a_alpha)(intptr_t n, char **args, const
+    intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a1 = (REAL *)args[1];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r1[1 * TILE];
+    _Alignas(64) REAL r4[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_1)(r1, TILE, a1 + first * 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x1[1];
+            REAL x4[8];
+            NAME(load_scalar)(x1, (char *)(r1 + i));
+            NAME(motor_from_modified_denavit_hartenberg_apply_theta_a_alpha)(prepared, x1[0], x4);
+            NAME(store_8)((char *)(r4 + i), TILE * w, x4);
+        }
+        NAME(store_tile_8)(a4 + first * 8, r4, TILE);
+    }
+}
+LOOP(motor_from_modified_denavit_hartenberg_dense_theta_a_alpha)
 
 static void NAME(motor_from_modified_denavit_hartenberg_start_theta_a_alpha)(char **args, const intptr_t *strides,
     void *prepared)
@@ -21520,9 +24647,11 @@ void NAME(motor_from_modified_denavit_hartenberg_loop)(char **args, const intptr
     static const struct part parts[] = {{1, 0, 0, {0}}, {1, 0, 0, {0}}, {1, 0, 0, {0}}, {1, 0, 0, {0}}, {8, 1, 0,
         {8}}};
     static const struct form forms[] = {{11, 2, NAME(motor_from_modified_denavit_hartenberg_start_theta_d_alpha),
-        WIDTHS(motor_from_modified_denavit_hartenberg_block_theta_d_alpha), {NULL}}, {13, 2,
+        WIDTHS(motor_from_modified_denavit_hartenberg_block_theta_d_alpha),
+        WIDTH(motor_from_modified_denavit_hartenberg_dense_theta_d_alpha)}, {13, 2,
         NAME(motor_from_modified_denavit_hartenberg_start_theta_a_alpha),
-        WIDTHS(motor_from_modified_denavit_hartenberg_block_theta_a_alpha), {NULL}}, {7, 2,
+        WIDTHS(motor_from_modified_denavit_hartenberg_block_theta_a_alpha),
+        WIDTH(motor_from_modified_denavit_hartenberg_dense_theta_a_alpha)}, {7, 2,
         NAME(motor_from_modified_denavit_hartenberg_start_theta_d_a),
         WIDTHS(motor_from_modified_denavit_hartenberg_block_theta_d_a), {NULL}}, {14, 2,
         NAME(motor_from_modified_denavit_hartenberg_start_d_a_alpha),
@@ -21777,11 +24906,34 @@ static INLINE void NAME(motor_square_root_block)(intptr_t n, char **args, const 
 }
 LOOPS(motor_square_root_block)
 
+static INLINE void NAME(motor_square_root_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(motor_square_root)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_8)(a1 + first * 8, r1, TILE);
+    }
+}
+LOOP(motor_square_root_dense)
+
 void NAME(motor_square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_square_root_block), {NULL}, (any_function
-        *)NAME(motor_square_root), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_square_root_block), WIDTH(motor_square_root_dense),
+        (any_function *)NAME(motor_square_root), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -23647,11 +26799,44 @@ static INLINE void NAME(bivector_to_screw_block)(intptr_t n, char **args, const 
 }
 LOOPS(bivector_to_screw_block)
 
+static INLINE void NAME(bivector_to_screw_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r2[1 * TILE];
+    _Alignas(64) REAL r3[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[6];
+            REAL x2[1];
+            REAL x3[1];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(bivector_to_screw)(x0, x1, x2, x3);
+            NAME(store_6)((char *)(r1 + i), TILE * w, x1);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+        }
+        NAME(store_tile_6)(a1 + first * 6, r1, TILE);
+        NAME(store_tile_1)(a2 + first * 1, r2, TILE);
+        NAME(store_tile_1)(a3 + first * 1, r3, TILE);
+    }
+}
+LOOP(bivector_to_screw_dense)
+
 void NAME(bivector_to_screw_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(bivector_to_screw_block), {NULL}, (any_function
-        *)NAME(bivector_to_screw), NAME(call_arrr), 1, 4, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(bivector_to_screw_block), WIDTH(bivector_to_screw_dense),
+        (any_function *)NAME(bivector_to_screw), NAME(call_arrr), 1, 4, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -23707,11 +26892,44 @@ static INLINE void NAME(bivector_from_screw_block)(intptr_t n, char **args, cons
 }
 LOOPS(bivector_from_screw_block)
 
+static INLINE void NAME(bivector_from_screw_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[1 * TILE];
+    _Alignas(64) REAL r2[1 * TILE];
+    _Alignas(64) REAL r3[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        NAME(load_tile_1)(r1, TILE, a1 + first * 1);
+        NAME(load_tile_1)(r2, TILE, a2 + first * 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[1];
+            REAL x2[1];
+            REAL x3[6];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_scalar)(x1, (char *)(r1 + i));
+            NAME(load_scalar)(x2, (char *)(r2 + i));
+            NAME(bivector_from_screw)(x0, x1[0], x2[0], x3);
+            NAME(store_6)((char *)(r3 + i), TILE * w, x3);
+        }
+        NAME(store_tile_6)(a3 + first * 6, r3, TILE);
+    }
+}
+LOOP(bivector_from_screw_dense)
+
 void NAME(bivector_from_screw_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {1, 0, 1, {0}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {WIDTHS(bivector_from_screw_block), {NULL}, (any_function
-        *)NAME(bivector_from_screw), NAME(call_annr), 3, 4, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(bivector_from_screw_block), WIDTH(bivector_from_screw_dense),
+        (any_function *)NAME(bivector_from_screw), NAME(call_annr), 3, 4, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -24126,6 +27344,30 @@ static INLINE void NAME(motor_from_screw_pitch_block_line_angle)(intptr_t n, cha
 }
 LOOPS(motor_from_screw_pitch_block_line_angle)
 
+static INLINE void NAME(motor_from_screw_pitch_dense_line_angle)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r2[1 * TILE];
+    _Alignas(64) REAL r3[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_1)(r2, TILE, a2 + first * 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x2[1];
+            REAL x3[8];
+            NAME(load_scalar)(x2, (char *)(r2 + i));
+            NAME(motor_from_screw_pitch_apply_line_angle)(prepared, x2[0], x3);
+            NAME(store_8)((char *)(r3 + i), TILE * w, x3);
+        }
+        NAME(store_tile_8)(a3 + first * 8, r3, TILE);
+    }
+}
+LOOP(motor_from_screw_pitch_dense_line_angle)
+
 static void NAME(motor_from_screw_pitch_start_line_angle)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -24153,6 +27395,30 @@ static INLINE void NAME(motor_from_screw_pitch_block_angle_pitch)(intptr_t n, ch
     }
 }
 LOOPS(motor_from_screw_pitch_block_angle_pitch)
+
+static INLINE void NAME(motor_from_screw_pitch_dense_angle_pitch)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r3[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x3[8];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(motor_from_screw_pitch_apply_angle_pitch)(prepared, x0, x3);
+            NAME(store_8)((char *)(r3 + i), TILE * w, x3);
+        }
+        NAME(store_tile_8)(a3 + first * 8, r3, TILE);
+    }
+}
+LOOP(motor_from_screw_pitch_dense_angle_pitch)
 
 static void NAME(motor_from_screw_pitch_start_angle_pitch)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -24184,6 +27450,35 @@ static INLINE void NAME(motor_from_screw_pitch_block_angle)(intptr_t n, char **a
     }
 }
 LOOPS(motor_from_screw_pitch_block_angle)
+
+static INLINE void NAME(motor_from_screw_pitch_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r2[1 * TILE];
+    _Alignas(64) REAL r3[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        NAME(load_tile_1)(r2, TILE, a2 + first * 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x2[1];
+            REAL x3[8];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_scalar)(x2, (char *)(r2 + i));
+            NAME(motor_from_screw_pitch_apply_angle)(prepared, x0, x2[0], x3);
+            NAME(store_8)((char *)(r3 + i), TILE * w, x3);
+        }
+        NAME(store_tile_8)(a3 + first * 8, r3, TILE);
+    }
+}
+LOOP(motor_from_screw_pitch_dense_angle)
 
 static void NAME(motor_from_screw_pitch_start_angle)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -24235,9 +27530,10 @@ void NAME(motor_from_screw_pitch_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
     static const struct form forms[] = {{3, 2, NAME(motor_from_screw_pitch_start_line_angle),
-        WIDTHS(motor_from_screw_pitch_block_line_angle), {NULL}}, {6, 2,
-        NAME(motor_from_screw_pitch_start_angle_pitch), WIDTHS(motor_from_screw_pitch_block_angle_pitch), {NULL}},
-        {2, 2, NAME(motor_from_screw_pitch_start_angle), WIDTHS(motor_from_screw_pitch_block_angle), {NULL}}};
+        WIDTHS(motor_from_screw_pitch_block_line_angle), WIDTH(motor_from_screw_pitch_dense_line_angle)}, {6, 2,
+        NAME(motor_from_screw_pitch_start_angle_pitch), WIDTHS(motor_from_screw_pitch_block_angle_pitch),
+        WIDTH(motor_from_screw_pitch_dense_angle_pitch)}, {2, 2, NAME(motor_from_screw_pitch_start_angle),
+        WIDTHS(motor_from_screw_pitch_block_angle), WIDTH(motor_from_screw_pitch_dense_angle)}};
     static const struct kernel kernel = {WIDTHS(motor_from_screw_pitch_block), {NULL}, (any_function
         *)NAME(motor_from_screw_pitch), NAME(call_annr), 3, 4, 3, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
@@ -24469,11 +27765,39 @@ static INLINE void NAME(twist_from_velocities_block)(intptr_t n, char **args, co
 }
 LOOPS(twist_from_velocities_block)
 
+static INLINE void NAME(twist_from_velocities_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[6];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
+            NAME(twist_from_velocities)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
+    }
+}
+LOOP(twist_from_velocities_dense)
+
 void NAME(twist_from_velocities_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(twist_from_velocities_block), {NULL}, (any_function
-        *)NAME(twist_from_velocities), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(twist_from_velocities_block), WIDTH(twist_from_velocities_dense),
+        (any_function *)NAME(twist_from_velocities), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -24514,11 +27838,39 @@ static INLINE void NAME(twist_to_velocities_block)(intptr_t n, char **args, cons
 }
 LOOPS(twist_to_velocities_block)
 
+static INLINE void NAME(twist_to_velocities_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[3 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(twist_to_velocities)(x0, x1, x2);
+            NAME(store_3)((char *)(r1 + i), TILE * w, x1);
+            NAME(store_3)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_3)(a1 + first * 3, r1, TILE);
+        NAME(store_tile_3)(a2 + first * 3, r2, TILE);
+    }
+}
+LOOP(twist_to_velocities_dense)
+
 void NAME(twist_to_velocities_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(twist_to_velocities_block), {NULL}, (any_function
-        *)NAME(twist_to_velocities), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(twist_to_velocities_block), WIDTH(twist_to_velocities_dense),
+        (any_function *)NAME(twist_to_velocities), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -24640,11 +27992,39 @@ static INLINE void NAME(motor_derivative_block)(intptr_t n, char **args, const i
 }
 LOOPS(motor_derivative_block)
 
+static INLINE void NAME(motor_derivative_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r2[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[6];
+            REAL x2[8];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(motor_derivative)(x0, x1, x2);
+            NAME(store_8)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_8)(a2 + first * 8, r2, TILE);
+    }
+}
+LOOP(motor_derivative_dense)
+
 void NAME(motor_derivative_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_derivative_block), {NULL}, (any_function
-        *)NAME(motor_derivative), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_derivative_block), WIDTH(motor_derivative_dense),
+        (any_function *)NAME(motor_derivative), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -24766,11 +28146,40 @@ static INLINE void NAME(twist_from_motor_derivative_block)(intptr_t n, char **ar
 }
 LOOPS(twist_from_motor_derivative_block)
 
+static INLINE void NAME(twist_from_motor_derivative_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[8 * TILE];
+    _Alignas(64) REAL r2[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        NAME(load_tile_8)(r1, TILE, a1 + first * 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            REAL x2[6];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_8)(x1, (char *)(r1 + i), TILE * w);
+            NAME(twist_from_motor_derivative)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
+    }
+}
+LOOP(twist_from_motor_derivative_dense)
+
 void NAME(twist_from_motor_derivative_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(twist_from_motor_derivative_block), {NULL}, (any_function
-        *)NAME(twist_from_motor_derivative), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(twist_from_motor_derivative_block),
+        WIDTH(twist_from_motor_derivative_dense), (any_function *)NAME(twist_from_motor_derivative), NAME(call_aar),
+        2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -25096,6 +28505,30 @@ static INLINE void NAME(acceleration_of_point_block_v_p)(intptr_t n, char **args
 }
 LOOPS(acceleration_of_point_block_v_p)
 
+static INLINE void NAME(acceleration_of_point_dense_v_p)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a1 = (REAL *)args[1];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r3[3 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x1[6];
+            REAL x3[3];
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(acceleration_of_point_apply_v_p)(prepared, x1, x3);
+            NAME(store_3)((char *)(r3 + i), TILE * w, x3);
+        }
+        NAME(store_tile_3)(a3 + first * 3, r3, TILE);
+    }
+}
+LOOP(acceleration_of_point_dense_v_p)
+
 static void NAME(acceleration_of_point_start_v_p)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c2a = strides[2];
@@ -25129,18 +28562,19 @@ static INLINE void NAME(acceleration_of_point_dense_v_a)(intptr_t n, char **args
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a2 = args[2];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
     _Alignas(64) REAL r3[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x2[3];
             REAL x3[3];
-            NAME(load_3)(x2, a2 + (first + i) * 3 * w, w);
+            NAME(load_3)(x2, (char *)a2 + (first + i) * 3 * w, w);
             NAME(acceleration_of_point_apply_v_a)(prepared, x2, x3);
             NAME(store_3)((char *)(r3 + i), SPAN * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 3, SPAN);
+        NAME(store_few)(a3 + first * 3, r3, 3, SPAN);
     }
 }
 LOOPS(acceleration_of_point_dense_v_a)
@@ -25172,6 +28606,30 @@ static INLINE void NAME(acceleration_of_point_block_a_p)(intptr_t n, char **args
     }
 }
 LOOPS(acceleration_of_point_block_a_p)
+
+static INLINE void NAME(acceleration_of_point_dense_a_p)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r3[3 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x3[3];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(acceleration_of_point_apply_a_p)(prepared, x0, x3);
+            NAME(store_3)((char *)(r3 + i), TILE * w, x3);
+        }
+        NAME(store_tile_3)(a3 + first * 3, r3, TILE);
+    }
+}
+LOOP(acceleration_of_point_dense_a_p)
 
 static void NAME(acceleration_of_point_start_a_p)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -25206,15 +28664,49 @@ static INLINE void NAME(acceleration_of_point_block)(intptr_t n, char **args, co
 }
 LOOPS(acceleration_of_point_block)
 
+static INLINE void NAME(acceleration_of_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r2[3 * TILE];
+    _Alignas(64) REAL r3[3 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        NAME(load_tile_3)(r2, TILE, a2 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[6];
+            REAL x2[3];
+            REAL x3[3];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(load_3)(x2, (char *)(r2 + i), TILE * w);
+            NAME(acceleration_of_point)(x0, x1, x2, x3);
+            NAME(store_3)((char *)(r3 + i), TILE * w, x3);
+        }
+        NAME(store_tile_3)(a3 + first * 3, r3, TILE);
+    }
+}
+LOOP(acceleration_of_point_dense)
+
 void NAME(acceleration_of_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}};
     static const struct form forms[] = {{5, 2, NAME(acceleration_of_point_start_v_p),
-        WIDTHS(acceleration_of_point_block_v_p), {NULL}}, {3, 2, NAME(acceleration_of_point_start_v_a),
-        WIDTHS(acceleration_of_point_block_v_a), WIDTHS(acceleration_of_point_dense_v_a)}, {6, 2,
-        NAME(acceleration_of_point_start_a_p), WIDTHS(acceleration_of_point_block_a_p), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(acceleration_of_point_block), {NULL}, (any_function
-        *)NAME(acceleration_of_point), NAME(call_aaar), 3, 4, 3, 0, 0, parts, forms};
+        WIDTHS(acceleration_of_point_block_v_p), WIDTH(acceleration_of_point_dense_v_p)}, {3, 2,
+        NAME(acceleration_of_point_start_v_a), WIDTHS(acceleration_of_point_block_v_a),
+        WIDTHS(acceleration_of_point_dense_v_a)}, {6, 2, NAME(acceleration_of_point_start_a_p),
+        WIDTHS(acceleration_of_point_block_a_p), WIDTH(acceleration_of_point_dense_a_p)}};
+    static const struct kernel kernel = {WIDTHS(acceleration_of_point_block), WIDTH(acceleration_of_point_dense),
+        (any_function *)NAME(acceleration_of_point), NAME(call_aaar), 3, 4, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -25511,21 +29003,24 @@ static INLINE void NAME(motor_from_rotation_vector_translation_dense_v)(intptr_t
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
-    _Alignas(64) REAL r2[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x1[3];
             REAL x2[8];
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
             NAME(motor_from_rotation_vector_translation_apply_v)(prepared, x1, x2);
-            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_8)((char *)(r2 + i), TILE * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 8, SPAN);
+        NAME(store_tile_8)(a2 + first * 8, r2, TILE);
     }
 }
-LOOPS(motor_from_rotation_vector_translation_dense_v)
+LOOP(motor_from_rotation_vector_translation_dense_v)
 
 static void NAME(motor_from_rotation_vector_translation_start_v)(char **args, const intptr_t *strides, void
     *prepared)
@@ -25576,7 +29071,7 @@ void NAME(motor_from_rotation_vector_translation_loop)(char **args, const intptr
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {8, 1, 2, {8}}};
     static const struct form forms[] = {{1, 2, NAME(motor_from_rotation_vector_translation_start_v),
         WIDTHS(motor_from_rotation_vector_translation_block_v),
-        WIDTHS(motor_from_rotation_vector_translation_dense_v)}};
+        WIDTH(motor_from_rotation_vector_translation_dense_v)}};
     static const struct kernel kernel = {WIDTHS(motor_from_rotation_vector_translation_block), {NULL}, (any_function
         *)NAME(motor_from_rotation_vector_translation), NAME(call_aar), 2, 3, 1, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
@@ -25749,30 +29244,35 @@ static INLINE void NAME(motor_from_quaternion_translation_dense)(intptr_t n, cha
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    _Alignas(64) REAL r2[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[4];
             REAL x1[3];
             REAL x2[8];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
             NAME(motor_from_quaternion_translation)(x0, x1, x2);
-            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_8)((char *)(r2 + i), TILE * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 8, SPAN);
+        NAME(store_tile_8)(a2 + first * 8, r2, TILE);
     }
 }
-LOOPS(motor_from_quaternion_translation_dense)
+LOOP(motor_from_quaternion_translation_dense)
 
 void NAME(motor_from_quaternion_translation_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {8, 1, 2, {8}}};
     static const struct kernel kernel = {WIDTHS(motor_from_quaternion_translation_block),
-        WIDTHS(motor_from_quaternion_translation_dense), (any_function *)NAME(motor_from_quaternion_translation),
+        WIDTH(motor_from_quaternion_translation_dense), (any_function *)NAME(motor_from_quaternion_translation),
         NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -25848,31 +29348,35 @@ static INLINE void NAME(motor_to_quaternion_translation_dense)(intptr_t n, char 
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r1[4 * SPAN];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[3 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[8];
             REAL x1[4];
             REAL x2[3];
-            NAME(load_8)(x0, a0 + (first + i) * 8 * w, w);
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
             NAME(motor_to_quaternion_translation)(x0, x1, x2);
-            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
+            NAME(store_3)((char *)(r2 + i), TILE * w, x2);
         }
-        NAME(store_span)(args[1], first, r1, 4, SPAN);
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
+        NAME(store_tile_3)(a2 + first * 3, r2, TILE);
     }
 }
-LOOPS(motor_to_quaternion_translation_dense)
+LOOP(motor_to_quaternion_translation_dense)
 
 void NAME(motor_to_quaternion_translation_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(motor_to_quaternion_translation_block),
-        WIDTHS(motor_to_quaternion_translation_dense), (any_function *)NAME(motor_to_quaternion_translation),
+        WIDTH(motor_to_quaternion_translation_dense), (any_function *)NAME(motor_to_quaternion_translation),
         NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -25912,27 +29416,30 @@ static INLINE void NAME(rotor_from_quaternion_scalar_last_dense)(intptr_t n, cha
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r1[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[4];
             REAL x1[4];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
             NAME(rotor_from_quaternion_scalar_last)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4, SPAN);
+        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
     }
 }
-LOOPS(rotor_from_quaternion_scalar_last_dense)
+LOOP(rotor_from_quaternion_scalar_last_dense)
 
 void NAME(rotor_from_quaternion_scalar_last_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(rotor_from_quaternion_scalar_last_block),
-        WIDTHS(rotor_from_quaternion_scalar_last_dense), (any_function *)NAME(rotor_from_quaternion_scalar_last),
+        WIDTH(rotor_from_quaternion_scalar_last_dense), (any_function *)NAME(rotor_from_quaternion_scalar_last),
         NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -25972,27 +29479,30 @@ static INLINE void NAME(rotor_to_quaternion_scalar_last_dense)(intptr_t n, char 
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r1[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[4];
             REAL x1[4];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
             NAME(rotor_to_quaternion_scalar_last)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4, SPAN);
+        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
     }
 }
-LOOPS(rotor_to_quaternion_scalar_last_dense)
+LOOP(rotor_to_quaternion_scalar_last_dense)
 
 void NAME(rotor_to_quaternion_scalar_last_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(rotor_to_quaternion_scalar_last_block),
-        WIDTHS(rotor_to_quaternion_scalar_last_dense), (any_function *)NAME(rotor_to_quaternion_scalar_last),
+        WIDTH(rotor_to_quaternion_scalar_last_dense), (any_function *)NAME(rotor_to_quaternion_scalar_last),
         NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -26041,11 +29551,36 @@ static INLINE void NAME(motor_from_dual_quaternion_scalar_last_block)(intptr_t n
 }
 LOOPS(motor_from_dual_quaternion_scalar_last_block)
 
+static INLINE void NAME(motor_from_dual_quaternion_scalar_last_dense)(intptr_t n, char **args, const intptr_t
+    *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(motor_from_dual_quaternion_scalar_last)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_8)(a1 + first * 8, r1, TILE);
+    }
+}
+LOOP(motor_from_dual_quaternion_scalar_last_dense)
+
 void NAME(motor_from_dual_quaternion_scalar_last_loop)(char **args, const intptr_t *dimensions, const intptr_t
     *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_from_dual_quaternion_scalar_last_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(motor_from_dual_quaternion_scalar_last_block),
+        WIDTH(motor_from_dual_quaternion_scalar_last_dense), (any_function
         *)NAME(motor_from_dual_quaternion_scalar_last), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -26094,10 +29629,35 @@ static INLINE void NAME(motor_to_dual_quaternion_scalar_last_block)(intptr_t n, 
 }
 LOOPS(motor_to_dual_quaternion_scalar_last_block)
 
+static INLINE void NAME(motor_to_dual_quaternion_scalar_last_dense)(intptr_t n, char **args, const intptr_t
+    *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(motor_to_dual_quaternion_scalar_last)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_8)(a1 + first * 8, r1, TILE);
+    }
+}
+LOOP(motor_to_dual_quaternion_scalar_last_dense)
+
 void NAME(motor_to_dual_quaternion_scalar_last_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_to_dual_quaternion_scalar_last_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(motor_to_dual_quaternion_scalar_last_block),
+        WIDTH(motor_to_dual_quaternion_scalar_last_dense), (any_function
         *)NAME(motor_to_dual_quaternion_scalar_last), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -26309,8 +29869,9 @@ static INLINE void NAME(translator_between_points_dense)(intptr_t n, char **args
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -26318,12 +29879,12 @@ static INLINE void NAME(translator_between_points_dense)(intptr_t n, char **args
             REAL x0[3];
             REAL x1[3];
             REAL x2[3];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(translator_between_points)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(translator_between_points_dense)
@@ -26474,11 +30035,39 @@ static INLINE void NAME(motor_between_frames_block)(intptr_t n, char **args, con
 }
 LOOPS(motor_between_frames_block)
 
+static INLINE void NAME(motor_between_frames_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[8 * TILE];
+    _Alignas(64) REAL r2[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        NAME(load_tile_8)(r1, TILE, a1 + first * 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            REAL x2[8];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_8)(x1, (char *)(r1 + i), TILE * w);
+            NAME(motor_between_frames)(x0, x1, x2);
+            NAME(store_8)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_8)(a2 + first * 8, r2, TILE);
+    }
+}
+LOOP(motor_between_frames_dense)
+
 void NAME(motor_between_frames_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_between_frames_block), {NULL}, (any_function
-        *)NAME(motor_between_frames), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_between_frames_block), WIDTH(motor_between_frames_dense),
+        (any_function *)NAME(motor_between_frames), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -26620,11 +30209,39 @@ static INLINE void NAME(motor_relative_block)(intptr_t n, char **args, const int
 }
 LOOPS(motor_relative_block)
 
+static INLINE void NAME(motor_relative_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[8 * TILE];
+    _Alignas(64) REAL r2[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        NAME(load_tile_8)(r1, TILE, a1 + first * 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            REAL x2[8];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_8)(x1, (char *)(r1 + i), TILE * w);
+            NAME(motor_relative)(x0, x1, x2);
+            NAME(store_8)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_8)(a2 + first * 8, r2, TILE);
+    }
+}
+LOOP(motor_relative_dense)
+
 void NAME(motor_relative_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_relative_block), {NULL}, (any_function *)NAME(motor_relative),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_relative_block), WIDTH(motor_relative_dense), (any_function
+        *)NAME(motor_relative), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -26751,11 +30368,44 @@ static INLINE void NAME(blend_motors_block)(intptr_t n, char **args, const intpt
 }
 LOOPS(blend_motors_block)
 
+static INLINE void NAME(blend_motors_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[8 * TILE];
+    _Alignas(64) REAL r2[1 * TILE];
+    _Alignas(64) REAL r3[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        NAME(load_tile_8)(r1, TILE, a1 + first * 8);
+        NAME(load_tile_1)(r2, TILE, a2 + first * 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            REAL x2[1];
+            REAL x3[8];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_8)(x1, (char *)(r1 + i), TILE * w);
+            NAME(load_scalar)(x2, (char *)(r2 + i));
+            NAME(blend_motors)(x0, x1, x2[0], x3);
+            NAME(store_8)((char *)(r3 + i), TILE * w, x3);
+        }
+        NAME(store_tile_8)(a3 + first * 8, r3, TILE);
+    }
+}
+LOOP(blend_motors_dense)
+
 void NAME(blend_motors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {1, 0, 2, {0}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(blend_motors_block), {NULL}, (any_function *)NAME(blend_motors),
-        NAME(call_aanr), 3, 4, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(blend_motors_block), WIDTH(blend_motors_dense), (any_function
+        *)NAME(blend_motors), NAME(call_aanr), 3, 4, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -26960,6 +30610,30 @@ static INLINE void NAME(rotation_form_block_a)(intptr_t n, char **args, const in
 }
 LOOPS(rotation_form_block_a)
 
+static INLINE void NAME(rotation_form_dense_a)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[16 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x1[3];
+            REAL x2[16];
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
+            NAME(rotation_form_apply_a)(prepared, x1, x2);
+            NAME(store_4x4)((char *)(r2 + i), 4 * TILE * w, TILE * w, x2);
+        }
+        NAME(store_tile_16)(a2 + first * 16, r2, TILE);
+    }
+}
+LOOP(rotation_form_dense_a)
+
 static void NAME(rotation_form_start_a)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -26985,6 +30659,30 @@ static INLINE void NAME(rotation_form_block_b)(intptr_t n, char **args, const in
     }
 }
 LOOPS(rotation_form_block_b)
+
+static INLINE void NAME(rotation_form_dense_b)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r2[16 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x2[16];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(rotation_form_apply_b)(prepared, x0, x2);
+            NAME(store_4x4)((char *)(r2 + i), 4 * TILE * w, TILE * w, x2);
+        }
+        NAME(store_tile_16)(a2 + first * 16, r2, TILE);
+    }
+}
+LOOP(rotation_form_dense_b)
 
 static void NAME(rotation_form_start_b)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -27014,13 +30712,42 @@ static INLINE void NAME(rotation_form_block)(intptr_t n, char **args, const intp
 }
 LOOPS(rotation_form_block)
 
+static INLINE void NAME(rotation_form_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[16 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[16];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
+            NAME(rotation_form)(x0, x1, x2);
+            NAME(store_4x4)((char *)(r2 + i), 4 * TILE * w, TILE * w, x2);
+        }
+        NAME(store_tile_16)(a2 + first * 16, r2, TILE);
+    }
+}
+LOOP(rotation_form_dense)
+
 void NAME(rotation_form_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {16, 2, 2, {4, 4}}};
-    static const struct form forms[] = {{1, 2, NAME(rotation_form_start_a), WIDTHS(rotation_form_block_a), {NULL}},
-        {2, 2, NAME(rotation_form_start_b), WIDTHS(rotation_form_block_b), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(rotation_form_block), {NULL}, (any_function *)NAME(rotation_form),
-        NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
+    static const struct form forms[] = {{1, 2, NAME(rotation_form_start_a), WIDTHS(rotation_form_block_a),
+        WIDTH(rotation_form_dense_a)}, {2, 2, NAME(rotation_form_start_b), WIDTHS(rotation_form_block_b),
+        WIDTH(rotation_form_dense_b)}};
+    static const struct kernel kernel = {WIDTHS(rotation_form_block), WIDTH(rotation_form_dense), (any_function
+        *)NAME(rotation_form), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -27580,21 +31307,24 @@ static INLINE void NAME(rotor_from_euler_angles_dense_a_b_angles)(intptr_t n, ch
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a2 = args[2];
-    _Alignas(64) REAL r4[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a2 = (REAL *)args[2];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r2[3 * TILE];
+    _Alignas(64) REAL r4[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r2, TILE, a2 + first * 3);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x2[3];
             REAL x4[4];
-            NAME(load_3)(x2, a2 + (first + i) * 3 * w, w);
+            NAME(load_3)(x2, (char *)(r2 + i), TILE * w);
             NAME(rotor_from_euler_angles_apply_a_b_angles)(prepared, x2, x4);
-            NAME(store_4)((char *)(r4 + i), SPAN * w, x4);
+            NAME(store_4)((char *)(r4 + i), TILE * w, x4);
         }
-        NAME(store_span)(args[4], first, r4, 4, SPAN);
+        NAME(store_tile_4)(a4 + first * 4, r4, TILE);
     }
 }
-LOOPS(rotor_from_euler_angles_dense_a_b_angles)
+LOOP(rotor_from_euler_angles_dense_a_b_angles)
 
 static void NAME(rotor_from_euler_angles_start_a_b_angles)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -27631,21 +31361,24 @@ static INLINE void NAME(rotor_from_euler_angles_dense_a_c_angles)(intptr_t n, ch
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
-    _Alignas(64) REAL r4[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a1 = (REAL *)args[1];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r4[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x1[3];
             REAL x4[4];
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
             NAME(rotor_from_euler_angles_apply_a_c_angles)(prepared, x1, x4);
-            NAME(store_4)((char *)(r4 + i), SPAN * w, x4);
+            NAME(store_4)((char *)(r4 + i), TILE * w, x4);
         }
-        NAME(store_span)(args[4], first, r4, 4, SPAN);
+        NAME(store_tile_4)(a4 + first * 4, r4, TILE);
     }
 }
-LOOPS(rotor_from_euler_angles_dense_a_c_angles)
+LOOP(rotor_from_euler_angles_dense_a_c_angles)
 
 static void NAME(rotor_from_euler_angles_start_a_c_angles)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -27682,21 +31415,24 @@ static INLINE void NAME(rotor_from_euler_angles_dense_b_c_angles)(intptr_t n, ch
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r4[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r4[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[3];
             REAL x4[4];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
             NAME(rotor_from_euler_angles_apply_b_c_angles)(prepared, x0, x4);
-            NAME(store_4)((char *)(r4 + i), SPAN * w, x4);
+            NAME(store_4)((char *)(r4 + i), TILE * w, x4);
         }
-        NAME(store_span)(args[4], first, r4, 4, SPAN);
+        NAME(store_tile_4)(a4 + first * 4, r4, TILE);
     }
 }
-LOOPS(rotor_from_euler_angles_dense_b_c_angles)
+LOOP(rotor_from_euler_angles_dense_b_c_angles)
 
 static void NAME(rotor_from_euler_angles_start_b_c_angles)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -27758,10 +31494,10 @@ void NAME(rotor_from_euler_angles_loop)(char **args, const intptr_t *dimensions,
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}, {4, 1, 4,
         {4}}};
     static const struct form forms[] = {{11, 2, NAME(rotor_from_euler_angles_start_a_b_angles),
-        WIDTHS(rotor_from_euler_angles_block_a_b_angles), WIDTHS(rotor_from_euler_angles_dense_a_b_angles)}, {13, 2,
+        WIDTHS(rotor_from_euler_angles_block_a_b_angles), WIDTH(rotor_from_euler_angles_dense_a_b_angles)}, {13, 2,
         NAME(rotor_from_euler_angles_start_a_c_angles), WIDTHS(rotor_from_euler_angles_block_a_c_angles),
-        WIDTHS(rotor_from_euler_angles_dense_a_c_angles)}, {14, 2, NAME(rotor_from_euler_angles_start_b_c_angles),
-        WIDTHS(rotor_from_euler_angles_block_b_c_angles), WIDTHS(rotor_from_euler_angles_dense_b_c_angles)}};
+        WIDTH(rotor_from_euler_angles_dense_a_c_angles)}, {14, 2, NAME(rotor_from_euler_angles_start_b_c_angles),
+        WIDTHS(rotor_from_euler_angles_block_b_c_angles), WIDTH(rotor_from_euler_angles_dense_b_c_angles)}};
     static const struct kernel kernel = {WIDTHS(rotor_from_euler_angles_block), {NULL}, (any_function
         *)NAME(rotor_from_euler_angles), NAME(call_aaaar), 4, 5, 3, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
@@ -28031,11 +31767,39 @@ static INLINE void NAME(line_to_vector_algebra_block)(intptr_t n, char **args, c
 }
 LOOPS(line_to_vector_algebra_block)
 
+static INLINE void NAME(line_to_vector_algebra_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[3 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(line_to_vector_algebra)(x0, x1, x2);
+            NAME(store_3)((char *)(r1 + i), TILE * w, x1);
+            NAME(store_3)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_3)(a1 + first * 3, r1, TILE);
+        NAME(store_tile_3)(a2 + first * 3, r2, TILE);
+    }
+}
+LOOP(line_to_vector_algebra_dense)
+
 void NAME(line_to_vector_algebra_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(line_to_vector_algebra_block), {NULL}, (any_function
-        *)NAME(line_to_vector_algebra), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_to_vector_algebra_block), WIDTH(line_to_vector_algebra_dense),
+        (any_function *)NAME(line_to_vector_algebra), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -28077,11 +31841,40 @@ static INLINE void NAME(line_from_vector_algebra_block)(intptr_t n, char **args,
 }
 LOOPS(line_from_vector_algebra_block)
 
+static INLINE void NAME(line_from_vector_algebra_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[6];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
+            NAME(line_from_vector_algebra)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
+    }
+}
+LOOP(line_from_vector_algebra_dense)
+
 void NAME(line_from_vector_algebra_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(line_from_vector_algebra_block), {NULL}, (any_function
-        *)NAME(line_from_vector_algebra), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_from_vector_algebra_block),
+        WIDTH(line_from_vector_algebra_dense), (any_function *)NAME(line_from_vector_algebra), NAME(call_aar), 2, 3,
+        0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -28123,7 +31916,9 @@ static INLINE void NAME(plane_to_vector_algebra_dense)(intptr_t n, char **args, 
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r1[3 * SPAN];
     _Alignas(64) REAL r2[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
@@ -28132,13 +31927,13 @@ static INLINE void NAME(plane_to_vector_algebra_dense)(intptr_t n, char **args, 
             REAL x0[4];
             REAL x1[3];
             REAL x2[1];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(plane_to_vector_algebra)(x0, x1, x2);
             NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
             NAME(store_1)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[1], first, r1, 3, SPAN);
-        NAME(store_span)(args[2], first, r2, 1, SPAN);
+        NAME(store_few)(a1 + first * 3, r1, 3, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
     }
 }
 LOOPS(plane_to_vector_algebra_dense)
@@ -28190,30 +31985,35 @@ static INLINE void NAME(plane_from_vector_algebra_dense)(intptr_t n, char **args
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[1 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_1)(r1, TILE, a1 + first * 1);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[3];
             REAL x1[1];
             REAL x2[4];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_1)(x1, a1 + (first + i) * w, w);
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_1)(x1, (char *)(r1 + i), TILE * w);
             NAME(plane_from_vector_algebra)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4, SPAN);
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
     }
 }
-LOOPS(plane_from_vector_algebra_dense)
+LOOP(plane_from_vector_algebra_dense)
 
 void NAME(plane_from_vector_algebra_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 1, 1, {1}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(plane_from_vector_algebra_block),
-        WIDTHS(plane_from_vector_algebra_dense), (any_function *)NAME(plane_from_vector_algebra), NAME(call_aar), 2,
+        WIDTH(plane_from_vector_algebra_dense), (any_function *)NAME(plane_from_vector_algebra), NAME(call_aar), 2,
         3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -28250,26 +32050,29 @@ static INLINE void NAME(point_to_projective_dense)(intptr_t n, char **args, cons
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r1[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[3];
             REAL x1[4];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
             NAME(point_to_projective)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4, SPAN);
+        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
     }
 }
-LOOPS(point_to_projective_dense)
+LOOP(point_to_projective_dense)
 
 void NAME(point_to_projective_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(point_to_projective_block), WIDTHS(point_to_projective_dense),
+    static const struct kernel kernel = {WIDTHS(point_to_projective_block), WIDTH(point_to_projective_dense),
         (any_function *)NAME(point_to_projective), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -28306,28 +32109,31 @@ static INLINE void NAME(direction_to_projective_dense)(intptr_t n, char **args, 
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r1[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[3];
             REAL x1[4];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
             NAME(direction_to_projective)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4, SPAN);
+        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
     }
 }
-LOOPS(direction_to_projective_dense)
+LOOP(direction_to_projective_dense)
 
 void NAME(direction_to_projective_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(direction_to_projective_block),
-        WIDTHS(direction_to_projective_dense), (any_function *)NAME(direction_to_projective), NAME(call_ar), 1, 2,
-        0, 0, 0, parts, NULL};
+        WIDTH(direction_to_projective_dense), (any_function *)NAME(direction_to_projective), NAME(call_ar), 1, 2, 0,
+        0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -28364,27 +32170,30 @@ static INLINE void NAME(trivector_from_projective_dense)(intptr_t n, char **args
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r1[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[4];
             REAL x1[4];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
             NAME(trivector_from_projective)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4, SPAN);
+        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
     }
 }
-LOOPS(trivector_from_projective_dense)
+LOOP(trivector_from_projective_dense)
 
 void NAME(trivector_from_projective_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(trivector_from_projective_block),
-        WIDTHS(trivector_from_projective_dense), (any_function *)NAME(trivector_from_projective), NAME(call_ar), 1,
+        WIDTH(trivector_from_projective_dense), (any_function *)NAME(trivector_from_projective), NAME(call_ar), 1,
         2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -28425,11 +32234,34 @@ static INLINE void NAME(line_to_projective_block)(intptr_t n, char **args, const
 }
 LOOPS(line_to_projective_block)
 
+static INLINE void NAME(line_to_projective_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[6];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(line_to_projective)(x0, x1);
+            NAME(store_6)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_6)(a1 + first * 6, r1, TILE);
+    }
+}
+LOOP(line_to_projective_dense)
+
 void NAME(line_to_projective_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {WIDTHS(line_to_projective_block), {NULL}, (any_function
-        *)NAME(line_to_projective), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_to_projective_block), WIDTH(line_to_projective_dense),
+        (any_function *)NAME(line_to_projective), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -28469,11 +32301,34 @@ static INLINE void NAME(line_from_projective_block)(intptr_t n, char **args, con
 }
 LOOPS(line_from_projective_block)
 
+static INLINE void NAME(line_from_projective_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[6];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(line_from_projective)(x0, x1);
+            NAME(store_6)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_6)(a1 + first * 6, r1, TILE);
+    }
+}
+LOOP(line_from_projective_dense)
+
 void NAME(line_from_projective_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {WIDTHS(line_from_projective_block), {NULL}, (any_function
-        *)NAME(line_from_projective), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_from_projective_block), WIDTH(line_from_projective_dense),
+        (any_function *)NAME(line_from_projective), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -28510,26 +32365,29 @@ static INLINE void NAME(plane_to_projective_dense)(intptr_t n, char **args, cons
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r1[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[4];
             REAL x1[4];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
             NAME(plane_to_projective)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4, SPAN);
+        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
     }
 }
-LOOPS(plane_to_projective_dense)
+LOOP(plane_to_projective_dense)
 
 void NAME(plane_to_projective_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(plane_to_projective_block), WIDTHS(plane_to_projective_dense),
+    static const struct kernel kernel = {WIDTHS(plane_to_projective_block), WIDTH(plane_to_projective_dense),
         (any_function *)NAME(plane_to_projective), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -28567,26 +32425,29 @@ static INLINE void NAME(plane_from_projective_dense)(intptr_t n, char **args, co
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r1[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[4];
             REAL x1[4];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
             NAME(plane_from_projective)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4, SPAN);
+        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
     }
 }
-LOOPS(plane_from_projective_dense)
+LOOP(plane_from_projective_dense)
 
 void NAME(plane_from_projective_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(plane_from_projective_block), WIDTHS(plane_from_projective_dense),
+    static const struct kernel kernel = {WIDTHS(plane_from_projective_block), WIDTH(plane_from_projective_dense),
         (any_function *)NAME(plane_from_projective), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -28625,18 +32486,19 @@ static INLINE void NAME(point_to_motor_algebra_dense)(intptr_t n, char **args, c
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
     _Alignas(64) REAL r1[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[3];
             REAL x1[3];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(point_to_motor_algebra)(x0, x1);
             NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 3, SPAN);
+        NAME(store_few)(a1 + first * 3, r1, 3, SPAN);
     }
 }
 LOOPS(point_to_motor_algebra_dense)
@@ -28683,18 +32545,19 @@ static INLINE void NAME(point_from_motor_algebra_dense)(intptr_t n, char **args,
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
     _Alignas(64) REAL r1[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[3];
             REAL x1[3];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(point_from_motor_algebra)(x0, x1);
             NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 3, SPAN);
+        NAME(store_few)(a1 + first * 3, r1, 3, SPAN);
     }
 }
 LOOPS(point_from_motor_algebra_dense)
@@ -28748,11 +32611,39 @@ static INLINE void NAME(line_to_motor_algebra_block)(intptr_t n, char **args, co
 }
 LOOPS(line_to_motor_algebra_block)
 
+static INLINE void NAME(line_to_motor_algebra_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[3 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(line_to_motor_algebra)(x0, x1, x2);
+            NAME(store_3)((char *)(r1 + i), TILE * w, x1);
+            NAME(store_3)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_3)(a1 + first * 3, r1, TILE);
+        NAME(store_tile_3)(a2 + first * 3, r2, TILE);
+    }
+}
+LOOP(line_to_motor_algebra_dense)
+
 void NAME(line_to_motor_algebra_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(line_to_motor_algebra_block), {NULL}, (any_function
-        *)NAME(line_to_motor_algebra), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_to_motor_algebra_block), WIDTH(line_to_motor_algebra_dense),
+        (any_function *)NAME(line_to_motor_algebra), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -28796,11 +32687,40 @@ static INLINE void NAME(line_from_motor_algebra_block)(intptr_t n, char **args, 
 }
 LOOPS(line_from_motor_algebra_block)
 
+static INLINE void NAME(line_from_motor_algebra_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[6];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
+            NAME(line_from_motor_algebra)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
+    }
+}
+LOOP(line_from_motor_algebra_dense)
+
 void NAME(line_from_motor_algebra_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(line_from_motor_algebra_block), {NULL}, (any_function
-        *)NAME(line_from_motor_algebra), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_from_motor_algebra_block),
+        WIDTH(line_from_motor_algebra_dense), (any_function *)NAME(line_from_motor_algebra), NAME(call_aar), 2, 3,
+        0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -28838,26 +32758,29 @@ static INLINE void NAME(plane_to_motor_algebra_dense)(intptr_t n, char **args, c
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r1[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[4];
             REAL x1[4];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
             NAME(plane_to_motor_algebra)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4, SPAN);
+        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
     }
 }
-LOOPS(plane_to_motor_algebra_dense)
+LOOP(plane_to_motor_algebra_dense)
 
 void NAME(plane_to_motor_algebra_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(plane_to_motor_algebra_block), WIDTHS(plane_to_motor_algebra_dense),
+    static const struct kernel kernel = {WIDTHS(plane_to_motor_algebra_block), WIDTH(plane_to_motor_algebra_dense),
         (any_function *)NAME(plane_to_motor_algebra), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -28896,27 +32819,30 @@ static INLINE void NAME(plane_from_motor_algebra_dense)(intptr_t n, char **args,
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r1[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[4];
             REAL x1[4];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
             NAME(plane_from_motor_algebra)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4, SPAN);
+        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
     }
 }
-LOOPS(plane_from_motor_algebra_dense)
+LOOP(plane_from_motor_algebra_dense)
 
 void NAME(plane_from_motor_algebra_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(plane_from_motor_algebra_block),
-        WIDTHS(plane_from_motor_algebra_dense), (any_function *)NAME(plane_from_motor_algebra), NAME(call_ar), 1, 2,
+        WIDTH(plane_from_motor_algebra_dense), (any_function *)NAME(plane_from_motor_algebra), NAME(call_ar), 1, 2,
         0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -29118,18 +33044,19 @@ static INLINE void NAME(move_point_of_motor_algebra_dense_m)(intptr_t n, char **
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x1[3];
             REAL x2[3];
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(move_point_of_motor_algebra_apply_m)(prepared, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(move_point_of_motor_algebra_dense_m)
@@ -29166,8 +33093,9 @@ static INLINE void NAME(move_point_of_motor_algebra_dense)(intptr_t n, char **ar
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -29175,12 +33103,12 @@ static INLINE void NAME(move_point_of_motor_algebra_dense)(intptr_t n, char **ar
             REAL x0[8];
             REAL x1[3];
             REAL x2[3];
-            NAME(load_8)(x0, a0 + (first + i) * 8 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_8)(x0, (char *)a0 + (first + i) * 8 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(move_point_of_motor_algebra)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(move_point_of_motor_algebra_dense)
@@ -29406,21 +33334,24 @@ static INLINE void NAME(move_plane_of_motor_algebra_dense_m)(intptr_t n, char **
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x1[4];
             REAL x2[4];
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
             NAME(move_plane_of_motor_algebra_apply_m)(prepared, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4, SPAN);
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
     }
 }
-LOOPS(move_plane_of_motor_algebra_dense_m)
+LOOP(move_plane_of_motor_algebra_dense_m)
 
 static void NAME(move_plane_of_motor_algebra_start_m)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -29450,13 +33381,42 @@ static INLINE void NAME(move_plane_of_motor_algebra_block)(intptr_t n, char **ar
 }
 LOOPS(move_plane_of_motor_algebra_block)
 
+static INLINE void NAME(move_plane_of_motor_algebra_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[4];
+            REAL x2[4];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
+            NAME(move_plane_of_motor_algebra)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
+    }
+}
+LOOP(move_plane_of_motor_algebra_dense)
+
 void NAME(move_plane_of_motor_algebra_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{1, 3, NAME(move_plane_of_motor_algebra_start_m),
-        WIDTHS(move_plane_of_motor_algebra_block_m), WIDTHS(move_plane_of_motor_algebra_dense_m)}};
-    static const struct kernel kernel = {WIDTHS(move_plane_of_motor_algebra_block), {NULL}, (any_function
-        *)NAME(move_plane_of_motor_algebra), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+        WIDTHS(move_plane_of_motor_algebra_block_m), WIDTH(move_plane_of_motor_algebra_dense_m)}};
+    static const struct kernel kernel = {WIDTHS(move_plane_of_motor_algebra_block),
+        WIDTH(move_plane_of_motor_algebra_dense), (any_function *)NAME(move_plane_of_motor_algebra), NAME(call_aar),
+        2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -29534,10 +33494,38 @@ static INLINE void NAME(line_commutator_block)(intptr_t n, char **args, const in
 }
 LOOPS(line_commutator_block)
 
+static INLINE void NAME(line_commutator_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r2[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[6];
+            REAL x2[6];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(line_commutator)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
+    }
+}
+LOOP(line_commutator_dense)
+
 void NAME(line_commutator_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(line_commutator_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(line_commutator_block), WIDTH(line_commutator_dense), (any_function
         *)NAME(line_commutator), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -29591,11 +33579,39 @@ static INLINE void NAME(twist_on_point_block)(intptr_t n, char **args, const int
 }
 LOOPS(twist_on_point_block)
 
+static INLINE void NAME(twist_on_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[3 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
+            NAME(twist_on_point)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_3)(a2 + first * 3, r2, TILE);
+    }
+}
+LOOP(twist_on_point_dense)
+
 void NAME(twist_on_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(twist_on_point_block), {NULL}, (any_function *)NAME(twist_on_point),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(twist_on_point_block), WIDTH(twist_on_point_dense), (any_function
+        *)NAME(twist_on_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -29673,11 +33689,39 @@ static INLINE void NAME(twist_on_line_block)(intptr_t n, char **args, const intp
 }
 LOOPS(twist_on_line_block)
 
+static INLINE void NAME(twist_on_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r2[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[6];
+            REAL x2[6];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(twist_on_line)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
+    }
+}
+LOOP(twist_on_line_dense)
+
 void NAME(twist_on_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(twist_on_line_block), {NULL}, (any_function *)NAME(twist_on_line),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(twist_on_line_block), WIDTH(twist_on_line_dense), (any_function
+        *)NAME(twist_on_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -29734,11 +33778,39 @@ static INLINE void NAME(twist_on_plane_block)(intptr_t n, char **args, const int
 }
 LOOPS(twist_on_plane_block)
 
+static INLINE void NAME(twist_on_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[4];
+            REAL x2[4];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
+            NAME(twist_on_plane)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
+    }
+}
+LOOP(twist_on_plane_dense)
+
 void NAME(twist_on_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(twist_on_plane_block), {NULL}, (any_function *)NAME(twist_on_plane),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(twist_on_plane_block), WIDTH(twist_on_plane_dense), (any_function
+        *)NAME(twist_on_plane), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -29790,11 +33862,39 @@ static INLINE void NAME(power_block)(intptr_t n, char **args, const intptr_t *st
 }
 LOOPS(power_block)
 
+static INLINE void NAME(power_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r2[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[6];
+            REAL x2[1];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(power)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_tile_1)(a2 + first * 1, r2, TILE);
+    }
+}
+LOOP(power_dense)
+
 void NAME(power_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(power_block), {NULL}, (any_function *)NAME(power), NAME(call_aar),
-        2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(power_block), WIDTH(power_dense), (any_function *)NAME(power),
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -30111,11 +34211,39 @@ static INLINE void NAME(momentum_block)(intptr_t n, char **args, const intptr_t 
 }
 LOOPS(momentum_block)
 
+static INLINE void NAME(momentum_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[10 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r2[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_10)(r0, TILE, a0 + first * 10);
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[10];
+            REAL x1[6];
+            REAL x2[6];
+            NAME(load_10)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(momentum)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
+    }
+}
+LOOP(momentum_dense)
+
 void NAME(momentum_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(momentum_block), {NULL}, (any_function *)NAME(momentum),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(momentum_block), WIDTH(momentum_dense), (any_function
+        *)NAME(momentum), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -30799,6 +34927,30 @@ static INLINE void NAME(inertial_wrench_block_inertia_v)(intptr_t n, char **args
 }
 LOOPS(inertial_wrench_block_inertia_v)
 
+static INLINE void NAME(inertial_wrench_dense_inertia_v)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r2[6 * TILE];
+    _Alignas(64) REAL r3[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r2, TILE, a2 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x2[6];
+            REAL x3[6];
+            NAME(load_6)(x2, (char *)(r2 + i), TILE * w);
+            NAME(inertial_wrench_apply_inertia_v)(prepared, x2, x3);
+            NAME(store_6)((char *)(r3 + i), TILE * w, x3);
+        }
+        NAME(store_tile_6)(a3 + first * 6, r3, TILE);
+    }
+}
+LOOP(inertial_wrench_dense_inertia_v)
+
 static void NAME(inertial_wrench_start_inertia_v)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -30826,6 +34978,30 @@ static INLINE void NAME(inertial_wrench_block_v_a)(intptr_t n, char **args, cons
     }
 }
 LOOPS(inertial_wrench_block_v_a)
+
+static INLINE void NAME(inertial_wrench_dense_v_a)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r0[10 * TILE];
+    _Alignas(64) REAL r3[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_10)(r0, TILE, a0 + first * 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[10];
+            REAL x3[6];
+            NAME(load_10)(x0, (char *)(r0 + i), TILE * w);
+            NAME(inertial_wrench_apply_v_a)(prepared, x0, x3);
+            NAME(store_6)((char *)(r3 + i), TILE * w, x3);
+        }
+        NAME(store_tile_6)(a3 + first * 6, r3, TILE);
+    }
+}
+LOOP(inertial_wrench_dense_v_a)
 
 static void NAME(inertial_wrench_start_v_a)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -30858,6 +35034,35 @@ static INLINE void NAME(inertial_wrench_block_v)(intptr_t n, char **args, const 
 }
 LOOPS(inertial_wrench_block_v)
 
+static INLINE void NAME(inertial_wrench_dense_v)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r0[10 * TILE];
+    _Alignas(64) REAL r2[6 * TILE];
+    _Alignas(64) REAL r3[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_10)(r0, TILE, a0 + first * 10);
+        NAME(load_tile_6)(r2, TILE, a2 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[10];
+            REAL x2[6];
+            REAL x3[6];
+            NAME(load_10)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_6)(x2, (char *)(r2 + i), TILE * w);
+            NAME(inertial_wrench_apply_v)(prepared, x0, x2, x3);
+            NAME(store_6)((char *)(r3 + i), TILE * w, x3);
+        }
+        NAME(store_tile_6)(a3 + first * 6, r3, TILE);
+    }
+}
+LOOP(inertial_wrench_dense_v)
+
 static void NAME(inertial_wrench_start_v)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1];
@@ -30889,14 +35094,47 @@ static INLINE void NAME(inertial_wrench_block)(intptr_t n, char **args, const in
 }
 LOOPS(inertial_wrench_block)
 
+static INLINE void NAME(inertial_wrench_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r0[10 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r2[6 * TILE];
+    _Alignas(64) REAL r3[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_10)(r0, TILE, a0 + first * 10);
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        NAME(load_tile_6)(r2, TILE, a2 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[10];
+            REAL x1[6];
+            REAL x2[6];
+            REAL x3[6];
+            NAME(load_10)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(load_6)(x2, (char *)(r2 + i), TILE * w);
+            NAME(inertial_wrench)(x0, x1, x2, x3);
+            NAME(store_6)((char *)(r3 + i), TILE * w, x3);
+        }
+        NAME(store_tile_6)(a3 + first * 6, r3, TILE);
+    }
+}
+LOOP(inertial_wrench_dense)
+
 void NAME(inertial_wrench_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}, {6, 1, 3, {6}}};
     static const struct form forms[] = {{3, 2, NAME(inertial_wrench_start_inertia_v),
-        WIDTHS(inertial_wrench_block_inertia_v), {NULL}}, {6, 2, NAME(inertial_wrench_start_v_a),
-        WIDTHS(inertial_wrench_block_v_a), {NULL}}, {2, 2, NAME(inertial_wrench_start_v),
-        WIDTHS(inertial_wrench_block_v), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(inertial_wrench_block), {NULL}, (any_function
+        WIDTHS(inertial_wrench_block_inertia_v), WIDTH(inertial_wrench_dense_inertia_v)}, {6, 2,
+        NAME(inertial_wrench_start_v_a), WIDTHS(inertial_wrench_block_v_a), WIDTH(inertial_wrench_dense_v_a)}, {2,
+        2, NAME(inertial_wrench_start_v), WIDTHS(inertial_wrench_block_v), WIDTH(inertial_wrench_dense_v)}};
+    static const struct kernel kernel = {WIDTHS(inertial_wrench_block), WIDTH(inertial_wrench_dense), (any_function
         *)NAME(inertial_wrench), NAME(call_aaar), 3, 4, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -30958,11 +35196,44 @@ static INLINE void NAME(twist_after_joint_block)(intptr_t n, char **args, const 
 }
 LOOPS(twist_after_joint_block)
 
+static INLINE void NAME(twist_after_joint_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r2[1 * TILE];
+    _Alignas(64) REAL r3[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        NAME(load_tile_1)(r2, TILE, a2 + first * 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[6];
+            REAL x2[1];
+            REAL x3[6];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(load_scalar)(x2, (char *)(r2 + i));
+            NAME(twist_after_joint)(x0, x1, x2[0], x3);
+            NAME(store_6)((char *)(r3 + i), TILE * w, x3);
+        }
+        NAME(store_tile_6)(a3 + first * 6, r3, TILE);
+    }
+}
+LOOP(twist_after_joint_dense)
+
 void NAME(twist_after_joint_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(twist_after_joint_block), {NULL}, (any_function
-        *)NAME(twist_after_joint), NAME(call_aanr), 3, 4, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(twist_after_joint_block), WIDTH(twist_after_joint_dense),
+        (any_function *)NAME(twist_after_joint), NAME(call_aanr), 3, 4, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -31504,6 +35775,31 @@ static INLINE void NAME(twist_rate_after_joint_block_v_axis_speed_acceleration)(
 }
 LOOPS(twist_rate_after_joint_block_v_axis_speed_acceleration)
 
+static INLINE void NAME(twist_rate_after_joint_dense_v_axis_speed_acceleration)(intptr_t n, char **args, const
+    intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a1 = (REAL *)args[1];
+    REAL *a5 = (REAL *)args[5];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r5[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x1[6];
+            REAL x5[6];
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(twist_rate_after_joint_apply_v_axis_speed_acceleration)(prepared, x1, x5);
+            NAME(store_6)((char *)(r5 + i), TILE * w, x5);
+        }
+        NAME(store_tile_6)(a5 + first * 6, r5, TILE);
+    }
+}
+LOOP(twist_rate_after_joint_dense_v_axis_speed_acceleration)
+
 static void NAME(twist_rate_after_joint_start_v_axis_speed_acceleration)(char **args, const intptr_t *strides, void
     *prepared)
 {
@@ -31538,6 +35834,31 @@ static INLINE void NAME(twist_rate_after_joint_block_v_a_axis_speed)(intptr_t n,
 }
 LOOPS(twist_rate_after_joint_block_v_a_axis_speed)
 
+static INLINE void NAME(twist_rate_after_joint_dense_v_a_axis_speed)(intptr_t n, char **args, const intptr_t
+    *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a4 = (REAL *)args[4];
+    REAL *a5 = (REAL *)args[5];
+    _Alignas(64) REAL r4[1 * TILE];
+    _Alignas(64) REAL r5[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_1)(r4, TILE, a4 + first * 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x4[1];
+            REAL x5[6];
+            NAME(load_scalar)(x4, (char *)(r4 + i));
+            NAME(twist_rate_after_joint_apply_v_a_axis_speed)(prepared, x4[0], x5);
+            NAME(store_6)((char *)(r5 + i), TILE * w, x5);
+        }
+        NAME(store_tile_6)(a5 + first * 6, r5, TILE);
+    }
+}
+LOOP(twist_rate_after_joint_dense_v_a_axis_speed)
+
 static void NAME(twist_rate_after_joint_start_v_a_axis_speed)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -31570,6 +35891,31 @@ static INLINE void NAME(twist_rate_after_joint_block_v_a_axis_acceleration)(intp
     }
 }
 LOOPS(twist_rate_after_joint_block_v_a_axis_acceleration)
+
+static INLINE void NAME(twist_rate_after_joint_dense_v_a_axis_acceleration)(intptr_t n, char **args, const intptr_t
+    *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a3 = (REAL *)args[3];
+    REAL *a5 = (REAL *)args[5];
+    _Alignas(64) REAL r3[1 * TILE];
+    _Alignas(64) REAL r5[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_1)(r3, TILE, a3 + first * 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x3[1];
+            REAL x5[6];
+            NAME(load_scalar)(x3, (char *)(r3 + i));
+            NAME(twist_rate_after_joint_apply_v_a_axis_acceleration)(prepared, x3[0], x5);
+            NAME(store_6)((char *)(r5 + i), TILE * w, x5);
+        }
+        NAME(store_tile_6)(a5 + first * 6, r5, TILE);
+    }
+}
+LOOP(twist_rate_after_joint_dense_v_a_axis_acceleration)
 
 static void NAME(twist_rate_after_joint_start_v_a_axis_acceleration)(char **args, const intptr_t *strides, void
     *prepared)
@@ -31604,6 +35950,31 @@ static INLINE void NAME(twist_rate_after_joint_block_a_axis_speed_acceleration)(
     }
 }
 LOOPS(twist_rate_after_joint_block_a_axis_speed_acceleration)
+
+static INLINE void NAME(twist_rate_after_joint_dense_a_axis_speed_acceleration)(intptr_t n, char **args, const
+    intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a5 = (REAL *)args[5];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r5[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x5[6];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(twist_rate_after_joint_apply_a_axis_speed_acceleration)(prepared, x0, x5);
+            NAME(store_6)((char *)(r5 + i), TILE * w, x5);
+        }
+        NAME(store_tile_6)(a5 + first * 6, r5, TILE);
+    }
+}
+LOOP(twist_rate_after_joint_dense_a_axis_speed_acceleration)
 
 static void NAME(twist_rate_after_joint_start_a_axis_speed_acceleration)(char **args, const intptr_t *strides, void
     *prepared)
@@ -31649,19 +36020,66 @@ static INLINE void NAME(twist_rate_after_joint_block)(intptr_t n, char **args, c
 }
 LOOPS(twist_rate_after_joint_block)
 
+static INLINE void NAME(twist_rate_after_joint_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
+    REAL *a5 = (REAL *)args[5];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r2[6 * TILE];
+    _Alignas(64) REAL r3[1 * TILE];
+    _Alignas(64) REAL r4[1 * TILE];
+    _Alignas(64) REAL r5[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        NAME(load_tile_6)(r2, TILE, a2 + first * 6);
+        NAME(load_tile_1)(r3, TILE, a3 + first * 1);
+        NAME(load_tile_1)(r4, TILE, a4 + first * 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[6];
+            REAL x2[6];
+            REAL x3[1];
+            REAL x4[1];
+            REAL x5[6];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(load_6)(x2, (char *)(r2 + i), TILE * w);
+            NAME(load_scalar)(x3, (char *)(r3 + i));
+            NAME(load_scalar)(x4, (char *)(r4 + i));
+            NAME(twist_rate_after_joint)(x0, x1, x2, x3[0], x4[0], x5);
+            NAME(store_6)((char *)(r5 + i), TILE * w, x5);
+        }
+        NAME(store_tile_6)(a5 + first * 6, r5, TILE);
+    }
+}
+LOOP(twist_rate_after_joint_dense)
+
 void NAME(twist_rate_after_joint_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}, {1, 0, 3, {0}}, {1, 0, 3,
         {0}}, {6, 1, 3, {6}}};
     static const struct form forms[] = {{29, 2, NAME(twist_rate_after_joint_start_v_axis_speed_acceleration),
-        WIDTHS(twist_rate_after_joint_block_v_axis_speed_acceleration), {NULL}}, {15, 2,
+        WIDTHS(twist_rate_after_joint_block_v_axis_speed_acceleration),
+        WIDTH(twist_rate_after_joint_dense_v_axis_speed_acceleration)}, {15, 2,
         NAME(twist_rate_after_joint_start_v_a_axis_speed), WIDTHS(twist_rate_after_joint_block_v_a_axis_speed),
-        {NULL}}, {23, 2, NAME(twist_rate_after_joint_start_v_a_axis_acceleration),
-        WIDTHS(twist_rate_after_joint_block_v_a_axis_acceleration), {NULL}}, {30, 2,
+        WIDTH(twist_rate_after_joint_dense_v_a_axis_speed)}, {23, 2,
+        NAME(twist_rate_after_joint_start_v_a_axis_acceleration),
+        WIDTHS(twist_rate_after_joint_block_v_a_axis_acceleration),
+        WIDTH(twist_rate_after_joint_dense_v_a_axis_acceleration)}, {30, 2,
         NAME(twist_rate_after_joint_start_a_axis_speed_acceleration),
-        WIDTHS(twist_rate_after_joint_block_a_axis_speed_acceleration), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(twist_rate_after_joint_block), {NULL}, (any_function
-        *)NAME(twist_rate_after_joint), NAME(call_aaannr), 5, 6, 4, 0, 0, parts, forms};
+        WIDTHS(twist_rate_after_joint_block_a_axis_speed_acceleration),
+        WIDTH(twist_rate_after_joint_dense_a_axis_speed_acceleration)}};
+    static const struct kernel kernel = {WIDTHS(twist_rate_after_joint_block), WIDTH(twist_rate_after_joint_dense),
+        (any_function *)NAME(twist_rate_after_joint), NAME(call_aaannr), 5, 6, 4, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

@@ -2,7 +2,7 @@
 // command: gac generate --all projective2
 // spec: 0159c77a8494f6e7
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 227827cd4845f724302f1183187c46531feea3df8fa18576206c009379293b91
+// body: 0a0aba8a88e983d45525f11b5ceb23ea84096b0c37aa61297f03fc50096cfb8f
 
 #ifndef REAL
 #include "projective2.h"
@@ -35,20 +35,21 @@
 #if defined(__GNUC__) && __GNUC__ >= 12 && !defined(__clang__) && defined(__x86_64__) && defined(__GLIBC__)
 #define WIDE __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
 #define ON(level) __attribute__((target("arch=x86-64-" level)))
-#define LOOPS(name)                                                                     \
-    ON("v3") static void NAME(name##_v3)(intptr_t n, char **args, const intptr_t *strides) \
-    {                                                                                   \
-        NAME(name)(n, args, strides);                                                   \
-    }                                                                                   \
-    ON("v4") static void NAME(name##_v4)(intptr_t n, char **args, const intptr_t *strides) \
-    {                                                                                   \
-        NAME(name)(n, args, strides);                                                   \
+#define ONE(name, level)                                                                        \
+    ON(#level) static void NAME(name##_##level)(intptr_t n, char **args, const intptr_t *strides) \
+    {                                                                                           \
+        NAME(name)(n, args, strides);                                                           \
     }
+#define LOOP(name) ONE(name, v3)
+#define LOOPS(name) ONE(name, v3) ONE(name, v4)
+#define WIDTH(name) {NAME(name##_v3), NAME(name##_v3)}
 #define WIDTHS(name) {NAME(name##_v3), NAME(name##_v4)}
 #define CHOSEN (__builtin_cpu_supports("x86-64-v4") ? 1 : __builtin_cpu_supports("x86-64-v3") ? 0 : -1)
 #else
 #define WIDE
+#define LOOP(name)
 #define LOOPS(name)
+#define WIDTH(name) {NAME(name)}
 #define WIDTHS(name) {NAME(name)}
 #define CHOSEN 0
 #endif
@@ -63,8 +64,8 @@
 // Elements in C order go through rows of this many.
 #define SPAN 32
 
-// A vector of neighbours in memory.
-#if defined(__has_builtin)
+// A vector of neighbours in memory, where the compiler turns such of 32 bytes well.
+#if defined(__has_builtin) && (defined(ON) || defined(__clang__))
 #if __has_builtin(__builtin_shufflevector)
 #define SHUFFLE __builtin_shufflevector
 #define VECTOR(n) __attribute__((vector_size((n) * sizeof(REAL)), aligned(sizeof(REAL)), may_alias))
@@ -107,7 +108,7 @@ ON("v3") static void stream(char *to, const char *from, intptr_t bytes)
 #else
 #define PASSES(bytes) 0
 #define stream memcpy
-#define STREAM_END()
+#define STREAM_END() (void)0
 #endif
 
 typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
@@ -360,12 +361,13 @@ static void NAME(call_ar)(any_function *function, void **x)
 // Blocks of a batch, and how they get there from strides of any kind: a component of a part (an argument or a result)
 // is a row, `row` numbers long, of the elements of a block.
 
+// As many elements as fill 32 bytes, which every wide machine turns alike.
+#define TILE PRECISION(4, 8)
+
 #ifdef SHUFFLE
 typedef REAL NAME(four) VECTOR(4);
 #define AT(a, k, s) (*(NAME(four) *)((a) + (k) * (s)))
 
-// A tile is four components of as many elements as fill 32 bytes, which every wide machine turns alike.
-#define TILE PRECISION(4, 8)
 #if PRECISION(1, 0)
 // From four places, `s` bytes apart, to four, `t` bytes apart.
 static INLINE void NAME(turn)(char *a, intptr_t s, char *b, intptr_t t)
@@ -531,177 +533,1234 @@ WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, REAL *x, intp
     }
 }
 
-// Rows, SPAN numbers long, of `n` elements of `size` components, in C order from element `first` on; and back.
-static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size, intptr_t n)
+// A tile of elements of each size in C order, to rows and back. Vectors are read and written in halves, the upper one
+// from half of the elements further on.
+#ifdef SHUFFLE
+typedef REAL NAME(tile) VECTOR(TILE);
+typedef REAL NAME(half) VECTOR(TILE / 2);
+#define COLUMN(k) (*(NAME(tile) *)(x + (k) * row))
+#define HALF(a, k) (((NAME(half) *)(a))[k])
+#define WHOLE(offset) (*(NAME(tile) *)(a + (offset)))
+#define UPPER(offset, size) (a + (offset) + TILE / 2 * (size))
+#define JOINED(v, w) PRECISION(SHUFFLE(v, w, 0, 1, 2, 3), SHUFFLE(v, w, 0, 1, 2, 3, 4, 5, 6, 7))
+#define LOWERS(v, w) PRECISION(SHUFFLE(v, w, 0, 1, 4, 5), SHUFFLE(v, w, 0, 1, 2, 3, 8, 9, 10, 11))
+#define UPPERS(v, w) PRECISION(SHUFFLE(v, w, 2, 3, 6, 7), SHUFFLE(v, w, 4, 5, 6, 7, 12, 13, 14, 15))
+#define READ(offset, size) JOINED(HALF(a + (offset), 0), HALF(UPPER(offset, size), 0))
+#define WRITE(offset, size, v) HALF(a + (offset), 0) = HALF(&v, 0), HALF(UPPER(offset, size), 0) = HALF(&v, 1)
+#define WRITE_BOTH(offset, size, v, w) \
+    WHOLE(offset) = LOWERS(v, w), WHOLE((offset) + TILE / 2 * (size)) = UPPERS(v, w)
+
+static INLINE void NAME(load_tile_1)(REAL *x, intptr_t row, REAL *a)
 {
-    const intptr_t w = sizeof(REAL);
-    const REAL *from = (const REAL *)(a + first * size * w);
+#if PRECISION(1, 0)
+    COLUMN(0) = WHOLE(0);
+#else
+    COLUMN(0) = WHOLE(0);
+#endif
+}
+
+static INLINE void NAME(store_tile_1)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    WHOLE(0) = COLUMN(0);
+#else
+    WHOLE(0) = COLUMN(0);
+#endif
+}
+
+static INLINE void NAME(load_tile_2)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = READ(0, 2);
+    const NAME(tile) a1 = READ(2, 2);
+    COLUMN(0) = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    COLUMN(1) = SHUFFLE(a0, a1, 1, 5, 3, 7);
+#else
+    const NAME(tile) a0 = READ(0, 2);
+    const NAME(tile) a1 = READ(4, 2);
+    COLUMN(0) = SHUFFLE(a0, a1, 0, 2, 8, 10, 4, 6, 12, 14);
+    COLUMN(1) = SHUFFLE(a0, a1, 1, 3, 9, 11, 5, 7, 13, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_2)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
+    WRITE_BOTH(0, 2, a0, a1);
+#else
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    WRITE_BOTH(0, 2, a0, a1);
+#endif
+}
+
+static INLINE void NAME(load_tile_3)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = READ(0, 3);
+    const NAME(tile) a1 = READ(2, 3);
+    COLUMN(0) = SHUFFLE(a0, a1, 0, 5, 2, 7);
+    const NAME(tile) a2 = READ(4, 3);
+    COLUMN(1) = SHUFFLE(a0, a2, 1, 4, 3, 6);
+    COLUMN(2) = SHUFFLE(a1, a2, 0, 5, 2, 7);
+#else
+    const NAME(tile) a1 = READ(4, 3);
+    const NAME(tile) a2 = READ(8, 3);
+    const NAME(tile) b0 = SHUFFLE(a1, a2, 2, 3, 9, 10, 6, 7, 13, 14);
+    const NAME(tile) a0 = READ(0, 3);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 2, 8, 9, 5, 6, 12, 13);
+    COLUMN(0) = SHUFFLE(a0, b0, 0, 3, 8, 10, 4, 7, 12, 14);
+    COLUMN(1) = SHUFFLE(b1, b0, 0, 2, 9, 11, 4, 6, 13, 15);
+    COLUMN(2) = SHUFFLE(b1, a2, 1, 3, 8, 11, 5, 7, 12, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_3)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(0), 0, 5, 2, 7);
+    WRITE_BOTH(0, 3, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(1), COLUMN(2), 1, 5, 3, 7);
+    WRITE(4, 3, a2);
+#else
+    const NAME(tile) b0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 2, 8, 10, 4, 6, 12, 14);
+    const NAME(tile) b2 = SHUFFLE(COLUMN(2), COLUMN(0), 0, 2, 9, 11, 4, 6, 13, 15);
+    const NAME(tile) a0 = SHUFFLE(b0, b2, 0, 2, 8, 10, 4, 6, 12, 14);
+    const NAME(tile) b1 = SHUFFLE(COLUMN(1), COLUMN(2), 1, 3, 9, 11, 5, 7, 13, 15);
+    const NAME(tile) a1 = SHUFFLE(b1, b0, 0, 2, 9, 11, 4, 6, 13, 15);
+    WRITE_BOTH(0, 3, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(b2, b1, 1, 3, 9, 11, 5, 7, 13, 15);
+    WRITE(8, 3, a2);
+#endif
+}
+
+static INLINE void NAME(load_tile_6)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(6);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(12);
+    const NAME(tile) a3 = WHOLE(18);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(tile) a4 = READ(4, 6);
+    const NAME(tile) a5 = READ(10, 6);
+    COLUMN(4) = SHUFFLE(a4, a5, 0, 4, 2, 6);
+    COLUMN(5) = SHUFFLE(a4, a5, 1, 5, 3, 7);
+#else
+    const NAME(tile) a0 = READ(0, 6);
+    const NAME(tile) a1 = READ(6, 6);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(12, 6);
+    const NAME(tile) a3 = READ(18, 6);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a4 = READ(2, 6);
+    const NAME(tile) a5 = READ(8, 6);
+    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = READ(14, 6);
+    const NAME(tile) a7 = READ(20, 6);
+    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(4) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(5) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_6)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 6, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
+    WRITE_BOTH(4, 6, a2, a3);
+    const NAME(tile) a4 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
+    const NAME(tile) a5 = SHUFFLE(COLUMN(4), COLUMN(5), 1, 5, 3, 7);
+    WRITE_BOTH(8, 6, a4, a5);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE(0, 6, a0);
+    const NAME(tile) b4_0 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_1 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(2, 6, a4, a1);
+    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(8, 6, a5, a2);
+    const NAME(tile) b4_2 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(14, 6, a6, a3);
+    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(20, 6, a7);
+#endif
+}
+
+static INLINE void NAME(load_tile_8)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(8);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(16);
+    const NAME(tile) a3 = WHOLE(24);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(tile) a4 = WHOLE(4);
+    const NAME(tile) a5 = WHOLE(12);
+    const NAME(tile) b4 = SHUFFLE(a4, a5, 0, 4, 2, 6);
+    const NAME(tile) b5 = SHUFFLE(a4, a5, 1, 5, 3, 7);
+    const NAME(tile) a6 = WHOLE(20);
+    const NAME(tile) a7 = WHOLE(28);
+    const NAME(tile) b6 = SHUFFLE(a6, a7, 0, 4, 2, 6);
+    const NAME(tile) b7 = SHUFFLE(a6, a7, 1, 5, 3, 7);
+    COLUMN(4) = SHUFFLE(b4, b6, 0, 1, 4, 5);
+    COLUMN(5) = SHUFFLE(b5, b7, 0, 1, 4, 5);
+    COLUMN(6) = SHUFFLE(b4, b6, 2, 3, 6, 7);
+    COLUMN(7) = SHUFFLE(b5, b7, 2, 3, 6, 7);
+#else
+    const NAME(tile) a0 = READ(0, 8);
+    const NAME(tile) a1 = READ(8, 8);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(16, 8);
+    const NAME(tile) a3 = READ(24, 8);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a4 = READ(4, 8);
+    const NAME(tile) a5 = READ(12, 8);
+    const NAME(tile) b4_0 = SHUFFLE(a4, a5, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a6 = READ(20, 8);
+    const NAME(tile) a7 = READ(28, 8);
+    const NAME(tile) b4_1 = SHUFFLE(a6, a7, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(4) = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(5) = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(6) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(7) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_8)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 8, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 4, 2, 6);
+    WRITE_BOTH(4, 8, a2, a3);
+    const NAME(tile) a4 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
+    const NAME(tile) a5 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
+    WRITE_BOTH(8, 8, a4, a5);
+    const NAME(tile) a6 = SHUFFLE(COLUMN(4), COLUMN(5), 1, 5, 3, 7);
+    const NAME(tile) a7 = SHUFFLE(COLUMN(6), COLUMN(7), 1, 5, 3, 7);
+    WRITE_BOTH(12, 8, a6, a7);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_0 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_1 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(0, 8, a0, a4);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(8, 8, a1, a5);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_2 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(COLUMN(6), COLUMN(7), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(16, 8, a2, a6);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(24, 8, a3, a7);
+#endif
+}
+
+static INLINE void NAME(load_tile_9)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(9);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(18);
+    const NAME(tile) a3 = WHOLE(27);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(tile) a4 = WHOLE(4);
+    const NAME(tile) a5 = WHOLE(13);
+    const NAME(tile) b4 = SHUFFLE(a4, a5, 0, 4, 2, 6);
+    const NAME(tile) b5 = SHUFFLE(a4, a5, 1, 5, 3, 7);
+    const NAME(tile) a6 = WHOLE(22);
+    const NAME(tile) a7 = WHOLE(31);
+    const NAME(tile) b6 = SHUFFLE(a6, a7, 0, 4, 2, 6);
+    const NAME(tile) b7 = SHUFFLE(a6, a7, 1, 5, 3, 7);
+    COLUMN(4) = SHUFFLE(b4, b6, 0, 1, 4, 5);
+    COLUMN(5) = SHUFFLE(b5, b7, 0, 1, 4, 5);
+    COLUMN(6) = SHUFFLE(b4, b6, 2, 3, 6, 7);
+    COLUMN(7) = SHUFFLE(b5, b7, 2, 3, 6, 7);
+    const NAME(tile) a8 = READ(7, 9);
+    const NAME(tile) a9 = READ(16, 9);
+    COLUMN(8) = SHUFFLE(a8, a9, 1, 5, 3, 7);
+#else
+    const NAME(tile) a0 = READ(0, 9);
+    const NAME(tile) a1 = READ(9, 9);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(18, 9);
+    const NAME(tile) a3 = READ(27, 9);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a4 = READ(4, 9);
+    const NAME(tile) a5 = READ(13, 9);
+    const NAME(tile) b4_0 = SHUFFLE(a4, a5, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a6 = READ(22, 9);
+    const NAME(tile) a7 = READ(31, 9);
+    const NAME(tile) b4_1 = SHUFFLE(a6, a7, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(4) = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(5) = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(6) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(7) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a8 = READ(5, 9);
+    const NAME(tile) a9 = READ(14, 9);
+    const NAME(tile) b8_2 = SHUFFLE(a8, a9, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a10 = READ(23, 9);
+    const NAME(tile) a11 = READ(32, 9);
+    const NAME(tile) b8_3 = SHUFFLE(a10, a11, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(8) = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_9)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 9, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 4, 2, 6);
+    WRITE_BOTH(4, 9, a2, a3);
+    const NAME(tile) a4 = SHUFFLE(COLUMN(8), COLUMN(0), 0, 5, 2, 7);
+    const NAME(tile) a5 = SHUFFLE(COLUMN(1), COLUMN(2), 1, 5, 3, 7);
+    WRITE_BOTH(8, 9, a4, a5);
+    const NAME(tile) a6 = SHUFFLE(COLUMN(3), COLUMN(4), 1, 5, 3, 7);
+    const NAME(tile) a7 = SHUFFLE(COLUMN(5), COLUMN(6), 1, 5, 3, 7);
+    WRITE_BOTH(12, 9, a6, a7);
+    const NAME(tile) a8 = SHUFFLE(COLUMN(7), COLUMN(8), 1, 5, 3, 7);
+    WRITE(16, 9, a8);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_0 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_1 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(0, 9, a0, a4);
+    const NAME(tile) b8_0 = SHUFFLE(COLUMN(5), COLUMN(6), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b8_1 = SHUFFLE(COLUMN(7), COLUMN(8), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a8 = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(5, 9, a8, a1);
+    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(13, 9, a5);
+    const NAME(tile) a9 = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(14, 9, a9, a2);
+    const NAME(tile) b4_2 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(COLUMN(6), COLUMN(7), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE(22, 9, a6);
+    const NAME(tile) b8_2 = SHUFFLE(COLUMN(5), COLUMN(6), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b8_3 = SHUFFLE(COLUMN(7), COLUMN(8), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a10 = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(23, 9, a10, a3);
+    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(31, 9, a7);
+    const NAME(tile) a11 = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(32, 9, a11);
+#endif
+}
+
+static INLINE void NAME(load_tile_12)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(12);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(24);
+    const NAME(tile) a3 = WHOLE(36);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(tile) a4 = WHOLE(4);
+    const NAME(tile) a5 = WHOLE(16);
+    const NAME(tile) b4 = SHUFFLE(a4, a5, 0, 4, 2, 6);
+    const NAME(tile) b5 = SHUFFLE(a4, a5, 1, 5, 3, 7);
+    const NAME(tile) a6 = WHOLE(28);
+    const NAME(tile) a7 = WHOLE(40);
+    const NAME(tile) b6 = SHUFFLE(a6, a7, 0, 4, 2, 6);
+    const NAME(tile) b7 = SHUFFLE(a6, a7, 1, 5, 3, 7);
+    COLUMN(4) = SHUFFLE(b4, b6, 0, 1, 4, 5);
+    COLUMN(5) = SHUFFLE(b5, b7, 0, 1, 4, 5);
+    COLUMN(6) = SHUFFLE(b4, b6, 2, 3, 6, 7);
+    COLUMN(7) = SHUFFLE(b5, b7, 2, 3, 6, 7);
+    const NAME(tile) a8 = WHOLE(8);
+    const NAME(tile) a9 = WHOLE(20);
+    const NAME(tile) b8 = SHUFFLE(a8, a9, 0, 4, 2, 6);
+    const NAME(tile) b9 = SHUFFLE(a8, a9, 1, 5, 3, 7);
+    const NAME(tile) a10 = WHOLE(32);
+    const NAME(tile) a11 = WHOLE(44);
+    const NAME(tile) b10 = SHUFFLE(a10, a11, 0, 4, 2, 6);
+    const NAME(tile) b11 = SHUFFLE(a10, a11, 1, 5, 3, 7);
+    COLUMN(8) = SHUFFLE(b8, b10, 0, 1, 4, 5);
+    COLUMN(9) = SHUFFLE(b9, b11, 0, 1, 4, 5);
+    COLUMN(10) = SHUFFLE(b8, b10, 2, 3, 6, 7);
+    COLUMN(11) = SHUFFLE(b9, b11, 2, 3, 6, 7);
+#else
+    const NAME(tile) a0 = READ(0, 12);
+    const NAME(tile) a1 = READ(12, 12);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(24, 12);
+    const NAME(tile) a3 = READ(36, 12);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a4 = READ(4, 12);
+    const NAME(tile) a5 = READ(16, 12);
+    const NAME(tile) b4_0 = SHUFFLE(a4, a5, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a6 = READ(28, 12);
+    const NAME(tile) a7 = READ(40, 12);
+    const NAME(tile) b4_1 = SHUFFLE(a6, a7, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(4) = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(5) = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(6) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(7) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a8 = READ(8, 12);
+    const NAME(tile) a9 = READ(20, 12);
+    const NAME(tile) b8_0 = SHUFFLE(a8, a9, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a10 = READ(32, 12);
+    const NAME(tile) a11 = READ(44, 12);
+    const NAME(tile) b8_1 = SHUFFLE(a10, a11, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b8_2 = SHUFFLE(a8, a9, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b8_3 = SHUFFLE(a10, a11, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(8) = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(9) = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(10) = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(11) = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_12)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 12, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 4, 2, 6);
+    WRITE_BOTH(4, 12, a2, a3);
+    const NAME(tile) a4 = SHUFFLE(COLUMN(8), COLUMN(9), 0, 4, 2, 6);
+    const NAME(tile) a5 = SHUFFLE(COLUMN(10), COLUMN(11), 0, 4, 2, 6);
+    WRITE_BOTH(8, 12, a4, a5);
+    const NAME(tile) a6 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
+    const NAME(tile) a7 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
+    WRITE_BOTH(12, 12, a6, a7);
+    const NAME(tile) a8 = SHUFFLE(COLUMN(4), COLUMN(5), 1, 5, 3, 7);
+    const NAME(tile) a9 = SHUFFLE(COLUMN(6), COLUMN(7), 1, 5, 3, 7);
+    WRITE_BOTH(16, 12, a8, a9);
+    const NAME(tile) a10 = SHUFFLE(COLUMN(8), COLUMN(9), 1, 5, 3, 7);
+    const NAME(tile) a11 = SHUFFLE(COLUMN(10), COLUMN(11), 1, 5, 3, 7);
+    WRITE_BOTH(20, 12, a10, a11);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_0 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_1 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(0, 12, a0, a4);
+    const NAME(tile) b8_0 = SHUFFLE(COLUMN(8), COLUMN(9), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b8_1 = SHUFFLE(COLUMN(10), COLUMN(11), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a8 = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(8, 12, a8, a1);
+    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a9 = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(16, 12, a5, a9);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_2 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(COLUMN(6), COLUMN(7), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(24, 12, a2, a6);
+    const NAME(tile) b8_2 = SHUFFLE(COLUMN(8), COLUMN(9), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b8_3 = SHUFFLE(COLUMN(10), COLUMN(11), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a10 = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(32, 12, a10, a3);
+    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a11 = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(40, 12, a7, a11);
+#endif
+}
+
+static INLINE void NAME(load_tile_15)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(15);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(30);
+    const NAME(tile) a3 = WHOLE(45);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(tile) a4 = WHOLE(4);
+    const NAME(tile) a5 = WHOLE(19);
+    const NAME(tile) b4 = SHUFFLE(a4, a5, 0, 4, 2, 6);
+    const NAME(tile) b5 = SHUFFLE(a4, a5, 1, 5, 3, 7);
+    const NAME(tile) a6 = WHOLE(34);
+    const NAME(tile) a7 = WHOLE(49);
+    const NAME(tile) b6 = SHUFFLE(a6, a7, 0, 4, 2, 6);
+    const NAME(tile) b7 = SHUFFLE(a6, a7, 1, 5, 3, 7);
+    COLUMN(4) = SHUFFLE(b4, b6, 0, 1, 4, 5);
+    COLUMN(5) = SHUFFLE(b5, b7, 0, 1, 4, 5);
+    COLUMN(6) = SHUFFLE(b4, b6, 2, 3, 6, 7);
+    COLUMN(7) = SHUFFLE(b5, b7, 2, 3, 6, 7);
+    const NAME(tile) a8 = WHOLE(8);
+    const NAME(tile) a9 = WHOLE(23);
+    const NAME(tile) b8 = SHUFFLE(a8, a9, 0, 4, 2, 6);
+    const NAME(tile) b9 = SHUFFLE(a8, a9, 1, 5, 3, 7);
+    const NAME(tile) a10 = WHOLE(38);
+    const NAME(tile) a11 = WHOLE(53);
+    const NAME(tile) b10 = SHUFFLE(a10, a11, 0, 4, 2, 6);
+    const NAME(tile) b11 = SHUFFLE(a10, a11, 1, 5, 3, 7);
+    COLUMN(8) = SHUFFLE(b8, b10, 0, 1, 4, 5);
+    COLUMN(9) = SHUFFLE(b9, b11, 0, 1, 4, 5);
+    COLUMN(10) = SHUFFLE(b8, b10, 2, 3, 6, 7);
+    COLUMN(11) = SHUFFLE(b9, b11, 2, 3, 6, 7);
+    const NAME(tile) a12 = WHOLE(11);
+    const NAME(tile) a13 = WHOLE(26);
+    const NAME(tile) b12 = SHUFFLE(a12, a13, 0, 4, 2, 6);
+    const NAME(tile) b13 = SHUFFLE(a12, a13, 1, 5, 3, 7);
+    const NAME(tile) a14 = WHOLE(41);
+    const NAME(tile) a15 = WHOLE(56);
+    const NAME(tile) b14 = SHUFFLE(a14, a15, 0, 4, 2, 6);
+    const NAME(tile) b15 = SHUFFLE(a14, a15, 1, 5, 3, 7);
+    COLUMN(12) = SHUFFLE(b13, b15, 0, 1, 4, 5);
+    COLUMN(13) = SHUFFLE(b12, b14, 2, 3, 6, 7);
+    COLUMN(14) = SHUFFLE(b13, b15, 2, 3, 6, 7);
+#else
+    const NAME(tile) a0 = READ(0, 15);
+    const NAME(tile) a1 = READ(15, 15);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(30, 15);
+    const NAME(tile) a3 = READ(45, 15);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a4 = READ(4, 15);
+    const NAME(tile) a5 = READ(19, 15);
+    const NAME(tile) b4_0 = SHUFFLE(a4, a5, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a6 = READ(34, 15);
+    const NAME(tile) a7 = READ(49, 15);
+    const NAME(tile) b4_1 = SHUFFLE(a6, a7, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(4) = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(5) = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(6) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(7) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a8 = READ(8, 15);
+    const NAME(tile) a9 = READ(23, 15);
+    const NAME(tile) b8_0 = SHUFFLE(a8, a9, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a10 = READ(38, 15);
+    const NAME(tile) a11 = READ(53, 15);
+    const NAME(tile) b8_1 = SHUFFLE(a10, a11, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b8_2 = SHUFFLE(a8, a9, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b8_3 = SHUFFLE(a10, a11, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(8) = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(9) = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(10) = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(11) = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a12 = READ(11, 15);
+    const NAME(tile) a13 = READ(26, 15);
+    const NAME(tile) b12_0 = SHUFFLE(a12, a13, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a14 = READ(41, 15);
+    const NAME(tile) a15 = READ(56, 15);
+    const NAME(tile) b12_1 = SHUFFLE(a14, a15, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b12_2 = SHUFFLE(a12, a13, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b12_3 = SHUFFLE(a14, a15, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(12) = SHUFFLE(b12_0, b12_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(13) = SHUFFLE(b12_2, b12_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(14) = SHUFFLE(b12_2, b12_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_15)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 15, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 4, 2, 6);
+    WRITE_BOTH(4, 15, a2, a3);
+    const NAME(tile) a4 = SHUFFLE(COLUMN(8), COLUMN(9), 0, 4, 2, 6);
+    const NAME(tile) a5 = SHUFFLE(COLUMN(10), COLUMN(11), 0, 4, 2, 6);
+    WRITE_BOTH(8, 15, a4, a5);
+    const NAME(tile) a6 = SHUFFLE(COLUMN(12), COLUMN(13), 0, 4, 2, 6);
+    const NAME(tile) a7 = SHUFFLE(COLUMN(14), COLUMN(0), 0, 5, 2, 7);
+    WRITE_BOTH(12, 15, a6, a7);
+    const NAME(tile) a8 = SHUFFLE(COLUMN(1), COLUMN(2), 1, 5, 3, 7);
+    const NAME(tile) a9 = SHUFFLE(COLUMN(3), COLUMN(4), 1, 5, 3, 7);
+    WRITE_BOTH(16, 15, a8, a9);
+    const NAME(tile) a10 = SHUFFLE(COLUMN(5), COLUMN(6), 1, 5, 3, 7);
+    const NAME(tile) a11 = SHUFFLE(COLUMN(7), COLUMN(8), 1, 5, 3, 7);
+    WRITE_BOTH(20, 15, a10, a11);
+    const NAME(tile) a12 = SHUFFLE(COLUMN(9), COLUMN(10), 1, 5, 3, 7);
+    const NAME(tile) a13 = SHUFFLE(COLUMN(11), COLUMN(12), 1, 5, 3, 7);
+    WRITE_BOTH(24, 15, a12, a13);
+    const NAME(tile) a14 = SHUFFLE(COLUMN(13), COLUMN(14), 1, 5, 3, 7);
+    WRITE(28, 15, a14);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_0 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_1 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(0, 15, a0, a4);
+    const NAME(tile) b8_0 = SHUFFLE(COLUMN(8), COLUMN(9), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b8_1 = SHUFFLE(COLUMN(10), COLUMN(11), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a8 = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE(8, 15, a8);
+    const NAME(tile) b12_0 = SHUFFLE(COLUMN(11), COLUMN(12), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b12_1 = SHUFFLE(COLUMN(13), COLUMN(14), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a12 = SHUFFLE(b12_0, b12_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(11, 15, a12, a1);
+    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a9 = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(19, 15, a5, a9);
+    const NAME(tile) a13 = SHUFFLE(b12_0, b12_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(26, 15, a13, a2);
+    const NAME(tile) b4_2 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(COLUMN(6), COLUMN(7), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b8_2 = SHUFFLE(COLUMN(8), COLUMN(9), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b8_3 = SHUFFLE(COLUMN(10), COLUMN(11), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a10 = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(34, 15, a6, a10);
+    const NAME(tile) b12_2 = SHUFFLE(COLUMN(11), COLUMN(12), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b12_3 = SHUFFLE(COLUMN(13), COLUMN(14), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a14 = SHUFFLE(b12_2, b12_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(41, 15, a14, a3);
+    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a11 = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(49, 15, a7, a11);
+    const NAME(tile) a15 = SHUFFLE(b12_2, b12_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(56, 15, a15);
+#endif
+}
+
+static INLINE void NAME(load_tile_18)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(18);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(36);
+    const NAME(tile) a3 = WHOLE(54);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(tile) a4 = WHOLE(4);
+    const NAME(tile) a5 = WHOLE(22);
+    const NAME(tile) b4 = SHUFFLE(a4, a5, 0, 4, 2, 6);
+    const NAME(tile) b5 = SHUFFLE(a4, a5, 1, 5, 3, 7);
+    const NAME(tile) a6 = WHOLE(40);
+    const NAME(tile) a7 = WHOLE(58);
+    const NAME(tile) b6 = SHUFFLE(a6, a7, 0, 4, 2, 6);
+    const NAME(tile) b7 = SHUFFLE(a6, a7, 1, 5, 3, 7);
+    COLUMN(4) = SHUFFLE(b4, b6, 0, 1, 4, 5);
+    COLUMN(5) = SHUFFLE(b5, b7, 0, 1, 4, 5);
+    COLUMN(6) = SHUFFLE(b4, b6, 2, 3, 6, 7);
+    COLUMN(7) = SHUFFLE(b5, b7, 2, 3, 6, 7);
+    const NAME(tile) a8 = WHOLE(8);
+    const NAME(tile) a9 = WHOLE(26);
+    const NAME(tile) b8 = SHUFFLE(a8, a9, 0, 4, 2, 6);
+    const NAME(tile) b9 = SHUFFLE(a8, a9, 1, 5, 3, 7);
+    const NAME(tile) a10 = WHOLE(44);
+    const NAME(tile) a11 = WHOLE(62);
+    const NAME(tile) b10 = SHUFFLE(a10, a11, 0, 4, 2, 6);
+    const NAME(tile) b11 = SHUFFLE(a10, a11, 1, 5, 3, 7);
+    COLUMN(8) = SHUFFLE(b8, b10, 0, 1, 4, 5);
+    COLUMN(9) = SHUFFLE(b9, b11, 0, 1, 4, 5);
+    COLUMN(10) = SHUFFLE(b8, b10, 2, 3, 6, 7);
+    COLUMN(11) = SHUFFLE(b9, b11, 2, 3, 6, 7);
+    const NAME(tile) a12 = WHOLE(12);
+    const NAME(tile) a13 = WHOLE(30);
+    const NAME(tile) b12 = SHUFFLE(a12, a13, 0, 4, 2, 6);
+    const NAME(tile) b13 = SHUFFLE(a12, a13, 1, 5, 3, 7);
+    const NAME(tile) a14 = WHOLE(48);
+    const NAME(tile) a15 = WHOLE(66);
+    const NAME(tile) b14 = SHUFFLE(a14, a15, 0, 4, 2, 6);
+    const NAME(tile) b15 = SHUFFLE(a14, a15, 1, 5, 3, 7);
+    COLUMN(12) = SHUFFLE(b12, b14, 0, 1, 4, 5);
+    COLUMN(13) = SHUFFLE(b13, b15, 0, 1, 4, 5);
+    COLUMN(14) = SHUFFLE(b12, b14, 2, 3, 6, 7);
+    COLUMN(15) = SHUFFLE(b13, b15, 2, 3, 6, 7);
+    const NAME(tile) a16 = READ(16, 18);
+    const NAME(tile) a17 = READ(34, 18);
+    COLUMN(16) = SHUFFLE(a16, a17, 0, 4, 2, 6);
+    COLUMN(17) = SHUFFLE(a16, a17, 1, 5, 3, 7);
+#else
+    const NAME(tile) a0 = READ(0, 18);
+    const NAME(tile) a1 = READ(18, 18);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(36, 18);
+    const NAME(tile) a3 = READ(54, 18);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a4 = READ(4, 18);
+    const NAME(tile) a5 = READ(22, 18);
+    const NAME(tile) b4_0 = SHUFFLE(a4, a5, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a6 = READ(40, 18);
+    const NAME(tile) a7 = READ(58, 18);
+    const NAME(tile) b4_1 = SHUFFLE(a6, a7, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(4) = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(5) = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(6) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(7) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a8 = READ(8, 18);
+    const NAME(tile) a9 = READ(26, 18);
+    const NAME(tile) b8_0 = SHUFFLE(a8, a9, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a10 = READ(44, 18);
+    const NAME(tile) a11 = READ(62, 18);
+    const NAME(tile) b8_1 = SHUFFLE(a10, a11, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b8_2 = SHUFFLE(a8, a9, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b8_3 = SHUFFLE(a10, a11, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(8) = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(9) = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(10) = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(11) = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a12 = READ(12, 18);
+    const NAME(tile) a13 = READ(30, 18);
+    const NAME(tile) b12_0 = SHUFFLE(a12, a13, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a14 = READ(48, 18);
+    const NAME(tile) a15 = READ(66, 18);
+    const NAME(tile) b12_1 = SHUFFLE(a14, a15, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b12_2 = SHUFFLE(a12, a13, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b12_3 = SHUFFLE(a14, a15, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(12) = SHUFFLE(b12_0, b12_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(13) = SHUFFLE(b12_0, b12_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(14) = SHUFFLE(b12_2, b12_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(15) = SHUFFLE(b12_2, b12_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a16 = READ(14, 18);
+    const NAME(tile) a17 = READ(32, 18);
+    const NAME(tile) b16_2 = SHUFFLE(a16, a17, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a18 = READ(50, 18);
+    const NAME(tile) a19 = READ(68, 18);
+    const NAME(tile) b16_3 = SHUFFLE(a18, a19, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(16) = SHUFFLE(b16_2, b16_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(17) = SHUFFLE(b16_2, b16_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_18)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 18, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 4, 2, 6);
+    WRITE_BOTH(4, 18, a2, a3);
+    const NAME(tile) a4 = SHUFFLE(COLUMN(8), COLUMN(9), 0, 4, 2, 6);
+    const NAME(tile) a5 = SHUFFLE(COLUMN(10), COLUMN(11), 0, 4, 2, 6);
+    WRITE_BOTH(8, 18, a4, a5);
+    const NAME(tile) a6 = SHUFFLE(COLUMN(12), COLUMN(13), 0, 4, 2, 6);
+    const NAME(tile) a7 = SHUFFLE(COLUMN(14), COLUMN(15), 0, 4, 2, 6);
+    WRITE_BOTH(12, 18, a6, a7);
+    const NAME(tile) a8 = SHUFFLE(COLUMN(16), COLUMN(17), 0, 4, 2, 6);
+    const NAME(tile) a9 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
+    WRITE_BOTH(16, 18, a8, a9);
+    const NAME(tile) a10 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
+    const NAME(tile) a11 = SHUFFLE(COLUMN(4), COLUMN(5), 1, 5, 3, 7);
+    WRITE_BOTH(20, 18, a10, a11);
+    const NAME(tile) a12 = SHUFFLE(COLUMN(6), COLUMN(7), 1, 5, 3, 7);
+    const NAME(tile) a13 = SHUFFLE(COLUMN(8), COLUMN(9), 1, 5, 3, 7);
+    WRITE_BOTH(24, 18, a12, a13);
+    const NAME(tile) a14 = SHUFFLE(COLUMN(10), COLUMN(11), 1, 5, 3, 7);
+    const NAME(tile) a15 = SHUFFLE(COLUMN(12), COLUMN(13), 1, 5, 3, 7);
+    WRITE_BOTH(28, 18, a14, a15);
+    const NAME(tile) a16 = SHUFFLE(COLUMN(14), COLUMN(15), 1, 5, 3, 7);
+    const NAME(tile) a17 = SHUFFLE(COLUMN(16), COLUMN(17), 1, 5, 3, 7);
+    WRITE_BOTH(32, 18, a16, a17);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_0 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_1 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(0, 18, a0, a4);
+    const NAME(tile) b8_0 = SHUFFLE(COLUMN(8), COLUMN(9), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b8_1 = SHUFFLE(COLUMN(10), COLUMN(11), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a8 = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b12_0 = SHUFFLE(COLUMN(12), COLUMN(13), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b12_1 = SHUFFLE(COLUMN(14), COLUMN(15), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a12 = SHUFFLE(b12_0, b12_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(8, 18, a8, a12);
+    const NAME(tile) b16_0 = SHUFFLE(COLUMN(14), COLUMN(15), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b16_1 = SHUFFLE(COLUMN(16), COLUMN(17), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a16 = SHUFFLE(b16_0, b16_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(14, 18, a16, a1);
+    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a9 = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(22, 18, a5, a9);
+    const NAME(tile) a13 = SHUFFLE(b12_0, b12_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(30, 18, a13);
+    const NAME(tile) a17 = SHUFFLE(b16_0, b16_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(32, 18, a17, a2);
+    const NAME(tile) b4_2 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(COLUMN(6), COLUMN(7), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b8_2 = SHUFFLE(COLUMN(8), COLUMN(9), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b8_3 = SHUFFLE(COLUMN(10), COLUMN(11), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a10 = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(40, 18, a6, a10);
+    const NAME(tile) b12_2 = SHUFFLE(COLUMN(12), COLUMN(13), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b12_3 = SHUFFLE(COLUMN(14), COLUMN(15), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a14 = SHUFFLE(b12_2, b12_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE(48, 18, a14);
+    const NAME(tile) b16_2 = SHUFFLE(COLUMN(14), COLUMN(15), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b16_3 = SHUFFLE(COLUMN(16), COLUMN(17), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a18 = SHUFFLE(b16_2, b16_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(50, 18, a18, a3);
+    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a11 = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(58, 18, a7, a11);
+    const NAME(tile) a15 = SHUFFLE(b12_2, b12_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(66, 18, a15);
+    const NAME(tile) a19 = SHUFFLE(b16_2, b16_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(68, 18, a19);
+#endif
+}
+#undef COLUMN
+#undef HALF
+#undef WHOLE
+#undef UPPER
+#undef JOINED
+#undef LOWERS
+#undef UPPERS
+#undef READ
+#undef WRITE
+#undef WRITE_BOTH
+#else
+
+static INLINE void NAME(load_tile_1)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 1; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 1 + k];
+}
+
+static INLINE void NAME(store_tile_1)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 1; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 1 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_2)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 2; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 2 + k];
+}
+
+static INLINE void NAME(store_tile_2)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 2; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 2 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_3)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 3; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 3 + k];
+}
+
+static INLINE void NAME(store_tile_3)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 3; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 3 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_6)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 6; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 6 + k];
+}
+
+static INLINE void NAME(store_tile_6)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 6; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 6 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_8)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 8; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 8 + k];
+}
+
+static INLINE void NAME(store_tile_8)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 8; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 8 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_9)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 9; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 9 + k];
+}
+
+static INLINE void NAME(store_tile_9)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 9; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 9 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_12)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 12; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 12 + k];
+}
+
+static INLINE void NAME(store_tile_12)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 12; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 12 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_15)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 15; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 15 + k];
+}
+
+static INLINE void NAME(store_tile_15)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 15; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 15 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_18)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 18; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 18 + k];
+}
+
+static INLINE void NAME(store_tile_18)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 18; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 18 + k] = x[k * row + i];
+}
+#endif
+
+// Rows, SPAN numbers long, of `n` elements of at most three numbers in C order, and back.
+static INLINE void NAME(load_few)(REAL *x, const REAL *a, intptr_t size, intptr_t n)
+{
     if (size == 1) {
-        memcpy(x, from, n * w);
+        memcpy(x, a, n * sizeof(REAL));
     } else if (size == 2) {
         for (intptr_t i = 0; i < n; ++i) {
-            x[i] = from[2 * i];
-            x[SPAN + i] = from[2 * i + 1];
-        }
-    } else if (size == 3) {
-        for (intptr_t i = 0; i < n; ++i) {
-            x[i] = from[3 * i];
-            x[SPAN + i] = from[3 * i + 1];
-            x[2 * SPAN + i] = from[3 * i + 2];
+            x[i] = a[2 * i];
+            x[SPAN + i] = a[2 * i + 1];
         }
     } else {
-        NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, n);
+        for (intptr_t i = 0; i < n; ++i) {
+            x[i] = a[3 * i];
+            x[SPAN + i] = a[3 * i + 1];
+            x[2 * SPAN + i] = a[3 * i + 2];
+        }
     }
 }
 
-static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size, intptr_t n)
+static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr_t n)
 {
-    const intptr_t w = sizeof(REAL);
-    REAL *to = (REAL *)(a + first * size * w);
     if (size == 1) {
-        memcpy(to, x, n * w);
+        memcpy(a, x, n * sizeof(REAL));
     } else if (size == 2) {
         for (intptr_t i = 0; i < n; ++i) {
-            to[2 * i] = x[i];
-            to[2 * i + 1] = x[SPAN + i];
-        }
-    } else if (size == 3) {
-        for (intptr_t i = 0; i < n; ++i) {
-            to[3 * i] = x[i];
-            to[3 * i + 1] = x[SPAN + i];
-            to[3 * i + 2] = x[2 * SPAN + i];
+            a[2 * i] = x[i];
+            a[2 * i + 1] = x[SPAN + i];
         }
     } else {
-        NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, n);
+        for (intptr_t i = 0; i < n; ++i) {
+            a[3 * i] = x[i];
+            a[3 * i + 1] = x[SPAN + i];
+            a[3 * i + 2] = x[2 * SPAN + i];
+        }
     }
 }
 
-// The same as loops, one for each size that is known: between rows and elements in C order.
+// Loops between rows and elements of each size.
 static INLINE void NAME(load_span_1)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 1, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 1, n);
 }
 LOOPS(load_span_1)
 
 static INLINE void NAME(store_span_1)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 1, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 1, n);
 }
 LOOPS(store_span_1)
 
 static INLINE void NAME(load_span_2)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 2, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 2, n);
 }
 LOOPS(load_span_2)
 
 static INLINE void NAME(store_span_2)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 2, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 2, n);
 }
 LOOPS(store_span_2)
 
 static INLINE void NAME(load_span_3)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 3, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 3, n);
 }
 LOOPS(load_span_3)
 
 static INLINE void NAME(store_span_3)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 3, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 3, n);
 }
 LOOPS(store_span_3)
 
 static INLINE void NAME(load_span_6)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 6, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_6)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 6);
 }
-LOOPS(load_span_6)
+LOOP(load_span_6)
 
 static INLINE void NAME(store_span_6)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 6, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_6)((REAL *)args[1] + i * 6, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_6)
+LOOP(store_span_6)
 
 static INLINE void NAME(load_span_8)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 8, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_8)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 8);
 }
-LOOPS(load_span_8)
+LOOP(load_span_8)
 
 static INLINE void NAME(store_span_8)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 8, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_8)((REAL *)args[1] + i * 8, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_8)
+LOOP(store_span_8)
 
 static INLINE void NAME(load_span_9)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 9, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_9)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 9);
 }
-LOOPS(load_span_9)
+LOOP(load_span_9)
 
 static INLINE void NAME(store_span_9)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 9, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_9)((REAL *)args[1] + i * 9, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_9)
+LOOP(store_span_9)
 
 static INLINE void NAME(load_span_12)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 12, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_12)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 12);
 }
-LOOPS(load_span_12)
+LOOP(load_span_12)
 
 static INLINE void NAME(store_span_12)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 12, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_12)((REAL *)args[1] + i * 12, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_12)
+LOOP(store_span_12)
 
 static INLINE void NAME(load_span_15)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 15, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_15)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 15);
 }
-LOOPS(load_span_15)
+LOOP(load_span_15)
 
 static INLINE void NAME(store_span_15)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 15, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_15)((REAL *)args[1] + i * 15, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_15)
+LOOP(store_span_15)
 
 static INLINE void NAME(load_span_18)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 18, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_18)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 18);
 }
-LOOPS(load_span_18)
+LOOP(load_span_18)
 
 static INLINE void NAME(store_span_18)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 18, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_18)((REAL *)args[1] + i * 18, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_18)
+LOOP(store_span_18)
 
 static const struct {
     loop_function *load[2], *store[2];
@@ -709,12 +1768,12 @@ static const struct {
     [1] = {WIDTHS(load_span_1), WIDTHS(store_span_1)},
     [2] = {WIDTHS(load_span_2), WIDTHS(store_span_2)},
     [3] = {WIDTHS(load_span_3), WIDTHS(store_span_3)},
-    [6] = {WIDTHS(load_span_6), WIDTHS(store_span_6)},
-    [8] = {WIDTHS(load_span_8), WIDTHS(store_span_8)},
-    [9] = {WIDTHS(load_span_9), WIDTHS(store_span_9)},
-    [12] = {WIDTHS(load_span_12), WIDTHS(store_span_12)},
-    [15] = {WIDTHS(load_span_15), WIDTHS(store_span_15)},
-    [18] = {WIDTHS(load_span_18), WIDTHS(store_span_18)},
+    [6] = {WIDTH(load_span_6), WIDTH(store_span_6)},
+    [8] = {WIDTH(load_span_8), WIDTH(store_span_8)},
+    [9] = {WIDTH(load_span_9), WIDTH(store_span_9)},
+    [12] = {WIDTH(load_span_12), WIDTH(store_span_12)},
+    [15] = {WIDTH(load_span_15), WIDTH(store_span_15)},
+    [18] = {WIDTH(load_span_18), WIDTH(store_span_18)},
 };
 
 // All rows of a part, from the batch or back to it; axes that lie as one are moved as one.
@@ -966,9 +2025,10 @@ static INLINE void NAME(bracket_dense)(intptr_t n, char **args, const intptr_t *
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
     _Alignas(64) REAL r3[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -977,13 +2037,13 @@ static INLINE void NAME(bracket_dense)(intptr_t n, char **args, const intptr_t *
             REAL x1[3];
             REAL x2[3];
             REAL x3[1];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
-            NAME(load_3)(x2, a2 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x2, (char *)a2 + (first + i) * 3 * w, w);
             NAME(bracket)(x0, x1, x2, x3);
             NAME(store_scalar)((char *)(r3 + i), x3);
         }
-        NAME(store_span)(args[3], first, r3, 1, SPAN);
+        NAME(store_few)(a3 + first * 1, r3, 1, SPAN);
     }
 }
 LOOPS(bracket_dense)
@@ -1042,8 +2102,9 @@ static INLINE void NAME(join_points_dense)(intptr_t n, char **args, const intptr
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -1051,12 +2112,12 @@ static INLINE void NAME(join_points_dense)(intptr_t n, char **args, const intptr
             REAL x0[3];
             REAL x1[3];
             REAL x2[3];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(join_points)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(join_points_dense)
@@ -1121,10 +2182,38 @@ static INLINE void NAME(transform_point_block)(intptr_t n, char **args, const in
 }
 LOOPS(transform_point_block)
 
+static INLINE void NAME(transform_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[9 * TILE];
+    _Alignas(64) REAL r1[2 * TILE];
+    _Alignas(64) REAL r2[2 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_9)(r0, TILE, a0 + first * 9);
+        NAME(load_tile_2)(r1, TILE, a1 + first * 2);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[9];
+            REAL x1[2];
+            REAL x2[2];
+            NAME(load_3x3)(x0, (char *)(r0 + i), 3 * TILE * w, TILE * w);
+            NAME(load_2)(x1, (char *)(r1 + i), TILE * w);
+            NAME(transform_point)(x0, x1, x2);
+            NAME(store_2)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_2)(a2 + first * 2, r2, TILE);
+    }
+}
+LOOP(transform_point_dense)
+
 void NAME(transform_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {2, 1, 2, {2}}, {2, 1, 3, {2}}};
-    static const struct kernel kernel = {WIDTHS(transform_point_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(transform_point_block), WIDTH(transform_point_dense), (any_function
         *)NAME(transform_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -1195,10 +2284,33 @@ static INLINE void NAME(line_homography_block)(intptr_t n, char **args, const in
 }
 LOOPS(line_homography_block)
 
+static INLINE void NAME(line_homography_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[9 * TILE];
+    _Alignas(64) REAL r1[9 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_9)(r0, TILE, a0 + first * 9);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[9];
+            REAL x1[9];
+            NAME(load_3x3)(x0, (char *)(r0 + i), 3 * TILE * w, TILE * w);
+            NAME(line_homography)(x0, x1);
+            NAME(store_3x3)((char *)(r1 + i), 3 * TILE * w, TILE * w, x1);
+        }
+        NAME(store_tile_9)(a1 + first * 9, r1, TILE);
+    }
+}
+LOOP(line_homography_dense)
+
 void NAME(line_homography_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {9, 2, 2, {3, 3}}};
-    static const struct kernel kernel = {WIDTHS(line_homography_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(line_homography_block), WIDTH(line_homography_dense), (any_function
         *)NAME(line_homography), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -1258,11 +2370,39 @@ static INLINE void NAME(homography_equations_block)(intptr_t n, char **args, con
 }
 LOOPS(homography_equations_block)
 
+static INLINE void NAME(homography_equations_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[2 * TILE];
+    _Alignas(64) REAL r1[2 * TILE];
+    _Alignas(64) REAL r2[18 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_2)(r0, TILE, a0 + first * 2);
+        NAME(load_tile_2)(r1, TILE, a1 + first * 2);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            REAL x2[18];
+            NAME(load_2)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_2)(x1, (char *)(r1 + i), TILE * w);
+            NAME(homography_equations)(x0, x1, x2);
+            NAME(store_2x9)((char *)(r2 + i), 9 * TILE * w, TILE * w, x2);
+        }
+        NAME(store_tile_18)(a2 + first * 18, r2, TILE);
+    }
+}
+LOOP(homography_equations_dense)
+
 void NAME(homography_equations_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {18, 2, 2, {2, 9}}};
-    static const struct kernel kernel = {WIDTHS(homography_equations_block), {NULL}, (any_function
-        *)NAME(homography_equations), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(homography_equations_block), WIDTH(homography_equations_dense),
+        (any_function *)NAME(homography_equations), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1311,11 +2451,32 @@ static INLINE void NAME(cross_ratio_on_line_block)(intptr_t n, char **args, cons
 }
 LOOPS(cross_ratio_on_line_block)
 
+static INLINE void NAME(cross_ratio_on_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r1[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[1];
+            NAME(load_4x2)(x0, (char *)a0 + (first + i) * 8 * w, 2 * w, w);
+            NAME(cross_ratio_on_line)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_few)(a1 + first * 1, r1, 1, SPAN);
+    }
+}
+LOOPS(cross_ratio_on_line_dense)
+
 void NAME(cross_ratio_on_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 2, 0, {4, 2}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(cross_ratio_on_line_block), {NULL}, (any_function
-        *)NAME(cross_ratio_on_line), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(cross_ratio_on_line_block), WIDTHS(cross_ratio_on_line_dense),
+        (any_function *)NAME(cross_ratio_on_line), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1397,11 +2558,34 @@ static INLINE void NAME(cross_ratio_of_lines_block)(intptr_t n, char **args, con
 }
 LOOPS(cross_ratio_of_lines_block)
 
+static INLINE void NAME(cross_ratio_of_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[15 * TILE];
+    _Alignas(64) REAL r1[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_15)(r0, TILE, a0 + first * 15);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[15];
+            REAL x1[1];
+            NAME(load_5x3)(x0, (char *)(r0 + i), 3 * TILE * w, TILE * w);
+            NAME(cross_ratio_of_lines)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_tile_1)(a1 + first * 1, r1, TILE);
+    }
+}
+LOOP(cross_ratio_of_lines_dense)
+
 void NAME(cross_ratio_of_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{15, 2, 0, {5, 3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(cross_ratio_of_lines_block), {NULL}, (any_function
-        *)NAME(cross_ratio_of_lines), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(cross_ratio_of_lines_block), WIDTH(cross_ratio_of_lines_dense),
+        (any_function *)NAME(cross_ratio_of_lines), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1547,11 +2731,34 @@ static INLINE void NAME(conic_from_points_block)(intptr_t n, char **args, const 
 }
 LOOPS(conic_from_points_block)
 
+static INLINE void NAME(conic_from_points_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[15 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_15)(r0, TILE, a0 + first * 15);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[15];
+            REAL x1[6];
+            NAME(load_5x3)(x0, (char *)(r0 + i), 3 * TILE * w, TILE * w);
+            NAME(conic_from_points)(x0, x1);
+            NAME(store_6)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_6)(a1 + first * 6, r1, TILE);
+    }
+}
+LOOP(conic_from_points_dense)
+
 void NAME(conic_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{15, 2, 0, {5, 3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(conic_from_points_block), {NULL}, (any_function
-        *)NAME(conic_from_points), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(conic_from_points_block), WIDTH(conic_from_points_dense),
+        (any_function *)NAME(conic_from_points), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1690,11 +2897,34 @@ static INLINE void NAME(pascal_bracket_block)(intptr_t n, char **args, const int
 }
 LOOPS(pascal_bracket_block)
 
+static INLINE void NAME(pascal_bracket_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[18 * TILE];
+    _Alignas(64) REAL r1[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_18)(r0, TILE, a0 + first * 18);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[18];
+            REAL x1[1];
+            NAME(load_6x3)(x0, (char *)(r0 + i), 3 * TILE * w, TILE * w);
+            NAME(pascal_bracket)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_tile_1)(a1 + first * 1, r1, TILE);
+    }
+}
+LOOP(pascal_bracket_dense)
+
 void NAME(pascal_bracket_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{18, 2, 0, {6, 3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(pascal_bracket_block), {NULL}, (any_function *)NAME(pascal_bracket),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(pascal_bracket_block), WIDTH(pascal_bracket_dense), (any_function
+        *)NAME(pascal_bracket), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1770,11 +3000,35 @@ static INLINE void NAME(circular_point_equations_block)(intptr_t n, char **args,
 }
 LOOPS(circular_point_equations_block)
 
+static INLINE void NAME(circular_point_equations_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[9 * TILE];
+    _Alignas(64) REAL r1[12 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_9)(r0, TILE, a0 + first * 9);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[9];
+            REAL x1[12];
+            NAME(load_3x3)(x0, (char *)(r0 + i), 3 * TILE * w, TILE * w);
+            NAME(circular_point_equations)(x0, x1);
+            NAME(store_2x6)((char *)(r1 + i), 6 * TILE * w, TILE * w, x1);
+        }
+        NAME(store_tile_12)(a1 + first * 12, r1, TILE);
+    }
+}
+LOOP(circular_point_equations_dense)
+
 void NAME(circular_point_equations_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {12, 2, 2, {2, 6}}};
-    static const struct kernel kernel = {WIDTHS(circular_point_equations_block), {NULL}, (any_function
-        *)NAME(circular_point_equations), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(circular_point_equations_block),
+        WIDTH(circular_point_equations_dense), (any_function *)NAME(circular_point_equations), NAME(call_ar), 1, 2,
+        0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

@@ -2,7 +2,7 @@
 // command: gac generate --all projective3
 // spec: b8100e20257c1954
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 6709d7c9dae887b118573802db0d3f728a9fcf79020e5c22baf82fec2219059b
+// body: 966c6e88502c33f35ec89def8c637ce2ce9842505933b59a645c256115293625
 
 #ifndef REAL
 #include "projective3.h"
@@ -35,20 +35,21 @@
 #if defined(__GNUC__) && __GNUC__ >= 12 && !defined(__clang__) && defined(__x86_64__) && defined(__GLIBC__)
 #define WIDE __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
 #define ON(level) __attribute__((target("arch=x86-64-" level)))
-#define LOOPS(name)                                                                     \
-    ON("v3") static void NAME(name##_v3)(intptr_t n, char **args, const intptr_t *strides) \
-    {                                                                                   \
-        NAME(name)(n, args, strides);                                                   \
-    }                                                                                   \
-    ON("v4") static void NAME(name##_v4)(intptr_t n, char **args, const intptr_t *strides) \
-    {                                                                                   \
-        NAME(name)(n, args, strides);                                                   \
+#define ONE(name, level)                                                                        \
+    ON(#level) static void NAME(name##_##level)(intptr_t n, char **args, const intptr_t *strides) \
+    {                                                                                           \
+        NAME(name)(n, args, strides);                                                           \
     }
+#define LOOP(name) ONE(name, v3)
+#define LOOPS(name) ONE(name, v3) ONE(name, v4)
+#define WIDTH(name) {NAME(name##_v3), NAME(name##_v3)}
 #define WIDTHS(name) {NAME(name##_v3), NAME(name##_v4)}
 #define CHOSEN (__builtin_cpu_supports("x86-64-v4") ? 1 : __builtin_cpu_supports("x86-64-v3") ? 0 : -1)
 #else
 #define WIDE
+#define LOOP(name)
 #define LOOPS(name)
+#define WIDTH(name) {NAME(name)}
 #define WIDTHS(name) {NAME(name)}
 #define CHOSEN 0
 #endif
@@ -63,8 +64,8 @@
 // Elements in C order go through rows of this many.
 #define SPAN 32
 
-// A vector of neighbours in memory.
-#if defined(__has_builtin)
+// A vector of neighbours in memory, where the compiler turns such of 32 bytes well.
+#if defined(__has_builtin) && (defined(ON) || defined(__clang__))
 #if __has_builtin(__builtin_shufflevector)
 #define SHUFFLE __builtin_shufflevector
 #define VECTOR(n) __attribute__((vector_size((n) * sizeof(REAL)), aligned(sizeof(REAL)), may_alias))
@@ -107,7 +108,7 @@ ON("v3") static void stream(char *to, const char *from, intptr_t bytes)
 #else
 #define PASSES(bytes) 0
 #define stream memcpy
-#define STREAM_END()
+#define STREAM_END() (void)0
 #endif
 
 typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
@@ -667,12 +668,13 @@ static void NAME(call_ar)(any_function *function, void **x)
 // Blocks of a batch, and how they get there from strides of any kind: a component of a part (an argument or a result)
 // is a row, `row` numbers long, of the elements of a block.
 
+// As many elements as fill 32 bytes, which every wide machine turns alike.
+#define TILE PRECISION(4, 8)
+
 #ifdef SHUFFLE
 typedef REAL NAME(four) VECTOR(4);
 #define AT(a, k, s) (*(NAME(four) *)((a) + (k) * (s)))
 
-// A tile is four components of as many elements as fill 32 bytes, which every wide machine turns alike.
-#define TILE PRECISION(4, 8)
 #if PRECISION(1, 0)
 // From four places, `s` bytes apart, to four, `t` bytes apart.
 static INLINE void NAME(turn)(char *a, intptr_t s, char *b, intptr_t t)
@@ -838,191 +840,1601 @@ WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, REAL *x, intp
     }
 }
 
-// Rows, SPAN numbers long, of `n` elements of `size` components, in C order from element `first` on; and back.
-static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size, intptr_t n)
+// A tile of elements of each size in C order, to rows and back. Vectors are read and written in halves, the upper one
+// from half of the elements further on.
+#ifdef SHUFFLE
+typedef REAL NAME(tile) VECTOR(TILE);
+typedef REAL NAME(half) VECTOR(TILE / 2);
+#define COLUMN(k) (*(NAME(tile) *)(x + (k) * row))
+#define HALF(a, k) (((NAME(half) *)(a))[k])
+#define WHOLE(offset) (*(NAME(tile) *)(a + (offset)))
+#define UPPER(offset, size) (a + (offset) + TILE / 2 * (size))
+#define JOINED(v, w) PRECISION(SHUFFLE(v, w, 0, 1, 2, 3), SHUFFLE(v, w, 0, 1, 2, 3, 4, 5, 6, 7))
+#define LOWERS(v, w) PRECISION(SHUFFLE(v, w, 0, 1, 4, 5), SHUFFLE(v, w, 0, 1, 2, 3, 8, 9, 10, 11))
+#define UPPERS(v, w) PRECISION(SHUFFLE(v, w, 2, 3, 6, 7), SHUFFLE(v, w, 4, 5, 6, 7, 12, 13, 14, 15))
+#define READ(offset, size) JOINED(HALF(a + (offset), 0), HALF(UPPER(offset, size), 0))
+#define WRITE(offset, size, v) HALF(a + (offset), 0) = HALF(&v, 0), HALF(UPPER(offset, size), 0) = HALF(&v, 1)
+#define WRITE_BOTH(offset, size, v, w) \
+    WHOLE(offset) = LOWERS(v, w), WHOLE((offset) + TILE / 2 * (size)) = UPPERS(v, w)
+
+static INLINE void NAME(load_tile_1)(REAL *x, intptr_t row, REAL *a)
 {
-    const intptr_t w = sizeof(REAL);
-    const REAL *from = (const REAL *)(a + first * size * w);
+#if PRECISION(1, 0)
+    COLUMN(0) = WHOLE(0);
+#else
+    COLUMN(0) = WHOLE(0);
+#endif
+}
+
+static INLINE void NAME(store_tile_1)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    WHOLE(0) = COLUMN(0);
+#else
+    WHOLE(0) = COLUMN(0);
+#endif
+}
+
+static INLINE void NAME(load_tile_2)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = READ(0, 2);
+    const NAME(tile) a1 = READ(2, 2);
+    COLUMN(0) = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    COLUMN(1) = SHUFFLE(a0, a1, 1, 5, 3, 7);
+#else
+    const NAME(tile) a0 = READ(0, 2);
+    const NAME(tile) a1 = READ(4, 2);
+    COLUMN(0) = SHUFFLE(a0, a1, 0, 2, 8, 10, 4, 6, 12, 14);
+    COLUMN(1) = SHUFFLE(a0, a1, 1, 3, 9, 11, 5, 7, 13, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_2)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
+    WRITE_BOTH(0, 2, a0, a1);
+#else
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    WRITE_BOTH(0, 2, a0, a1);
+#endif
+}
+
+static INLINE void NAME(load_tile_3)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = READ(0, 3);
+    const NAME(tile) a1 = READ(2, 3);
+    COLUMN(0) = SHUFFLE(a0, a1, 0, 5, 2, 7);
+    const NAME(tile) a2 = READ(4, 3);
+    COLUMN(1) = SHUFFLE(a0, a2, 1, 4, 3, 6);
+    COLUMN(2) = SHUFFLE(a1, a2, 0, 5, 2, 7);
+#else
+    const NAME(tile) a1 = READ(4, 3);
+    const NAME(tile) a2 = READ(8, 3);
+    const NAME(tile) b0 = SHUFFLE(a1, a2, 2, 3, 9, 10, 6, 7, 13, 14);
+    const NAME(tile) a0 = READ(0, 3);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 2, 8, 9, 5, 6, 12, 13);
+    COLUMN(0) = SHUFFLE(a0, b0, 0, 3, 8, 10, 4, 7, 12, 14);
+    COLUMN(1) = SHUFFLE(b1, b0, 0, 2, 9, 11, 4, 6, 13, 15);
+    COLUMN(2) = SHUFFLE(b1, a2, 1, 3, 8, 11, 5, 7, 12, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_3)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(0), 0, 5, 2, 7);
+    WRITE_BOTH(0, 3, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(1), COLUMN(2), 1, 5, 3, 7);
+    WRITE(4, 3, a2);
+#else
+    const NAME(tile) b0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 2, 8, 10, 4, 6, 12, 14);
+    const NAME(tile) b2 = SHUFFLE(COLUMN(2), COLUMN(0), 0, 2, 9, 11, 4, 6, 13, 15);
+    const NAME(tile) a0 = SHUFFLE(b0, b2, 0, 2, 8, 10, 4, 6, 12, 14);
+    const NAME(tile) b1 = SHUFFLE(COLUMN(1), COLUMN(2), 1, 3, 9, 11, 5, 7, 13, 15);
+    const NAME(tile) a1 = SHUFFLE(b1, b0, 0, 2, 9, 11, 4, 6, 13, 15);
+    WRITE_BOTH(0, 3, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(b2, b1, 1, 3, 9, 11, 5, 7, 13, 15);
+    WRITE(8, 3, a2);
+#endif
+}
+
+static INLINE void NAME(load_tile_4)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(4);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(8);
+    const NAME(tile) a3 = WHOLE(12);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+#else
+    const NAME(tile) a0 = READ(0, 4);
+    const NAME(tile) a1 = READ(4, 4);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(8, 4);
+    const NAME(tile) a3 = READ(12, 4);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_4)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 4, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
+    WRITE_BOTH(4, 4, a2, a3);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(0, 4, a0, a1);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(8, 4, a2, a3);
+#endif
+}
+
+static INLINE void NAME(load_tile_6)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(6);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(12);
+    const NAME(tile) a3 = WHOLE(18);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(tile) a4 = READ(4, 6);
+    const NAME(tile) a5 = READ(10, 6);
+    COLUMN(4) = SHUFFLE(a4, a5, 0, 4, 2, 6);
+    COLUMN(5) = SHUFFLE(a4, a5, 1, 5, 3, 7);
+#else
+    const NAME(tile) a0 = READ(0, 6);
+    const NAME(tile) a1 = READ(6, 6);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(12, 6);
+    const NAME(tile) a3 = READ(18, 6);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a4 = READ(2, 6);
+    const NAME(tile) a5 = READ(8, 6);
+    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = READ(14, 6);
+    const NAME(tile) a7 = READ(20, 6);
+    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(4) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(5) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_6)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 6, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
+    WRITE_BOTH(4, 6, a2, a3);
+    const NAME(tile) a4 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
+    const NAME(tile) a5 = SHUFFLE(COLUMN(4), COLUMN(5), 1, 5, 3, 7);
+    WRITE_BOTH(8, 6, a4, a5);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE(0, 6, a0);
+    const NAME(tile) b4_0 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_1 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(2, 6, a4, a1);
+    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(8, 6, a5, a2);
+    const NAME(tile) b4_2 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(14, 6, a6, a3);
+    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(20, 6, a7);
+#endif
+}
+
+static INLINE void NAME(load_tile_9)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(9);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(18);
+    const NAME(tile) a3 = WHOLE(27);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(tile) a4 = WHOLE(4);
+    const NAME(tile) a5 = WHOLE(13);
+    const NAME(tile) b4 = SHUFFLE(a4, a5, 0, 4, 2, 6);
+    const NAME(tile) b5 = SHUFFLE(a4, a5, 1, 5, 3, 7);
+    const NAME(tile) a6 = WHOLE(22);
+    const NAME(tile) a7 = WHOLE(31);
+    const NAME(tile) b6 = SHUFFLE(a6, a7, 0, 4, 2, 6);
+    const NAME(tile) b7 = SHUFFLE(a6, a7, 1, 5, 3, 7);
+    COLUMN(4) = SHUFFLE(b4, b6, 0, 1, 4, 5);
+    COLUMN(5) = SHUFFLE(b5, b7, 0, 1, 4, 5);
+    COLUMN(6) = SHUFFLE(b4, b6, 2, 3, 6, 7);
+    COLUMN(7) = SHUFFLE(b5, b7, 2, 3, 6, 7);
+    const NAME(tile) a8 = READ(7, 9);
+    const NAME(tile) a9 = READ(16, 9);
+    COLUMN(8) = SHUFFLE(a8, a9, 1, 5, 3, 7);
+#else
+    const NAME(tile) a0 = READ(0, 9);
+    const NAME(tile) a1 = READ(9, 9);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(18, 9);
+    const NAME(tile) a3 = READ(27, 9);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a4 = READ(4, 9);
+    const NAME(tile) a5 = READ(13, 9);
+    const NAME(tile) b4_0 = SHUFFLE(a4, a5, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a6 = READ(22, 9);
+    const NAME(tile) a7 = READ(31, 9);
+    const NAME(tile) b4_1 = SHUFFLE(a6, a7, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(4) = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(5) = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(6) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(7) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a8 = READ(5, 9);
+    const NAME(tile) a9 = READ(14, 9);
+    const NAME(tile) b8_2 = SHUFFLE(a8, a9, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a10 = READ(23, 9);
+    const NAME(tile) a11 = READ(32, 9);
+    const NAME(tile) b8_3 = SHUFFLE(a10, a11, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(8) = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_9)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 9, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 4, 2, 6);
+    WRITE_BOTH(4, 9, a2, a3);
+    const NAME(tile) a4 = SHUFFLE(COLUMN(8), COLUMN(0), 0, 5, 2, 7);
+    const NAME(tile) a5 = SHUFFLE(COLUMN(1), COLUMN(2), 1, 5, 3, 7);
+    WRITE_BOTH(8, 9, a4, a5);
+    const NAME(tile) a6 = SHUFFLE(COLUMN(3), COLUMN(4), 1, 5, 3, 7);
+    const NAME(tile) a7 = SHUFFLE(COLUMN(5), COLUMN(6), 1, 5, 3, 7);
+    WRITE_BOTH(12, 9, a6, a7);
+    const NAME(tile) a8 = SHUFFLE(COLUMN(7), COLUMN(8), 1, 5, 3, 7);
+    WRITE(16, 9, a8);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_0 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_1 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(0, 9, a0, a4);
+    const NAME(tile) b8_0 = SHUFFLE(COLUMN(5), COLUMN(6), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b8_1 = SHUFFLE(COLUMN(7), COLUMN(8), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a8 = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(5, 9, a8, a1);
+    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(13, 9, a5);
+    const NAME(tile) a9 = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(14, 9, a9, a2);
+    const NAME(tile) b4_2 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(COLUMN(6), COLUMN(7), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE(22, 9, a6);
+    const NAME(tile) b8_2 = SHUFFLE(COLUMN(5), COLUMN(6), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b8_3 = SHUFFLE(COLUMN(7), COLUMN(8), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a10 = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(23, 9, a10, a3);
+    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(31, 9, a7);
+    const NAME(tile) a11 = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(32, 9, a11);
+#endif
+}
+
+static INLINE void NAME(load_tile_12)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(12);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(24);
+    const NAME(tile) a3 = WHOLE(36);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(tile) a4 = WHOLE(4);
+    const NAME(tile) a5 = WHOLE(16);
+    const NAME(tile) b4 = SHUFFLE(a4, a5, 0, 4, 2, 6);
+    const NAME(tile) b5 = SHUFFLE(a4, a5, 1, 5, 3, 7);
+    const NAME(tile) a6 = WHOLE(28);
+    const NAME(tile) a7 = WHOLE(40);
+    const NAME(tile) b6 = SHUFFLE(a6, a7, 0, 4, 2, 6);
+    const NAME(tile) b7 = SHUFFLE(a6, a7, 1, 5, 3, 7);
+    COLUMN(4) = SHUFFLE(b4, b6, 0, 1, 4, 5);
+    COLUMN(5) = SHUFFLE(b5, b7, 0, 1, 4, 5);
+    COLUMN(6) = SHUFFLE(b4, b6, 2, 3, 6, 7);
+    COLUMN(7) = SHUFFLE(b5, b7, 2, 3, 6, 7);
+    const NAME(tile) a8 = WHOLE(8);
+    const NAME(tile) a9 = WHOLE(20);
+    const NAME(tile) b8 = SHUFFLE(a8, a9, 0, 4, 2, 6);
+    const NAME(tile) b9 = SHUFFLE(a8, a9, 1, 5, 3, 7);
+    const NAME(tile) a10 = WHOLE(32);
+    const NAME(tile) a11 = WHOLE(44);
+    const NAME(tile) b10 = SHUFFLE(a10, a11, 0, 4, 2, 6);
+    const NAME(tile) b11 = SHUFFLE(a10, a11, 1, 5, 3, 7);
+    COLUMN(8) = SHUFFLE(b8, b10, 0, 1, 4, 5);
+    COLUMN(9) = SHUFFLE(b9, b11, 0, 1, 4, 5);
+    COLUMN(10) = SHUFFLE(b8, b10, 2, 3, 6, 7);
+    COLUMN(11) = SHUFFLE(b9, b11, 2, 3, 6, 7);
+#else
+    const NAME(tile) a0 = READ(0, 12);
+    const NAME(tile) a1 = READ(12, 12);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(24, 12);
+    const NAME(tile) a3 = READ(36, 12);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a4 = READ(4, 12);
+    const NAME(tile) a5 = READ(16, 12);
+    const NAME(tile) b4_0 = SHUFFLE(a4, a5, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a6 = READ(28, 12);
+    const NAME(tile) a7 = READ(40, 12);
+    const NAME(tile) b4_1 = SHUFFLE(a6, a7, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(4) = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(5) = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(6) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(7) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a8 = READ(8, 12);
+    const NAME(tile) a9 = READ(20, 12);
+    const NAME(tile) b8_0 = SHUFFLE(a8, a9, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a10 = READ(32, 12);
+    const NAME(tile) a11 = READ(44, 12);
+    const NAME(tile) b8_1 = SHUFFLE(a10, a11, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b8_2 = SHUFFLE(a8, a9, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b8_3 = SHUFFLE(a10, a11, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(8) = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(9) = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(10) = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(11) = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_12)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 12, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 4, 2, 6);
+    WRITE_BOTH(4, 12, a2, a3);
+    const NAME(tile) a4 = SHUFFLE(COLUMN(8), COLUMN(9), 0, 4, 2, 6);
+    const NAME(tile) a5 = SHUFFLE(COLUMN(10), COLUMN(11), 0, 4, 2, 6);
+    WRITE_BOTH(8, 12, a4, a5);
+    const NAME(tile) a6 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
+    const NAME(tile) a7 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
+    WRITE_BOTH(12, 12, a6, a7);
+    const NAME(tile) a8 = SHUFFLE(COLUMN(4), COLUMN(5), 1, 5, 3, 7);
+    const NAME(tile) a9 = SHUFFLE(COLUMN(6), COLUMN(7), 1, 5, 3, 7);
+    WRITE_BOTH(16, 12, a8, a9);
+    const NAME(tile) a10 = SHUFFLE(COLUMN(8), COLUMN(9), 1, 5, 3, 7);
+    const NAME(tile) a11 = SHUFFLE(COLUMN(10), COLUMN(11), 1, 5, 3, 7);
+    WRITE_BOTH(20, 12, a10, a11);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_0 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_1 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(0, 12, a0, a4);
+    const NAME(tile) b8_0 = SHUFFLE(COLUMN(8), COLUMN(9), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b8_1 = SHUFFLE(COLUMN(10), COLUMN(11), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a8 = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(8, 12, a8, a1);
+    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a9 = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(16, 12, a5, a9);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_2 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(COLUMN(6), COLUMN(7), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(24, 12, a2, a6);
+    const NAME(tile) b8_2 = SHUFFLE(COLUMN(8), COLUMN(9), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b8_3 = SHUFFLE(COLUMN(10), COLUMN(11), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a10 = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(32, 12, a10, a3);
+    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a11 = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(40, 12, a7, a11);
+#endif
+}
+
+static INLINE void NAME(load_tile_18)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(18);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(36);
+    const NAME(tile) a3 = WHOLE(54);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(tile) a4 = WHOLE(4);
+    const NAME(tile) a5 = WHOLE(22);
+    const NAME(tile) b4 = SHUFFLE(a4, a5, 0, 4, 2, 6);
+    const NAME(tile) b5 = SHUFFLE(a4, a5, 1, 5, 3, 7);
+    const NAME(tile) a6 = WHOLE(40);
+    const NAME(tile) a7 = WHOLE(58);
+    const NAME(tile) b6 = SHUFFLE(a6, a7, 0, 4, 2, 6);
+    const NAME(tile) b7 = SHUFFLE(a6, a7, 1, 5, 3, 7);
+    COLUMN(4) = SHUFFLE(b4, b6, 0, 1, 4, 5);
+    COLUMN(5) = SHUFFLE(b5, b7, 0, 1, 4, 5);
+    COLUMN(6) = SHUFFLE(b4, b6, 2, 3, 6, 7);
+    COLUMN(7) = SHUFFLE(b5, b7, 2, 3, 6, 7);
+    const NAME(tile) a8 = WHOLE(8);
+    const NAME(tile) a9 = WHOLE(26);
+    const NAME(tile) b8 = SHUFFLE(a8, a9, 0, 4, 2, 6);
+    const NAME(tile) b9 = SHUFFLE(a8, a9, 1, 5, 3, 7);
+    const NAME(tile) a10 = WHOLE(44);
+    const NAME(tile) a11 = WHOLE(62);
+    const NAME(tile) b10 = SHUFFLE(a10, a11, 0, 4, 2, 6);
+    const NAME(tile) b11 = SHUFFLE(a10, a11, 1, 5, 3, 7);
+    COLUMN(8) = SHUFFLE(b8, b10, 0, 1, 4, 5);
+    COLUMN(9) = SHUFFLE(b9, b11, 0, 1, 4, 5);
+    COLUMN(10) = SHUFFLE(b8, b10, 2, 3, 6, 7);
+    COLUMN(11) = SHUFFLE(b9, b11, 2, 3, 6, 7);
+    const NAME(tile) a12 = WHOLE(12);
+    const NAME(tile) a13 = WHOLE(30);
+    const NAME(tile) b12 = SHUFFLE(a12, a13, 0, 4, 2, 6);
+    const NAME(tile) b13 = SHUFFLE(a12, a13, 1, 5, 3, 7);
+    const NAME(tile) a14 = WHOLE(48);
+    const NAME(tile) a15 = WHOLE(66);
+    const NAME(tile) b14 = SHUFFLE(a14, a15, 0, 4, 2, 6);
+    const NAME(tile) b15 = SHUFFLE(a14, a15, 1, 5, 3, 7);
+    COLUMN(12) = SHUFFLE(b12, b14, 0, 1, 4, 5);
+    COLUMN(13) = SHUFFLE(b13, b15, 0, 1, 4, 5);
+    COLUMN(14) = SHUFFLE(b12, b14, 2, 3, 6, 7);
+    COLUMN(15) = SHUFFLE(b13, b15, 2, 3, 6, 7);
+    const NAME(tile) a16 = READ(16, 18);
+    const NAME(tile) a17 = READ(34, 18);
+    COLUMN(16) = SHUFFLE(a16, a17, 0, 4, 2, 6);
+    COLUMN(17) = SHUFFLE(a16, a17, 1, 5, 3, 7);
+#else
+    const NAME(tile) a0 = READ(0, 18);
+    const NAME(tile) a1 = READ(18, 18);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(36, 18);
+    const NAME(tile) a3 = READ(54, 18);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a4 = READ(4, 18);
+    const NAME(tile) a5 = READ(22, 18);
+    const NAME(tile) b4_0 = SHUFFLE(a4, a5, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a6 = READ(40, 18);
+    const NAME(tile) a7 = READ(58, 18);
+    const NAME(tile) b4_1 = SHUFFLE(a6, a7, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(4) = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(5) = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(6) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(7) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a8 = READ(8, 18);
+    const NAME(tile) a9 = READ(26, 18);
+    const NAME(tile) b8_0 = SHUFFLE(a8, a9, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a10 = READ(44, 18);
+    const NAME(tile) a11 = READ(62, 18);
+    const NAME(tile) b8_1 = SHUFFLE(a10, a11, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b8_2 = SHUFFLE(a8, a9, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b8_3 = SHUFFLE(a10, a11, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(8) = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(9) = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(10) = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(11) = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a12 = READ(12, 18);
+    const NAME(tile) a13 = READ(30, 18);
+    const NAME(tile) b12_0 = SHUFFLE(a12, a13, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a14 = READ(48, 18);
+    const NAME(tile) a15 = READ(66, 18);
+    const NAME(tile) b12_1 = SHUFFLE(a14, a15, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b12_2 = SHUFFLE(a12, a13, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b12_3 = SHUFFLE(a14, a15, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(12) = SHUFFLE(b12_0, b12_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(13) = SHUFFLE(b12_0, b12_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(14) = SHUFFLE(b12_2, b12_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(15) = SHUFFLE(b12_2, b12_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a16 = READ(14, 18);
+    const NAME(tile) a17 = READ(32, 18);
+    const NAME(tile) b16_2 = SHUFFLE(a16, a17, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a18 = READ(50, 18);
+    const NAME(tile) a19 = READ(68, 18);
+    const NAME(tile) b16_3 = SHUFFLE(a18, a19, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(16) = SHUFFLE(b16_2, b16_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(17) = SHUFFLE(b16_2, b16_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_18)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 18, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 4, 2, 6);
+    WRITE_BOTH(4, 18, a2, a3);
+    const NAME(tile) a4 = SHUFFLE(COLUMN(8), COLUMN(9), 0, 4, 2, 6);
+    const NAME(tile) a5 = SHUFFLE(COLUMN(10), COLUMN(11), 0, 4, 2, 6);
+    WRITE_BOTH(8, 18, a4, a5);
+    const NAME(tile) a6 = SHUFFLE(COLUMN(12), COLUMN(13), 0, 4, 2, 6);
+    const NAME(tile) a7 = SHUFFLE(COLUMN(14), COLUMN(15), 0, 4, 2, 6);
+    WRITE_BOTH(12, 18, a6, a7);
+    const NAME(tile) a8 = SHUFFLE(COLUMN(16), COLUMN(17), 0, 4, 2, 6);
+    const NAME(tile) a9 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
+    WRITE_BOTH(16, 18, a8, a9);
+    const NAME(tile) a10 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
+    const NAME(tile) a11 = SHUFFLE(COLUMN(4), COLUMN(5), 1, 5, 3, 7);
+    WRITE_BOTH(20, 18, a10, a11);
+    const NAME(tile) a12 = SHUFFLE(COLUMN(6), COLUMN(7), 1, 5, 3, 7);
+    const NAME(tile) a13 = SHUFFLE(COLUMN(8), COLUMN(9), 1, 5, 3, 7);
+    WRITE_BOTH(24, 18, a12, a13);
+    const NAME(tile) a14 = SHUFFLE(COLUMN(10), COLUMN(11), 1, 5, 3, 7);
+    const NAME(tile) a15 = SHUFFLE(COLUMN(12), COLUMN(13), 1, 5, 3, 7);
+    WRITE_BOTH(28, 18, a14, a15);
+    const NAME(tile) a16 = SHUFFLE(COLUMN(14), COLUMN(15), 1, 5, 3, 7);
+    const NAME(tile) a17 = SHUFFLE(COLUMN(16), COLUMN(17), 1, 5, 3, 7);
+    WRITE_BOTH(32, 18, a16, a17);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_0 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_1 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(0, 18, a0, a4);
+    const NAME(tile) b8_0 = SHUFFLE(COLUMN(8), COLUMN(9), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b8_1 = SHUFFLE(COLUMN(10), COLUMN(11), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a8 = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b12_0 = SHUFFLE(COLUMN(12), COLUMN(13), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b12_1 = SHUFFLE(COLUMN(14), COLUMN(15), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a12 = SHUFFLE(b12_0, b12_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(8, 18, a8, a12);
+    const NAME(tile) b16_0 = SHUFFLE(COLUMN(14), COLUMN(15), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b16_1 = SHUFFLE(COLUMN(16), COLUMN(17), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a16 = SHUFFLE(b16_0, b16_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(14, 18, a16, a1);
+    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a9 = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(22, 18, a5, a9);
+    const NAME(tile) a13 = SHUFFLE(b12_0, b12_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(30, 18, a13);
+    const NAME(tile) a17 = SHUFFLE(b16_0, b16_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(32, 18, a17, a2);
+    const NAME(tile) b4_2 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(COLUMN(6), COLUMN(7), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b8_2 = SHUFFLE(COLUMN(8), COLUMN(9), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b8_3 = SHUFFLE(COLUMN(10), COLUMN(11), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a10 = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(40, 18, a6, a10);
+    const NAME(tile) b12_2 = SHUFFLE(COLUMN(12), COLUMN(13), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b12_3 = SHUFFLE(COLUMN(14), COLUMN(15), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a14 = SHUFFLE(b12_2, b12_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE(48, 18, a14);
+    const NAME(tile) b16_2 = SHUFFLE(COLUMN(14), COLUMN(15), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b16_3 = SHUFFLE(COLUMN(16), COLUMN(17), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a18 = SHUFFLE(b16_2, b16_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(50, 18, a18, a3);
+    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a11 = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(58, 18, a7, a11);
+    const NAME(tile) a15 = SHUFFLE(b12_2, b12_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(66, 18, a15);
+    const NAME(tile) a19 = SHUFFLE(b16_2, b16_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(68, 18, a19);
+#endif
+}
+
+static INLINE void NAME(load_tile_24)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(24);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(48);
+    const NAME(tile) a3 = WHOLE(72);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(tile) a4 = WHOLE(4);
+    const NAME(tile) a5 = WHOLE(28);
+    const NAME(tile) b4 = SHUFFLE(a4, a5, 0, 4, 2, 6);
+    const NAME(tile) b5 = SHUFFLE(a4, a5, 1, 5, 3, 7);
+    const NAME(tile) a6 = WHOLE(52);
+    const NAME(tile) a7 = WHOLE(76);
+    const NAME(tile) b6 = SHUFFLE(a6, a7, 0, 4, 2, 6);
+    const NAME(tile) b7 = SHUFFLE(a6, a7, 1, 5, 3, 7);
+    COLUMN(4) = SHUFFLE(b4, b6, 0, 1, 4, 5);
+    COLUMN(5) = SHUFFLE(b5, b7, 0, 1, 4, 5);
+    COLUMN(6) = SHUFFLE(b4, b6, 2, 3, 6, 7);
+    COLUMN(7) = SHUFFLE(b5, b7, 2, 3, 6, 7);
+    const NAME(tile) a8 = WHOLE(8);
+    const NAME(tile) a9 = WHOLE(32);
+    const NAME(tile) b8 = SHUFFLE(a8, a9, 0, 4, 2, 6);
+    const NAME(tile) b9 = SHUFFLE(a8, a9, 1, 5, 3, 7);
+    const NAME(tile) a10 = WHOLE(56);
+    const NAME(tile) a11 = WHOLE(80);
+    const NAME(tile) b10 = SHUFFLE(a10, a11, 0, 4, 2, 6);
+    const NAME(tile) b11 = SHUFFLE(a10, a11, 1, 5, 3, 7);
+    COLUMN(8) = SHUFFLE(b8, b10, 0, 1, 4, 5);
+    COLUMN(9) = SHUFFLE(b9, b11, 0, 1, 4, 5);
+    COLUMN(10) = SHUFFLE(b8, b10, 2, 3, 6, 7);
+    COLUMN(11) = SHUFFLE(b9, b11, 2, 3, 6, 7);
+    const NAME(tile) a12 = WHOLE(12);
+    const NAME(tile) a13 = WHOLE(36);
+    const NAME(tile) b12 = SHUFFLE(a12, a13, 0, 4, 2, 6);
+    const NAME(tile) b13 = SHUFFLE(a12, a13, 1, 5, 3, 7);
+    const NAME(tile) a14 = WHOLE(60);
+    const NAME(tile) a15 = WHOLE(84);
+    const NAME(tile) b14 = SHUFFLE(a14, a15, 0, 4, 2, 6);
+    const NAME(tile) b15 = SHUFFLE(a14, a15, 1, 5, 3, 7);
+    COLUMN(12) = SHUFFLE(b12, b14, 0, 1, 4, 5);
+    COLUMN(13) = SHUFFLE(b13, b15, 0, 1, 4, 5);
+    COLUMN(14) = SHUFFLE(b12, b14, 2, 3, 6, 7);
+    COLUMN(15) = SHUFFLE(b13, b15, 2, 3, 6, 7);
+    const NAME(tile) a16 = WHOLE(16);
+    const NAME(tile) a17 = WHOLE(40);
+    const NAME(tile) b16 = SHUFFLE(a16, a17, 0, 4, 2, 6);
+    const NAME(tile) b17 = SHUFFLE(a16, a17, 1, 5, 3, 7);
+    const NAME(tile) a18 = WHOLE(64);
+    const NAME(tile) a19 = WHOLE(88);
+    const NAME(tile) b18 = SHUFFLE(a18, a19, 0, 4, 2, 6);
+    const NAME(tile) b19 = SHUFFLE(a18, a19, 1, 5, 3, 7);
+    COLUMN(16) = SHUFFLE(b16, b18, 0, 1, 4, 5);
+    COLUMN(17) = SHUFFLE(b17, b19, 0, 1, 4, 5);
+    COLUMN(18) = SHUFFLE(b16, b18, 2, 3, 6, 7);
+    COLUMN(19) = SHUFFLE(b17, b19, 2, 3, 6, 7);
+    const NAME(tile) a20 = WHOLE(20);
+    const NAME(tile) a21 = WHOLE(44);
+    const NAME(tile) b20 = SHUFFLE(a20, a21, 0, 4, 2, 6);
+    const NAME(tile) b21 = SHUFFLE(a20, a21, 1, 5, 3, 7);
+    const NAME(tile) a22 = WHOLE(68);
+    const NAME(tile) a23 = WHOLE(92);
+    const NAME(tile) b22 = SHUFFLE(a22, a23, 0, 4, 2, 6);
+    const NAME(tile) b23 = SHUFFLE(a22, a23, 1, 5, 3, 7);
+    COLUMN(20) = SHUFFLE(b20, b22, 0, 1, 4, 5);
+    COLUMN(21) = SHUFFLE(b21, b23, 0, 1, 4, 5);
+    COLUMN(22) = SHUFFLE(b20, b22, 2, 3, 6, 7);
+    COLUMN(23) = SHUFFLE(b21, b23, 2, 3, 6, 7);
+#else
+    const NAME(tile) a0 = READ(0, 24);
+    const NAME(tile) a1 = READ(24, 24);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(48, 24);
+    const NAME(tile) a3 = READ(72, 24);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a4 = READ(4, 24);
+    const NAME(tile) a5 = READ(28, 24);
+    const NAME(tile) b4_0 = SHUFFLE(a4, a5, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a6 = READ(52, 24);
+    const NAME(tile) a7 = READ(76, 24);
+    const NAME(tile) b4_1 = SHUFFLE(a6, a7, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(4) = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(5) = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(6) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(7) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a8 = READ(8, 24);
+    const NAME(tile) a9 = READ(32, 24);
+    const NAME(tile) b8_0 = SHUFFLE(a8, a9, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a10 = READ(56, 24);
+    const NAME(tile) a11 = READ(80, 24);
+    const NAME(tile) b8_1 = SHUFFLE(a10, a11, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b8_2 = SHUFFLE(a8, a9, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b8_3 = SHUFFLE(a10, a11, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(8) = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(9) = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(10) = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(11) = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a12 = READ(12, 24);
+    const NAME(tile) a13 = READ(36, 24);
+    const NAME(tile) b12_0 = SHUFFLE(a12, a13, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a14 = READ(60, 24);
+    const NAME(tile) a15 = READ(84, 24);
+    const NAME(tile) b12_1 = SHUFFLE(a14, a15, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b12_2 = SHUFFLE(a12, a13, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b12_3 = SHUFFLE(a14, a15, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(12) = SHUFFLE(b12_0, b12_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(13) = SHUFFLE(b12_0, b12_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(14) = SHUFFLE(b12_2, b12_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(15) = SHUFFLE(b12_2, b12_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a16 = READ(16, 24);
+    const NAME(tile) a17 = READ(40, 24);
+    const NAME(tile) b16_0 = SHUFFLE(a16, a17, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a18 = READ(64, 24);
+    const NAME(tile) a19 = READ(88, 24);
+    const NAME(tile) b16_1 = SHUFFLE(a18, a19, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b16_2 = SHUFFLE(a16, a17, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b16_3 = SHUFFLE(a18, a19, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(16) = SHUFFLE(b16_0, b16_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(17) = SHUFFLE(b16_0, b16_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(18) = SHUFFLE(b16_2, b16_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(19) = SHUFFLE(b16_2, b16_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a20 = READ(20, 24);
+    const NAME(tile) a21 = READ(44, 24);
+    const NAME(tile) b20_0 = SHUFFLE(a20, a21, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a22 = READ(68, 24);
+    const NAME(tile) a23 = READ(92, 24);
+    const NAME(tile) b20_1 = SHUFFLE(a22, a23, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b20_2 = SHUFFLE(a20, a21, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b20_3 = SHUFFLE(a22, a23, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(20) = SHUFFLE(b20_0, b20_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(21) = SHUFFLE(b20_0, b20_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(22) = SHUFFLE(b20_2, b20_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(23) = SHUFFLE(b20_2, b20_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_24)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 24, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 4, 2, 6);
+    WRITE_BOTH(4, 24, a2, a3);
+    const NAME(tile) a4 = SHUFFLE(COLUMN(8), COLUMN(9), 0, 4, 2, 6);
+    const NAME(tile) a5 = SHUFFLE(COLUMN(10), COLUMN(11), 0, 4, 2, 6);
+    WRITE_BOTH(8, 24, a4, a5);
+    const NAME(tile) a6 = SHUFFLE(COLUMN(12), COLUMN(13), 0, 4, 2, 6);
+    const NAME(tile) a7 = SHUFFLE(COLUMN(14), COLUMN(15), 0, 4, 2, 6);
+    WRITE_BOTH(12, 24, a6, a7);
+    const NAME(tile) a8 = SHUFFLE(COLUMN(16), COLUMN(17), 0, 4, 2, 6);
+    const NAME(tile) a9 = SHUFFLE(COLUMN(18), COLUMN(19), 0, 4, 2, 6);
+    WRITE_BOTH(16, 24, a8, a9);
+    const NAME(tile) a10 = SHUFFLE(COLUMN(20), COLUMN(21), 0, 4, 2, 6);
+    const NAME(tile) a11 = SHUFFLE(COLUMN(22), COLUMN(23), 0, 4, 2, 6);
+    WRITE_BOTH(20, 24, a10, a11);
+    const NAME(tile) a12 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
+    const NAME(tile) a13 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
+    WRITE_BOTH(24, 24, a12, a13);
+    const NAME(tile) a14 = SHUFFLE(COLUMN(4), COLUMN(5), 1, 5, 3, 7);
+    const NAME(tile) a15 = SHUFFLE(COLUMN(6), COLUMN(7), 1, 5, 3, 7);
+    WRITE_BOTH(28, 24, a14, a15);
+    const NAME(tile) a16 = SHUFFLE(COLUMN(8), COLUMN(9), 1, 5, 3, 7);
+    const NAME(tile) a17 = SHUFFLE(COLUMN(10), COLUMN(11), 1, 5, 3, 7);
+    WRITE_BOTH(32, 24, a16, a17);
+    const NAME(tile) a18 = SHUFFLE(COLUMN(12), COLUMN(13), 1, 5, 3, 7);
+    const NAME(tile) a19 = SHUFFLE(COLUMN(14), COLUMN(15), 1, 5, 3, 7);
+    WRITE_BOTH(36, 24, a18, a19);
+    const NAME(tile) a20 = SHUFFLE(COLUMN(16), COLUMN(17), 1, 5, 3, 7);
+    const NAME(tile) a21 = SHUFFLE(COLUMN(18), COLUMN(19), 1, 5, 3, 7);
+    WRITE_BOTH(40, 24, a20, a21);
+    const NAME(tile) a22 = SHUFFLE(COLUMN(20), COLUMN(21), 1, 5, 3, 7);
+    const NAME(tile) a23 = SHUFFLE(COLUMN(22), COLUMN(23), 1, 5, 3, 7);
+    WRITE_BOTH(44, 24, a22, a23);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_0 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_1 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(0, 24, a0, a4);
+    const NAME(tile) b8_0 = SHUFFLE(COLUMN(8), COLUMN(9), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b8_1 = SHUFFLE(COLUMN(10), COLUMN(11), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a8 = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b12_0 = SHUFFLE(COLUMN(12), COLUMN(13), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b12_1 = SHUFFLE(COLUMN(14), COLUMN(15), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a12 = SHUFFLE(b12_0, b12_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(8, 24, a8, a12);
+    const NAME(tile) b16_0 = SHUFFLE(COLUMN(16), COLUMN(17), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b16_1 = SHUFFLE(COLUMN(18), COLUMN(19), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a16 = SHUFFLE(b16_0, b16_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b20_0 = SHUFFLE(COLUMN(20), COLUMN(21), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b20_1 = SHUFFLE(COLUMN(22), COLUMN(23), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a20 = SHUFFLE(b20_0, b20_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(16, 24, a16, a20);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(24, 24, a1, a5);
+    const NAME(tile) a9 = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a13 = SHUFFLE(b12_0, b12_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(32, 24, a9, a13);
+    const NAME(tile) a17 = SHUFFLE(b16_0, b16_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a21 = SHUFFLE(b20_0, b20_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(40, 24, a17, a21);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_2 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(COLUMN(6), COLUMN(7), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(48, 24, a2, a6);
+    const NAME(tile) b8_2 = SHUFFLE(COLUMN(8), COLUMN(9), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b8_3 = SHUFFLE(COLUMN(10), COLUMN(11), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a10 = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b12_2 = SHUFFLE(COLUMN(12), COLUMN(13), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b12_3 = SHUFFLE(COLUMN(14), COLUMN(15), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a14 = SHUFFLE(b12_2, b12_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(56, 24, a10, a14);
+    const NAME(tile) b16_2 = SHUFFLE(COLUMN(16), COLUMN(17), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b16_3 = SHUFFLE(COLUMN(18), COLUMN(19), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a18 = SHUFFLE(b16_2, b16_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b20_2 = SHUFFLE(COLUMN(20), COLUMN(21), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b20_3 = SHUFFLE(COLUMN(22), COLUMN(23), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a22 = SHUFFLE(b20_2, b20_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(64, 24, a18, a22);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(72, 24, a3, a7);
+    const NAME(tile) a11 = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a15 = SHUFFLE(b12_2, b12_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(80, 24, a11, a15);
+    const NAME(tile) a19 = SHUFFLE(b16_2, b16_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a23 = SHUFFLE(b20_2, b20_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(88, 24, a19, a23);
+#endif
+}
+
+static INLINE void NAME(load_tile_27)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(27);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(54);
+    const NAME(tile) a3 = WHOLE(81);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(tile) a4 = WHOLE(4);
+    const NAME(tile) a5 = WHOLE(31);
+    const NAME(tile) b4 = SHUFFLE(a4, a5, 0, 4, 2, 6);
+    const NAME(tile) b5 = SHUFFLE(a4, a5, 1, 5, 3, 7);
+    const NAME(tile) a6 = WHOLE(58);
+    const NAME(tile) a7 = WHOLE(85);
+    const NAME(tile) b6 = SHUFFLE(a6, a7, 0, 4, 2, 6);
+    const NAME(tile) b7 = SHUFFLE(a6, a7, 1, 5, 3, 7);
+    COLUMN(4) = SHUFFLE(b4, b6, 0, 1, 4, 5);
+    COLUMN(5) = SHUFFLE(b5, b7, 0, 1, 4, 5);
+    COLUMN(6) = SHUFFLE(b4, b6, 2, 3, 6, 7);
+    COLUMN(7) = SHUFFLE(b5, b7, 2, 3, 6, 7);
+    const NAME(tile) a8 = WHOLE(8);
+    const NAME(tile) a9 = WHOLE(35);
+    const NAME(tile) b8 = SHUFFLE(a8, a9, 0, 4, 2, 6);
+    const NAME(tile) b9 = SHUFFLE(a8, a9, 1, 5, 3, 7);
+    const NAME(tile) a10 = WHOLE(62);
+    const NAME(tile) a11 = WHOLE(89);
+    const NAME(tile) b10 = SHUFFLE(a10, a11, 0, 4, 2, 6);
+    const NAME(tile) b11 = SHUFFLE(a10, a11, 1, 5, 3, 7);
+    COLUMN(8) = SHUFFLE(b8, b10, 0, 1, 4, 5);
+    COLUMN(9) = SHUFFLE(b9, b11, 0, 1, 4, 5);
+    COLUMN(10) = SHUFFLE(b8, b10, 2, 3, 6, 7);
+    COLUMN(11) = SHUFFLE(b9, b11, 2, 3, 6, 7);
+    const NAME(tile) a12 = WHOLE(12);
+    const NAME(tile) a13 = WHOLE(39);
+    const NAME(tile) b12 = SHUFFLE(a12, a13, 0, 4, 2, 6);
+    const NAME(tile) b13 = SHUFFLE(a12, a13, 1, 5, 3, 7);
+    const NAME(tile) a14 = WHOLE(66);
+    const NAME(tile) a15 = WHOLE(93);
+    const NAME(tile) b14 = SHUFFLE(a14, a15, 0, 4, 2, 6);
+    const NAME(tile) b15 = SHUFFLE(a14, a15, 1, 5, 3, 7);
+    COLUMN(12) = SHUFFLE(b12, b14, 0, 1, 4, 5);
+    COLUMN(13) = SHUFFLE(b13, b15, 0, 1, 4, 5);
+    COLUMN(14) = SHUFFLE(b12, b14, 2, 3, 6, 7);
+    COLUMN(15) = SHUFFLE(b13, b15, 2, 3, 6, 7);
+    const NAME(tile) a16 = WHOLE(16);
+    const NAME(tile) a17 = WHOLE(43);
+    const NAME(tile) b16 = SHUFFLE(a16, a17, 0, 4, 2, 6);
+    const NAME(tile) b17 = SHUFFLE(a16, a17, 1, 5, 3, 7);
+    const NAME(tile) a18 = WHOLE(70);
+    const NAME(tile) a19 = WHOLE(97);
+    const NAME(tile) b18 = SHUFFLE(a18, a19, 0, 4, 2, 6);
+    const NAME(tile) b19 = SHUFFLE(a18, a19, 1, 5, 3, 7);
+    COLUMN(16) = SHUFFLE(b16, b18, 0, 1, 4, 5);
+    COLUMN(17) = SHUFFLE(b17, b19, 0, 1, 4, 5);
+    COLUMN(18) = SHUFFLE(b16, b18, 2, 3, 6, 7);
+    COLUMN(19) = SHUFFLE(b17, b19, 2, 3, 6, 7);
+    const NAME(tile) a20 = WHOLE(20);
+    const NAME(tile) a21 = WHOLE(47);
+    const NAME(tile) b20 = SHUFFLE(a20, a21, 0, 4, 2, 6);
+    const NAME(tile) b21 = SHUFFLE(a20, a21, 1, 5, 3, 7);
+    const NAME(tile) a22 = WHOLE(74);
+    const NAME(tile) a23 = WHOLE(101);
+    const NAME(tile) b22 = SHUFFLE(a22, a23, 0, 4, 2, 6);
+    const NAME(tile) b23 = SHUFFLE(a22, a23, 1, 5, 3, 7);
+    COLUMN(20) = SHUFFLE(b20, b22, 0, 1, 4, 5);
+    COLUMN(21) = SHUFFLE(b21, b23, 0, 1, 4, 5);
+    COLUMN(22) = SHUFFLE(b20, b22, 2, 3, 6, 7);
+    COLUMN(23) = SHUFFLE(b21, b23, 2, 3, 6, 7);
+    const NAME(tile) a24 = WHOLE(23);
+    const NAME(tile) a25 = WHOLE(50);
+    const NAME(tile) b24 = SHUFFLE(a24, a25, 0, 4, 2, 6);
+    const NAME(tile) b25 = SHUFFLE(a24, a25, 1, 5, 3, 7);
+    const NAME(tile) a26 = WHOLE(77);
+    const NAME(tile) a27 = WHOLE(104);
+    const NAME(tile) b26 = SHUFFLE(a26, a27, 0, 4, 2, 6);
+    const NAME(tile) b27 = SHUFFLE(a26, a27, 1, 5, 3, 7);
+    COLUMN(24) = SHUFFLE(b25, b27, 0, 1, 4, 5);
+    COLUMN(25) = SHUFFLE(b24, b26, 2, 3, 6, 7);
+    COLUMN(26) = SHUFFLE(b25, b27, 2, 3, 6, 7);
+#else
+    const NAME(tile) a0 = READ(0, 27);
+    const NAME(tile) a1 = READ(27, 27);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(54, 27);
+    const NAME(tile) a3 = READ(81, 27);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a4 = READ(4, 27);
+    const NAME(tile) a5 = READ(31, 27);
+    const NAME(tile) b4_0 = SHUFFLE(a4, a5, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a6 = READ(58, 27);
+    const NAME(tile) a7 = READ(85, 27);
+    const NAME(tile) b4_1 = SHUFFLE(a6, a7, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(4) = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(5) = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(6) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(7) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a8 = READ(8, 27);
+    const NAME(tile) a9 = READ(35, 27);
+    const NAME(tile) b8_0 = SHUFFLE(a8, a9, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a10 = READ(62, 27);
+    const NAME(tile) a11 = READ(89, 27);
+    const NAME(tile) b8_1 = SHUFFLE(a10, a11, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b8_2 = SHUFFLE(a8, a9, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b8_3 = SHUFFLE(a10, a11, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(8) = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(9) = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(10) = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(11) = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a12 = READ(12, 27);
+    const NAME(tile) a13 = READ(39, 27);
+    const NAME(tile) b12_0 = SHUFFLE(a12, a13, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a14 = READ(66, 27);
+    const NAME(tile) a15 = READ(93, 27);
+    const NAME(tile) b12_1 = SHUFFLE(a14, a15, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b12_2 = SHUFFLE(a12, a13, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b12_3 = SHUFFLE(a14, a15, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(12) = SHUFFLE(b12_0, b12_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(13) = SHUFFLE(b12_0, b12_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(14) = SHUFFLE(b12_2, b12_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(15) = SHUFFLE(b12_2, b12_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a16 = READ(16, 27);
+    const NAME(tile) a17 = READ(43, 27);
+    const NAME(tile) b16_0 = SHUFFLE(a16, a17, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a18 = READ(70, 27);
+    const NAME(tile) a19 = READ(97, 27);
+    const NAME(tile) b16_1 = SHUFFLE(a18, a19, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b16_2 = SHUFFLE(a16, a17, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b16_3 = SHUFFLE(a18, a19, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(16) = SHUFFLE(b16_0, b16_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(17) = SHUFFLE(b16_0, b16_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(18) = SHUFFLE(b16_2, b16_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(19) = SHUFFLE(b16_2, b16_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a20 = READ(20, 27);
+    const NAME(tile) a21 = READ(47, 27);
+    const NAME(tile) b20_0 = SHUFFLE(a20, a21, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a22 = READ(74, 27);
+    const NAME(tile) a23 = READ(101, 27);
+    const NAME(tile) b20_1 = SHUFFLE(a22, a23, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b20_2 = SHUFFLE(a20, a21, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b20_3 = SHUFFLE(a22, a23, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(20) = SHUFFLE(b20_0, b20_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(21) = SHUFFLE(b20_0, b20_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(22) = SHUFFLE(b20_2, b20_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(23) = SHUFFLE(b20_2, b20_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a24 = READ(23, 27);
+    const NAME(tile) a25 = READ(50, 27);
+    const NAME(tile) b24_0 = SHUFFLE(a24, a25, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a26 = READ(77, 27);
+    const NAME(tile) a27 = READ(104, 27);
+    const NAME(tile) b24_1 = SHUFFLE(a26, a27, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b24_2 = SHUFFLE(a24, a25, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b24_3 = SHUFFLE(a26, a27, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(24) = SHUFFLE(b24_0, b24_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(25) = SHUFFLE(b24_2, b24_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(26) = SHUFFLE(b24_2, b24_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_27)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 27, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 4, 2, 6);
+    WRITE_BOTH(4, 27, a2, a3);
+    const NAME(tile) a4 = SHUFFLE(COLUMN(8), COLUMN(9), 0, 4, 2, 6);
+    const NAME(tile) a5 = SHUFFLE(COLUMN(10), COLUMN(11), 0, 4, 2, 6);
+    WRITE_BOTH(8, 27, a4, a5);
+    const NAME(tile) a6 = SHUFFLE(COLUMN(12), COLUMN(13), 0, 4, 2, 6);
+    const NAME(tile) a7 = SHUFFLE(COLUMN(14), COLUMN(15), 0, 4, 2, 6);
+    WRITE_BOTH(12, 27, a6, a7);
+    const NAME(tile) a8 = SHUFFLE(COLUMN(16), COLUMN(17), 0, 4, 2, 6);
+    const NAME(tile) a9 = SHUFFLE(COLUMN(18), COLUMN(19), 0, 4, 2, 6);
+    WRITE_BOTH(16, 27, a8, a9);
+    const NAME(tile) a10 = SHUFFLE(COLUMN(20), COLUMN(21), 0, 4, 2, 6);
+    const NAME(tile) a11 = SHUFFLE(COLUMN(22), COLUMN(23), 0, 4, 2, 6);
+    WRITE_BOTH(20, 27, a10, a11);
+    const NAME(tile) a12 = SHUFFLE(COLUMN(24), COLUMN(25), 0, 4, 2, 6);
+    const NAME(tile) a13 = SHUFFLE(COLUMN(26), COLUMN(0), 0, 5, 2, 7);
+    WRITE_BOTH(24, 27, a12, a13);
+    const NAME(tile) a14 = SHUFFLE(COLUMN(1), COLUMN(2), 1, 5, 3, 7);
+    const NAME(tile) a15 = SHUFFLE(COLUMN(3), COLUMN(4), 1, 5, 3, 7);
+    WRITE_BOTH(28, 27, a14, a15);
+    const NAME(tile) a16 = SHUFFLE(COLUMN(5), COLUMN(6), 1, 5, 3, 7);
+    const NAME(tile) a17 = SHUFFLE(COLUMN(7), COLUMN(8), 1, 5, 3, 7);
+    WRITE_BOTH(32, 27, a16, a17);
+    const NAME(tile) a18 = SHUFFLE(COLUMN(9), COLUMN(10), 1, 5, 3, 7);
+    const NAME(tile) a19 = SHUFFLE(COLUMN(11), COLUMN(12), 1, 5, 3, 7);
+    WRITE_BOTH(36, 27, a18, a19);
+    const NAME(tile) a20 = SHUFFLE(COLUMN(13), COLUMN(14), 1, 5, 3, 7);
+    const NAME(tile) a21 = SHUFFLE(COLUMN(15), COLUMN(16), 1, 5, 3, 7);
+    WRITE_BOTH(40, 27, a20, a21);
+    const NAME(tile) a22 = SHUFFLE(COLUMN(17), COLUMN(18), 1, 5, 3, 7);
+    const NAME(tile) a23 = SHUFFLE(COLUMN(19), COLUMN(20), 1, 5, 3, 7);
+    WRITE_BOTH(44, 27, a22, a23);
+    const NAME(tile) a24 = SHUFFLE(COLUMN(21), COLUMN(22), 1, 5, 3, 7);
+    const NAME(tile) a25 = SHUFFLE(COLUMN(23), COLUMN(24), 1, 5, 3, 7);
+    WRITE_BOTH(48, 27, a24, a25);
+    const NAME(tile) a26 = SHUFFLE(COLUMN(25), COLUMN(26), 1, 5, 3, 7);
+    WRITE(52, 27, a26);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_0 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_1 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(0, 27, a0, a4);
+    const NAME(tile) b8_0 = SHUFFLE(COLUMN(8), COLUMN(9), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b8_1 = SHUFFLE(COLUMN(10), COLUMN(11), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a8 = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b12_0 = SHUFFLE(COLUMN(12), COLUMN(13), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b12_1 = SHUFFLE(COLUMN(14), COLUMN(15), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a12 = SHUFFLE(b12_0, b12_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(8, 27, a8, a12);
+    const NAME(tile) b16_0 = SHUFFLE(COLUMN(16), COLUMN(17), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b16_1 = SHUFFLE(COLUMN(18), COLUMN(19), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a16 = SHUFFLE(b16_0, b16_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b20_0 = SHUFFLE(COLUMN(20), COLUMN(21), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b20_1 = SHUFFLE(COLUMN(22), COLUMN(23), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a20 = SHUFFLE(b20_0, b20_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(16, 27, a16, a20);
+    const NAME(tile) b24_0 = SHUFFLE(COLUMN(23), COLUMN(24), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b24_1 = SHUFFLE(COLUMN(25), COLUMN(26), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a24 = SHUFFLE(b24_0, b24_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(23, 27, a24, a1);
+    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a9 = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(31, 27, a5, a9);
+    const NAME(tile) a13 = SHUFFLE(b12_0, b12_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a17 = SHUFFLE(b16_0, b16_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(39, 27, a13, a17);
+    const NAME(tile) a21 = SHUFFLE(b20_0, b20_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(47, 27, a21);
+    const NAME(tile) a25 = SHUFFLE(b24_0, b24_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(50, 27, a25, a2);
+    const NAME(tile) b4_2 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(COLUMN(6), COLUMN(7), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b8_2 = SHUFFLE(COLUMN(8), COLUMN(9), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b8_3 = SHUFFLE(COLUMN(10), COLUMN(11), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a10 = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(58, 27, a6, a10);
+    const NAME(tile) b12_2 = SHUFFLE(COLUMN(12), COLUMN(13), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b12_3 = SHUFFLE(COLUMN(14), COLUMN(15), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a14 = SHUFFLE(b12_2, b12_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b16_2 = SHUFFLE(COLUMN(16), COLUMN(17), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b16_3 = SHUFFLE(COLUMN(18), COLUMN(19), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a18 = SHUFFLE(b16_2, b16_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(66, 27, a14, a18);
+    const NAME(tile) b20_2 = SHUFFLE(COLUMN(20), COLUMN(21), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b20_3 = SHUFFLE(COLUMN(22), COLUMN(23), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a22 = SHUFFLE(b20_2, b20_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE(74, 27, a22);
+    const NAME(tile) b24_2 = SHUFFLE(COLUMN(23), COLUMN(24), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b24_3 = SHUFFLE(COLUMN(25), COLUMN(26), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a26 = SHUFFLE(b24_2, b24_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(77, 27, a26, a3);
+    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a11 = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(85, 27, a7, a11);
+    const NAME(tile) a15 = SHUFFLE(b12_2, b12_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a19 = SHUFFLE(b16_2, b16_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(93, 27, a15, a19);
+    const NAME(tile) a23 = SHUFFLE(b20_2, b20_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(101, 27, a23);
+    const NAME(tile) a27 = SHUFFLE(b24_2, b24_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(104, 27, a27);
+#endif
+}
+#undef COLUMN
+#undef HALF
+#undef WHOLE
+#undef UPPER
+#undef JOINED
+#undef LOWERS
+#undef UPPERS
+#undef READ
+#undef WRITE
+#undef WRITE_BOTH
+#else
+
+static INLINE void NAME(load_tile_1)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 1; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 1 + k];
+}
+
+static INLINE void NAME(store_tile_1)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 1; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 1 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_2)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 2; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 2 + k];
+}
+
+static INLINE void NAME(store_tile_2)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 2; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 2 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_3)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 3; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 3 + k];
+}
+
+static INLINE void NAME(store_tile_3)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 3; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 3 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_4)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 4; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 4 + k];
+}
+
+static INLINE void NAME(store_tile_4)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 4; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 4 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_6)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 6; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 6 + k];
+}
+
+static INLINE void NAME(store_tile_6)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 6; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 6 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_9)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 9; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 9 + k];
+}
+
+static INLINE void NAME(store_tile_9)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 9; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 9 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_12)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 12; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 12 + k];
+}
+
+static INLINE void NAME(store_tile_12)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 12; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 12 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_18)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 18; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 18 + k];
+}
+
+static INLINE void NAME(store_tile_18)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 18; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 18 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_24)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 24; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 24 + k];
+}
+
+static INLINE void NAME(store_tile_24)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 24; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 24 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_27)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 27; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 27 + k];
+}
+
+static INLINE void NAME(store_tile_27)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 27; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 27 + k] = x[k * row + i];
+}
+#endif
+
+// Rows, SPAN numbers long, of `n` elements of at most three numbers in C order, and back.
+static INLINE void NAME(load_few)(REAL *x, const REAL *a, intptr_t size, intptr_t n)
+{
     if (size == 1) {
-        memcpy(x, from, n * w);
+        memcpy(x, a, n * sizeof(REAL));
     } else if (size == 2) {
         for (intptr_t i = 0; i < n; ++i) {
-            x[i] = from[2 * i];
-            x[SPAN + i] = from[2 * i + 1];
-        }
-    } else if (size == 3) {
-        for (intptr_t i = 0; i < n; ++i) {
-            x[i] = from[3 * i];
-            x[SPAN + i] = from[3 * i + 1];
-            x[2 * SPAN + i] = from[3 * i + 2];
+            x[i] = a[2 * i];
+            x[SPAN + i] = a[2 * i + 1];
         }
     } else {
-        NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, n);
+        for (intptr_t i = 0; i < n; ++i) {
+            x[i] = a[3 * i];
+            x[SPAN + i] = a[3 * i + 1];
+            x[2 * SPAN + i] = a[3 * i + 2];
+        }
     }
 }
 
-static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size, intptr_t n)
+static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr_t n)
 {
-    const intptr_t w = sizeof(REAL);
-    REAL *to = (REAL *)(a + first * size * w);
     if (size == 1) {
-        memcpy(to, x, n * w);
+        memcpy(a, x, n * sizeof(REAL));
     } else if (size == 2) {
         for (intptr_t i = 0; i < n; ++i) {
-            to[2 * i] = x[i];
-            to[2 * i + 1] = x[SPAN + i];
-        }
-    } else if (size == 3) {
-        for (intptr_t i = 0; i < n; ++i) {
-            to[3 * i] = x[i];
-            to[3 * i + 1] = x[SPAN + i];
-            to[3 * i + 2] = x[2 * SPAN + i];
+            a[2 * i] = x[i];
+            a[2 * i + 1] = x[SPAN + i];
         }
     } else {
-        NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, n);
+        for (intptr_t i = 0; i < n; ++i) {
+            a[3 * i] = x[i];
+            a[3 * i + 1] = x[SPAN + i];
+            a[3 * i + 2] = x[2 * SPAN + i];
+        }
     }
 }
 
-// The same as loops, one for each size that is known: between rows and elements in C order.
+// Loops between rows and elements of each size.
 static INLINE void NAME(load_span_1)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 1, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 1, n);
 }
 LOOPS(load_span_1)
 
 static INLINE void NAME(store_span_1)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 1, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 1, n);
 }
 LOOPS(store_span_1)
 
 static INLINE void NAME(load_span_2)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 2, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 2, n);
 }
 LOOPS(load_span_2)
 
 static INLINE void NAME(store_span_2)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 2, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 2, n);
 }
 LOOPS(store_span_2)
 
 static INLINE void NAME(load_span_3)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 3, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 3, n);
 }
 LOOPS(load_span_3)
 
 static INLINE void NAME(store_span_3)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 3, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 3, n);
 }
 LOOPS(store_span_3)
 
 static INLINE void NAME(load_span_4)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 4, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_4)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 4);
 }
-LOOPS(load_span_4)
+LOOP(load_span_4)
 
 static INLINE void NAME(store_span_4)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 4, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_4)((REAL *)args[1] + i * 4, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_4)
+LOOP(store_span_4)
 
 static INLINE void NAME(load_span_6)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 6, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_6)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 6);
 }
-LOOPS(load_span_6)
+LOOP(load_span_6)
 
 static INLINE void NAME(store_span_6)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 6, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_6)((REAL *)args[1] + i * 6, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_6)
+LOOP(store_span_6)
 
 static INLINE void NAME(load_span_9)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 9, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_9)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 9);
 }
-LOOPS(load_span_9)
+LOOP(load_span_9)
 
 static INLINE void NAME(store_span_9)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 9, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_9)((REAL *)args[1] + i * 9, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_9)
+LOOP(store_span_9)
 
 static INLINE void NAME(load_span_12)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 12, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_12)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 12);
 }
-LOOPS(load_span_12)
+LOOP(load_span_12)
 
 static INLINE void NAME(store_span_12)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 12, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_12)((REAL *)args[1] + i * 12, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_12)
+LOOP(store_span_12)
 
 static INLINE void NAME(load_span_18)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 18, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_18)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 18);
 }
-LOOPS(load_span_18)
+LOOP(load_span_18)
 
 static INLINE void NAME(store_span_18)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 18, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_18)((REAL *)args[1] + i * 18, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_18)
+LOOP(store_span_18)
 
 static INLINE void NAME(load_span_24)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 24, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_24)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 24);
 }
-LOOPS(load_span_24)
+LOOP(load_span_24)
 
 static INLINE void NAME(store_span_24)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 24, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_24)((REAL *)args[1] + i * 24, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_24)
+LOOP(store_span_24)
 
 static INLINE void NAME(load_span_27)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 27, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_27)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 27);
 }
-LOOPS(load_span_27)
+LOOP(load_span_27)
 
 static INLINE void NAME(store_span_27)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 27, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_27)((REAL *)args[1] + i * 27, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_27)
+LOOP(store_span_27)
 
 static const struct {
     loop_function *load[2], *store[2];
@@ -1030,13 +2442,13 @@ static const struct {
     [1] = {WIDTHS(load_span_1), WIDTHS(store_span_1)},
     [2] = {WIDTHS(load_span_2), WIDTHS(store_span_2)},
     [3] = {WIDTHS(load_span_3), WIDTHS(store_span_3)},
-    [4] = {WIDTHS(load_span_4), WIDTHS(store_span_4)},
-    [6] = {WIDTHS(load_span_6), WIDTHS(store_span_6)},
-    [9] = {WIDTHS(load_span_9), WIDTHS(store_span_9)},
-    [12] = {WIDTHS(load_span_12), WIDTHS(store_span_12)},
-    [18] = {WIDTHS(load_span_18), WIDTHS(store_span_18)},
-    [24] = {WIDTHS(load_span_24), WIDTHS(store_span_24)},
-    [27] = {WIDTHS(load_span_27), WIDTHS(store_span_27)},
+    [4] = {WIDTH(load_span_4), WIDTH(store_span_4)},
+    [6] = {WIDTH(load_span_6), WIDTH(store_span_6)},
+    [9] = {WIDTH(load_span_9), WIDTH(store_span_9)},
+    [12] = {WIDTH(load_span_12), WIDTH(store_span_12)},
+    [18] = {WIDTH(load_span_18), WIDTH(store_span_18)},
+    [24] = {WIDTH(load_span_24), WIDTH(store_span_24)},
+    [27] = {WIDTH(load_span_27), WIDTH(store_span_27)},
 };
 
 // All rows of a part, from the batch or back to it; axes that lie as one are moved as one.
@@ -1634,18 +3046,19 @@ static INLINE void NAME(bracket_dense_a_b_c)(intptr_t n, char **args, const intp
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a3 = args[3];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
     _Alignas(64) REAL r4[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x3[4];
             REAL x4[1];
-            NAME(load_4)(x3, a3 + (first + i) * 4 * w, w);
+            NAME(load_4)(x3, (char *)a3 + (first + i) * 4 * w, w);
             NAME(bracket_apply_a_b_c)(prepared, x3, x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_span)(args[4], first, r4, 1, SPAN);
+        NAME(store_few)(a4 + first * 1, r4, 1, SPAN);
     }
 }
 LOOPS(bracket_dense_a_b_c)
@@ -1685,18 +3098,19 @@ static INLINE void NAME(bracket_dense_a_b_d)(intptr_t n, char **args, const intp
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a2 = args[2];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a4 = (REAL *)args[4];
     _Alignas(64) REAL r4[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x2[4];
             REAL x4[1];
-            NAME(load_4)(x2, a2 + (first + i) * 4 * w, w);
+            NAME(load_4)(x2, (char *)a2 + (first + i) * 4 * w, w);
             NAME(bracket_apply_a_b_d)(prepared, x2, x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_span)(args[4], first, r4, 1, SPAN);
+        NAME(store_few)(a4 + first * 1, r4, 1, SPAN);
     }
 }
 LOOPS(bracket_dense_a_b_d)
@@ -1736,18 +3150,19 @@ static INLINE void NAME(bracket_dense_a_c_d)(intptr_t n, char **args, const intp
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a4 = (REAL *)args[4];
     _Alignas(64) REAL r4[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x1[4];
             REAL x4[1];
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
             NAME(bracket_apply_a_c_d)(prepared, x1, x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_span)(args[4], first, r4, 1, SPAN);
+        NAME(store_few)(a4 + first * 1, r4, 1, SPAN);
     }
 }
 LOOPS(bracket_dense_a_c_d)
@@ -1787,18 +3202,19 @@ static INLINE void NAME(bracket_dense_b_c_d)(intptr_t n, char **args, const intp
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a4 = (REAL *)args[4];
     _Alignas(64) REAL r4[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[4];
             REAL x4[1];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(bracket_apply_b_c_d)(prepared, x0, x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_span)(args[4], first, r4, 1, SPAN);
+        NAME(store_few)(a4 + first * 1, r4, 1, SPAN);
     }
 }
 LOOPS(bracket_dense_b_c_d)
@@ -1841,6 +3257,36 @@ static INLINE void NAME(bracket_block)(intptr_t n, char **args, const intptr_t *
 }
 LOOPS(bracket_block)
 
+static INLINE void NAME(bracket_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r4[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[4];
+            REAL x3[4];
+            REAL x4[1];
+            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
+            NAME(load_4)(x2, (char *)a2 + (first + i) * 4 * w, w);
+            NAME(load_4)(x3, (char *)a3 + (first + i) * 4 * w, w);
+            NAME(bracket)(x0, x1, x2, x3, x4);
+            NAME(store_scalar)((char *)(r4 + i), x4);
+        }
+        NAME(store_few)(a4 + first * 1, r4, 1, SPAN);
+    }
+}
+LOOPS(bracket_dense)
+
 void NAME(bracket_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}, {4, 1, 3, {4}}, {1, 0, 4,
@@ -1850,8 +3296,8 @@ void NAME(bracket_loop)(char **args, const intptr_t *dimensions, const intptr_t 
         WIDTHS(bracket_dense_a_b_d)}, {13, 2, NAME(bracket_start_a_c_d), WIDTHS(bracket_block_a_c_d),
         WIDTHS(bracket_dense_a_c_d)}, {14, 2, NAME(bracket_start_b_c_d), WIDTHS(bracket_block_b_c_d),
         WIDTHS(bracket_dense_b_c_d)}};
-    static const struct kernel kernel = {WIDTHS(bracket_block), {NULL}, (any_function *)NAME(bracket),
-        NAME(call_aaaar), 4, 5, 4, 0, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(bracket_block), WIDTHS(bracket_dense), (any_function
+        *)NAME(bracket), NAME(call_aaaar), 4, 5, 4, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1911,11 +3357,39 @@ static INLINE void NAME(join_points_block)(intptr_t n, char **args, const intptr
 }
 LOOPS(join_points_block)
 
+static INLINE void NAME(join_points_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[6];
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
+            NAME(join_points)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
+    }
+}
+LOOP(join_points_dense)
+
 void NAME(join_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(join_points_block), {NULL}, (any_function *)NAME(join_points),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(join_points_block), WIDTH(join_points_dense), (any_function
+        *)NAME(join_points), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2228,21 +3702,24 @@ static INLINE void NAME(join_three_points_dense_a_b)(intptr_t n, char **args, co
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a2 = args[2];
-    _Alignas(64) REAL r3[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r2[4 * TILE];
+    _Alignas(64) REAL r3[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r2, TILE, a2 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x2[4];
             REAL x3[4];
-            NAME(load_4)(x2, a2 + (first + i) * 4 * w, w);
+            NAME(load_4)(x2, (char *)(r2 + i), TILE * w);
             NAME(join_three_points_apply_a_b)(prepared, x2, x3);
-            NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
+            NAME(store_4)((char *)(r3 + i), TILE * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 4, SPAN);
+        NAME(store_tile_4)(a3 + first * 4, r3, TILE);
     }
 }
-LOOPS(join_three_points_dense_a_b)
+LOOP(join_three_points_dense_a_b)
 
 static void NAME(join_three_points_start_a_b)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -2277,21 +3754,24 @@ static INLINE void NAME(join_three_points_dense_a_c)(intptr_t n, char **args, co
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
-    _Alignas(64) REAL r3[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a1 = (REAL *)args[1];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r3[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x1[4];
             REAL x3[4];
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
             NAME(join_three_points_apply_a_c)(prepared, x1, x3);
-            NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
+            NAME(store_4)((char *)(r3 + i), TILE * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 4, SPAN);
+        NAME(store_tile_4)(a3 + first * 4, r3, TILE);
     }
 }
-LOOPS(join_three_points_dense_a_c)
+LOOP(join_three_points_dense_a_c)
 
 static void NAME(join_three_points_start_a_c)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -2326,21 +3806,24 @@ static INLINE void NAME(join_three_points_dense_b_c)(intptr_t n, char **args, co
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r3[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r3[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[4];
             REAL x3[4];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
             NAME(join_three_points_apply_b_c)(prepared, x0, x3);
-            NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
+            NAME(store_4)((char *)(r3 + i), TILE * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 4, SPAN);
+        NAME(store_tile_4)(a3 + first * 4, r3, TILE);
     }
 }
-LOOPS(join_three_points_dense_b_c)
+LOOP(join_three_points_dense_b_c)
 
 static void NAME(join_three_points_start_b_c)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -2379,37 +3862,44 @@ static INLINE void NAME(join_three_points_dense)(intptr_t n, char **args, const 
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    _Alignas(64) REAL r3[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    _Alignas(64) REAL r3[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
+        NAME(load_tile_4)(r2, TILE, a2 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[4];
             REAL x1[4];
             REAL x2[4];
             REAL x3[4];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
-            NAME(load_4)(x2, a2 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
+            NAME(load_4)(x2, (char *)(r2 + i), TILE * w);
             NAME(join_three_points)(x0, x1, x2, x3);
-            NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
+            NAME(store_4)((char *)(r3 + i), TILE * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 4, SPAN);
+        NAME(store_tile_4)(a3 + first * 4, r3, TILE);
     }
 }
-LOOPS(join_three_points_dense)
+LOOP(join_three_points_dense)
 
 void NAME(join_three_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}, {4, 1, 3, {4}}};
     static const struct form forms[] = {{3, 2, NAME(join_three_points_start_a_b),
-        WIDTHS(join_three_points_block_a_b), WIDTHS(join_three_points_dense_a_b)}, {5, 2,
-        NAME(join_three_points_start_a_c), WIDTHS(join_three_points_block_a_c),
-        WIDTHS(join_three_points_dense_a_c)}, {6, 2, NAME(join_three_points_start_b_c),
-        WIDTHS(join_three_points_block_b_c), WIDTHS(join_three_points_dense_b_c)}};
-    static const struct kernel kernel = {WIDTHS(join_three_points_block), WIDTHS(join_three_points_dense),
+        WIDTHS(join_three_points_block_a_b), WIDTH(join_three_points_dense_a_b)}, {5, 2,
+        NAME(join_three_points_start_a_c), WIDTHS(join_three_points_block_a_c), WIDTH(join_three_points_dense_a_c)},
+        {6, 2, NAME(join_three_points_start_b_c), WIDTHS(join_three_points_block_b_c),
+        WIDTH(join_three_points_dense_b_c)}};
+    static const struct kernel kernel = {WIDTHS(join_three_points_block), WIDTH(join_three_points_dense),
         (any_function *)NAME(join_three_points), NAME(call_aaar), 3, 4, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -2476,11 +3966,39 @@ static INLINE void NAME(project_point_block)(intptr_t n, char **args, const intp
 }
 LOOPS(project_point_block)
 
+static INLINE void NAME(project_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[12 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[2 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_12)(r0, TILE, a0 + first * 12);
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[12];
+            REAL x1[3];
+            REAL x2[2];
+            NAME(load_3x4)(x0, (char *)(r0 + i), 4 * TILE * w, TILE * w);
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
+            NAME(project_point)(x0, x1, x2);
+            NAME(store_2)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_2)(a2 + first * 2, r2, TILE);
+    }
+}
+LOOP(project_point_dense)
+
 void NAME(project_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {3, 1, 2, {3}}, {2, 1, 3, {2}}};
-    static const struct kernel kernel = {WIDTHS(project_point_block), {NULL}, (any_function *)NAME(project_point),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(project_point_block), WIDTH(project_point_dense), (any_function
+        *)NAME(project_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2548,11 +4066,40 @@ static INLINE void NAME(project_homogeneous_point_block)(intptr_t n, char **args
 }
 LOOPS(project_homogeneous_point_block)
 
+static INLINE void NAME(project_homogeneous_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[12 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[3 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_12)(r0, TILE, a0 + first * 12);
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[12];
+            REAL x1[4];
+            REAL x2[3];
+            NAME(load_3x4)(x0, (char *)(r0 + i), 4 * TILE * w, TILE * w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
+            NAME(project_homogeneous_point)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_3)(a2 + first * 3, r2, TILE);
+    }
+}
+LOOP(project_homogeneous_point_dense)
+
 void NAME(project_homogeneous_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {4, 1, 2, {4}}, {3, 1, 3, {3}}};
-    static const struct kernel kernel = {WIDTHS(project_homogeneous_point_block), {NULL}, (any_function
-        *)NAME(project_homogeneous_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(project_homogeneous_point_block),
+        WIDTH(project_homogeneous_point_dense), (any_function *)NAME(project_homogeneous_point), NAME(call_aar), 2,
+        3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2633,11 +4180,34 @@ static INLINE void NAME(camera_centre_block)(intptr_t n, char **args, const intp
 }
 LOOPS(camera_centre_block)
 
+static INLINE void NAME(camera_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[12 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_12)(r0, TILE, a0 + first * 12);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[12];
+            REAL x1[4];
+            NAME(load_3x4)(x0, (char *)(r0 + i), 4 * TILE * w, TILE * w);
+            NAME(camera_centre)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
+    }
+}
+LOOP(camera_centre_dense)
+
 void NAME(camera_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(camera_centre_block), {NULL}, (any_function *)NAME(camera_centre),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(camera_centre_block), WIDTH(camera_centre_dense), (any_function
+        *)NAME(camera_centre), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2859,6 +4429,30 @@ static INLINE void NAME(back_project_pixel_block_camera)(intptr_t n, char **args
 }
 LOOPS(back_project_pixel_block_camera)
 
+static INLINE void NAME(back_project_pixel_dense_camera)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r1[2 * TILE];
+    _Alignas(64) REAL r2[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_2)(r1, TILE, a1 + first * 2);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x1[2];
+            REAL x2[6];
+            NAME(load_2)(x1, (char *)(r1 + i), TILE * w);
+            NAME(back_project_pixel_apply_camera)(prepared, x1, x2);
+            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
+    }
+}
+LOOP(back_project_pixel_dense_camera)
+
 static void NAME(back_project_pixel_start_camera)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c0b = strides[1];
@@ -2887,13 +4481,41 @@ static INLINE void NAME(back_project_pixel_block)(intptr_t n, char **args, const
 }
 LOOPS(back_project_pixel_block)
 
+static INLINE void NAME(back_project_pixel_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[12 * TILE];
+    _Alignas(64) REAL r1[2 * TILE];
+    _Alignas(64) REAL r2[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_12)(r0, TILE, a0 + first * 12);
+        NAME(load_tile_2)(r1, TILE, a1 + first * 2);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[12];
+            REAL x1[2];
+            REAL x2[6];
+            NAME(load_3x4)(x0, (char *)(r0 + i), 4 * TILE * w, TILE * w);
+            NAME(load_2)(x1, (char *)(r1 + i), TILE * w);
+            NAME(back_project_pixel)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
+    }
+}
+LOOP(back_project_pixel_dense)
+
 void NAME(back_project_pixel_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {2, 1, 2, {2}}, {6, 1, 3, {6}}};
     static const struct form forms[] = {{1, 6, NAME(back_project_pixel_start_camera),
-        WIDTHS(back_project_pixel_block_camera), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(back_project_pixel_block), {NULL}, (any_function
-        *)NAME(back_project_pixel), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+        WIDTHS(back_project_pixel_block_camera), WIDTH(back_project_pixel_dense_camera)}};
+    static const struct kernel kernel = {WIDTHS(back_project_pixel_block), WIDTH(back_project_pixel_dense),
+        (any_function *)NAME(back_project_pixel), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4008,6 +5630,30 @@ static INLINE void NAME(epipole_from_cameras_block_first)(intptr_t n, char **arg
 }
 LOOPS(epipole_from_cameras_block_first)
 
+static INLINE void NAME(epipole_from_cameras_dense_first)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r1[12 * TILE];
+    _Alignas(64) REAL r2[3 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_12)(r1, TILE, a1 + first * 12);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x1[12];
+            REAL x2[3];
+            NAME(load_3x4)(x1, (char *)(r1 + i), 4 * TILE * w, TILE * w);
+            NAME(epipole_from_cameras_apply_first)(prepared, x1, x2);
+            NAME(store_3)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_3)(a2 + first * 3, r2, TILE);
+    }
+}
+LOOP(epipole_from_cameras_dense_first)
+
 static void NAME(epipole_from_cameras_start_first)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c0b = strides[1];
@@ -4036,13 +5682,41 @@ static INLINE void NAME(epipole_from_cameras_block)(intptr_t n, char **args, con
 }
 LOOPS(epipole_from_cameras_block)
 
+static INLINE void NAME(epipole_from_cameras_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[12 * TILE];
+    _Alignas(64) REAL r1[12 * TILE];
+    _Alignas(64) REAL r2[3 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_12)(r0, TILE, a0 + first * 12);
+        NAME(load_tile_12)(r1, TILE, a1 + first * 12);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[12];
+            REAL x1[12];
+            REAL x2[3];
+            NAME(load_3x4)(x0, (char *)(r0 + i), 4 * TILE * w, TILE * w);
+            NAME(load_3x4)(x1, (char *)(r1 + i), 4 * TILE * w, TILE * w);
+            NAME(epipole_from_cameras)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_3)(a2 + first * 3, r2, TILE);
+    }
+}
+LOOP(epipole_from_cameras_dense)
+
 void NAME(epipole_from_cameras_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {12, 2, 2, {3, 4}}, {3, 1, 4, {3}}};
     static const struct form forms[] = {{1, 2, NAME(epipole_from_cameras_start_first),
-        WIDTHS(epipole_from_cameras_block_first), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(epipole_from_cameras_block), {NULL}, (any_function
-        *)NAME(epipole_from_cameras), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+        WIDTHS(epipole_from_cameras_block_first), WIDTH(epipole_from_cameras_dense_first)}};
+    static const struct kernel kernel = {WIDTHS(epipole_from_cameras_block), WIDTH(epipole_from_cameras_dense),
+        (any_function *)NAME(epipole_from_cameras), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4096,11 +5770,39 @@ static INLINE void NAME(epipolar_line_block)(intptr_t n, char **args, const intp
 }
 LOOPS(epipolar_line_block)
 
+static INLINE void NAME(epipolar_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[9 * TILE];
+    _Alignas(64) REAL r1[2 * TILE];
+    _Alignas(64) REAL r2[3 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_9)(r0, TILE, a0 + first * 9);
+        NAME(load_tile_2)(r1, TILE, a1 + first * 2);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[9];
+            REAL x1[2];
+            REAL x2[3];
+            NAME(load_3x3)(x0, (char *)(r0 + i), 3 * TILE * w, TILE * w);
+            NAME(load_2)(x1, (char *)(r1 + i), TILE * w);
+            NAME(epipolar_line)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_3)(a2 + first * 3, r2, TILE);
+    }
+}
+LOOP(epipolar_line_dense)
+
 void NAME(epipolar_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {2, 1, 2, {2}}, {3, 1, 3, {3}}};
-    static const struct kernel kernel = {WIDTHS(epipolar_line_block), {NULL}, (any_function *)NAME(epipolar_line),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(epipolar_line_block), WIDTH(epipolar_line_dense), (any_function
+        *)NAME(epipolar_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4246,18 +5948,19 @@ static INLINE void NAME(distance_to_epipolar_line_dense_fundamental_pixel)(intpt
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a2 = args[2];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
     _Alignas(64) REAL r3[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x2[2];
             REAL x3[1];
-            NAME(load_2)(x2, a2 + (first + i) * 2 * w, w);
+            NAME(load_2)(x2, (char *)a2 + (first + i) * 2 * w, w);
             NAME(distance_to_epipolar_line_apply_fundamental_pixel)(prepared, x2, x3);
             NAME(store_scalar)((char *)(r3 + i), x3);
         }
-        NAME(store_span)(args[3], first, r3, 1, SPAN);
+        NAME(store_few)(a3 + first * 1, r3, 1, SPAN);
     }
 }
 LOOPS(distance_to_epipolar_line_dense_fundamental_pixel)
@@ -4296,14 +5999,48 @@ static INLINE void NAME(distance_to_epipolar_line_block)(intptr_t n, char **args
 }
 LOOPS(distance_to_epipolar_line_block)
 
+static INLINE void NAME(distance_to_epipolar_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r0[9 * TILE];
+    _Alignas(64) REAL r1[2 * TILE];
+    _Alignas(64) REAL r2[2 * TILE];
+    _Alignas(64) REAL r3[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_9)(r0, TILE, a0 + first * 9);
+        NAME(load_tile_2)(r1, TILE, a1 + first * 2);
+        NAME(load_tile_2)(r2, TILE, a2 + first * 2);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[9];
+            REAL x1[2];
+            REAL x2[2];
+            REAL x3[1];
+            NAME(load_3x3)(x0, (char *)(r0 + i), 3 * TILE * w, TILE * w);
+            NAME(load_2)(x1, (char *)(r1 + i), TILE * w);
+            NAME(load_2)(x2, (char *)(r2 + i), TILE * w);
+            NAME(distance_to_epipolar_line)(x0, x1, x2, x3);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+        }
+        NAME(store_tile_1)(a3 + first * 1, r3, TILE);
+    }
+}
+LOOP(distance_to_epipolar_line_dense)
+
 void NAME(distance_to_epipolar_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {2, 1, 2, {2}}, {2, 1, 3, {2}}, {1, 0, 4, {0}}};
     static const struct form forms[] = {{3, 2, NAME(distance_to_epipolar_line_start_fundamental_pixel),
         WIDTHS(distance_to_epipolar_line_block_fundamental_pixel),
         WIDTHS(distance_to_epipolar_line_dense_fundamental_pixel)}};
-    static const struct kernel kernel = {WIDTHS(distance_to_epipolar_line_block), {NULL}, (any_function
-        *)NAME(distance_to_epipolar_line), NAME(call_aaar), 3, 4, 1, 0, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(distance_to_epipolar_line_block),
+        WIDTH(distance_to_epipolar_line_dense), (any_function *)NAME(distance_to_epipolar_line), NAME(call_aaar), 3,
+        4, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4541,18 +6278,19 @@ static INLINE void NAME(sampson_distance_dense_fundamental_pixel)(intptr_t n, ch
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a2 = args[2];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
     _Alignas(64) REAL r3[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x2[2];
             REAL x3[1];
-            NAME(load_2)(x2, a2 + (first + i) * 2 * w, w);
+            NAME(load_2)(x2, (char *)a2 + (first + i) * 2 * w, w);
             NAME(sampson_distance_apply_fundamental_pixel)(prepared, x2, x3);
             NAME(store_scalar)((char *)(r3 + i), x3);
         }
-        NAME(store_span)(args[3], first, r3, 1, SPAN);
+        NAME(store_few)(a3 + first * 1, r3, 1, SPAN);
     }
 }
 LOOPS(sampson_distance_dense_fundamental_pixel)
@@ -4592,18 +6330,19 @@ static INLINE void NAME(sampson_distance_dense_fundamental_partner)(intptr_t n, 
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a3 = (REAL *)args[3];
     _Alignas(64) REAL r3[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x1[2];
             REAL x3[1];
-            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(sampson_distance_apply_fundamental_partner)(prepared, x1, x3);
             NAME(store_scalar)((char *)(r3 + i), x3);
         }
-        NAME(store_span)(args[3], first, r3, 1, SPAN);
+        NAME(store_few)(a3 + first * 1, r3, 1, SPAN);
     }
 }
 LOOPS(sampson_distance_dense_fundamental_partner)
@@ -4641,6 +6380,39 @@ static INLINE void NAME(sampson_distance_block)(intptr_t n, char **args, const i
 }
 LOOPS(sampson_distance_block)
 
+static INLINE void NAME(sampson_distance_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r0[9 * TILE];
+    _Alignas(64) REAL r1[2 * TILE];
+    _Alignas(64) REAL r2[2 * TILE];
+    _Alignas(64) REAL r3[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_9)(r0, TILE, a0 + first * 9);
+        NAME(load_tile_2)(r1, TILE, a1 + first * 2);
+        NAME(load_tile_2)(r2, TILE, a2 + first * 2);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[9];
+            REAL x1[2];
+            REAL x2[2];
+            REAL x3[1];
+            NAME(load_3x3)(x0, (char *)(r0 + i), 3 * TILE * w, TILE * w);
+            NAME(load_2)(x1, (char *)(r1 + i), TILE * w);
+            NAME(load_2)(x2, (char *)(r2 + i), TILE * w);
+            NAME(sampson_distance)(x0, x1, x2, x3);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+        }
+        NAME(store_tile_1)(a3 + first * 1, r3, TILE);
+    }
+}
+LOOP(sampson_distance_dense)
+
 void NAME(sampson_distance_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {2, 1, 2, {2}}, {2, 1, 3, {2}}, {1, 0, 4, {0}}};
@@ -4648,8 +6420,8 @@ void NAME(sampson_distance_loop)(char **args, const intptr_t *dimensions, const 
         WIDTHS(sampson_distance_block_fundamental_pixel), WIDTHS(sampson_distance_dense_fundamental_pixel)}, {5, 2,
         NAME(sampson_distance_start_fundamental_partner), WIDTHS(sampson_distance_block_fundamental_partner),
         WIDTHS(sampson_distance_dense_fundamental_partner)}};
-    static const struct kernel kernel = {WIDTHS(sampson_distance_block), {NULL}, (any_function
-        *)NAME(sampson_distance), NAME(call_aaar), 3, 4, 2, 0, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(sampson_distance_block), WIDTH(sampson_distance_dense),
+        (any_function *)NAME(sampson_distance), NAME(call_aaar), 3, 4, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5329,6 +7101,44 @@ static INLINE void NAME(triangulate_block)(intptr_t n, char **args, const intptr
 }
 LOOPS(triangulate_block)
 
+static INLINE void NAME(triangulate_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r0[12 * TILE];
+    _Alignas(64) REAL r1[12 * TILE];
+    _Alignas(64) REAL r2[2 * TILE];
+    _Alignas(64) REAL r3[2 * TILE];
+    _Alignas(64) REAL r4[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_12)(r0, TILE, a0 + first * 12);
+        NAME(load_tile_12)(r1, TILE, a1 + first * 12);
+        NAME(load_tile_2)(r2, TILE, a2 + first * 2);
+        NAME(load_tile_2)(r3, TILE, a3 + first * 2);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[12];
+            REAL x1[12];
+            REAL x2[2];
+            REAL x3[2];
+            REAL x4[4];
+            NAME(load_3x4)(x0, (char *)(r0 + i), 4 * TILE * w, TILE * w);
+            NAME(load_3x4)(x1, (char *)(r1 + i), 4 * TILE * w, TILE * w);
+            NAME(load_2)(x2, (char *)(r2 + i), TILE * w);
+            NAME(load_2)(x3, (char *)(r3 + i), TILE * w);
+            NAME(triangulate)(x0, x1, x2, x3, x4);
+            NAME(store_4)((char *)(r4 + i), TILE * w, x4);
+        }
+        NAME(store_tile_4)(a4 + first * 4, r4, TILE);
+    }
+}
+LOOP(triangulate_dense)
+
 void NAME(triangulate_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {12, 2, 2, {3, 4}}, {2, 1, 4, {2}}, {2, 1, 5, {2}}, {4,
@@ -5336,8 +7146,8 @@ void NAME(triangulate_loop)(char **args, const intptr_t *dimensions, const intpt
     static const struct form forms[] = {{7, 2, NAME(triangulate_start_first_second_pixel),
         WIDTHS(triangulate_block_first_second_pixel), {NULL}}, {13, 2, NAME(triangulate_start_first_pixel_partner),
         WIDTHS(triangulate_block_first_pixel_partner), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(triangulate_block), {NULL}, (any_function *)NAME(triangulate),
-        NAME(call_aaaar), 4, 5, 2, 0, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(triangulate_block), WIDTH(triangulate_dense), (any_function
+        *)NAME(triangulate), NAME(call_aaaar), 4, 5, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6188,6 +7998,31 @@ static INLINE void NAME(camera_from_image_basis_block_centre_first_second)(intpt
 }
 LOOPS(camera_from_image_basis_block_centre_first_second)
 
+static INLINE void NAME(camera_from_image_basis_dense_centre_first_second)(intptr_t n, char **args, const intptr_t
+    *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r3[4 * TILE];
+    _Alignas(64) REAL r4[12 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r3, TILE, a3 + first * 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x3[4];
+            REAL x4[12];
+            NAME(load_4)(x3, (char *)(r3 + i), TILE * w);
+            NAME(camera_from_image_basis_apply_centre_first_second)(prepared, x3, x4);
+            NAME(store_3x4)((char *)(r4 + i), 4 * TILE * w, TILE * w, x4);
+        }
+        NAME(store_tile_12)(a4 + first * 12, r4, TILE);
+    }
+}
+LOOP(camera_from_image_basis_dense_centre_first_second)
+
 static void NAME(camera_from_image_basis_start_centre_first_second)(char **args, const intptr_t *strides, void
     *prepared)
 {
@@ -6219,6 +8054,31 @@ static INLINE void NAME(camera_from_image_basis_block_centre_first_third)(intptr
     }
 }
 LOOPS(camera_from_image_basis_block_centre_first_third)
+
+static INLINE void NAME(camera_from_image_basis_dense_centre_first_third)(intptr_t n, char **args, const intptr_t
+    *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a2 = (REAL *)args[2];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r2[4 * TILE];
+    _Alignas(64) REAL r4[12 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r2, TILE, a2 + first * 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x2[4];
+            REAL x4[12];
+            NAME(load_4)(x2, (char *)(r2 + i), TILE * w);
+            NAME(camera_from_image_basis_apply_centre_first_third)(prepared, x2, x4);
+            NAME(store_3x4)((char *)(r4 + i), 4 * TILE * w, TILE * w, x4);
+        }
+        NAME(store_tile_12)(a4 + first * 12, r4, TILE);
+    }
+}
+LOOP(camera_from_image_basis_dense_centre_first_third)
 
 static void NAME(camera_from_image_basis_start_centre_first_third)(char **args, const intptr_t *strides, void
     *prepared)
@@ -6252,6 +8112,31 @@ static INLINE void NAME(camera_from_image_basis_block_centre_second_third)(intpt
 }
 LOOPS(camera_from_image_basis_block_centre_second_third)
 
+static INLINE void NAME(camera_from_image_basis_dense_centre_second_third)(intptr_t n, char **args, const intptr_t
+    *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a1 = (REAL *)args[1];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r4[12 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x1[4];
+            REAL x4[12];
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
+            NAME(camera_from_image_basis_apply_centre_second_third)(prepared, x1, x4);
+            NAME(store_3x4)((char *)(r4 + i), 4 * TILE * w, TILE * w, x4);
+        }
+        NAME(store_tile_12)(a4 + first * 12, r4, TILE);
+    }
+}
+LOOP(camera_from_image_basis_dense_centre_second_third)
+
 static void NAME(camera_from_image_basis_start_centre_second_third)(char **args, const intptr_t *strides, void
     *prepared)
 {
@@ -6283,6 +8168,31 @@ static INLINE void NAME(camera_from_image_basis_block_first_second_third)(intptr
     }
 }
 LOOPS(camera_from_image_basis_block_first_second_third)
+
+static INLINE void NAME(camera_from_image_basis_dense_first_second_third)(intptr_t n, char **args, const intptr_t
+    *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r4[12 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[4];
+            REAL x4[12];
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
+            NAME(camera_from_image_basis_apply_first_second_third)(prepared, x0, x4);
+            NAME(store_3x4)((char *)(r4 + i), 4 * TILE * w, TILE * w, x4);
+        }
+        NAME(store_tile_12)(a4 + first * 12, r4, TILE);
+    }
+}
+LOOP(camera_from_image_basis_dense_first_second_third)
 
 static void NAME(camera_from_image_basis_start_first_second_third)(char **args, const intptr_t *strides, void
     *prepared)
@@ -6324,20 +8234,63 @@ static INLINE void NAME(camera_from_image_basis_block)(intptr_t n, char **args, 
 }
 LOOPS(camera_from_image_basis_block)
 
+static INLINE void NAME(camera_from_image_basis_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    _Alignas(64) REAL r3[4 * TILE];
+    _Alignas(64) REAL r4[12 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
+        NAME(load_tile_4)(r2, TILE, a2 + first * 4);
+        NAME(load_tile_4)(r3, TILE, a3 + first * 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[4];
+            REAL x3[4];
+            REAL x4[12];
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
+            NAME(load_4)(x2, (char *)(r2 + i), TILE * w);
+            NAME(load_4)(x3, (char *)(r3 + i), TILE * w);
+            NAME(camera_from_image_basis)(x0, x1, x2, x3, x4);
+            NAME(store_3x4)((char *)(r4 + i), 4 * TILE * w, TILE * w, x4);
+        }
+        NAME(store_tile_12)(a4 + first * 12, r4, TILE);
+    }
+}
+LOOP(camera_from_image_basis_dense)
+
 void NAME(camera_from_image_basis_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}, {4, 1, 3, {4}}, {12, 2, 4,
         {3, 4}}};
     static const struct form forms[] = {{7, 2, NAME(camera_from_image_basis_start_centre_first_second),
-        WIDTHS(camera_from_image_basis_block_centre_first_second), {NULL}}, {11, 2,
+        WIDTHS(camera_from_image_basis_block_centre_first_second),
+        WIDTH(camera_from_image_basis_dense_centre_first_second)}, {11, 2,
         NAME(camera_from_image_basis_start_centre_first_third),
-        WIDTHS(camera_from_image_basis_block_centre_first_third), {NULL}}, {13, 2,
+        WIDTHS(camera_from_image_basis_block_centre_first_third),
+        WIDTH(camera_from_image_basis_dense_centre_first_third)}, {13, 2,
         NAME(camera_from_image_basis_start_centre_second_third),
-        WIDTHS(camera_from_image_basis_block_centre_second_third), {NULL}}, {14, 2,
+        WIDTHS(camera_from_image_basis_block_centre_second_third),
+        WIDTH(camera_from_image_basis_dense_centre_second_third)}, {14, 2,
         NAME(camera_from_image_basis_start_first_second_third),
-        WIDTHS(camera_from_image_basis_block_first_second_third), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(camera_from_image_basis_block), {NULL}, (any_function
-        *)NAME(camera_from_image_basis), NAME(call_aaaar), 4, 5, 4, 0, 0, parts, forms};
+        WIDTHS(camera_from_image_basis_block_first_second_third),
+        WIDTH(camera_from_image_basis_dense_first_second_third)}};
+    static const struct kernel kernel = {WIDTHS(camera_from_image_basis_block),
+        WIDTH(camera_from_image_basis_dense), (any_function *)NAME(camera_from_image_basis), NAME(call_aaaar), 4, 5,
+        4, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6446,10 +8399,33 @@ static INLINE void NAME(line_projection_block)(intptr_t n, char **args, const in
 }
 LOOPS(line_projection_block)
 
+static INLINE void NAME(line_projection_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[12 * TILE];
+    _Alignas(64) REAL r1[18 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_12)(r0, TILE, a0 + first * 12);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[12];
+            REAL x1[18];
+            NAME(load_3x4)(x0, (char *)(r0 + i), 4 * TILE * w, TILE * w);
+            NAME(line_projection)(x0, x1);
+            NAME(store_3x6)((char *)(r1 + i), 6 * TILE * w, TILE * w, x1);
+        }
+        NAME(store_tile_18)(a1 + first * 18, r1, TILE);
+    }
+}
+LOOP(line_projection_dense)
+
 void NAME(line_projection_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {18, 2, 2, {3, 6}}};
-    static const struct kernel kernel = {WIDTHS(line_projection_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(line_projection_block), WIDTH(line_projection_dense), (any_function
         *)NAME(line_projection), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -6712,6 +8688,30 @@ static INLINE void NAME(project_line_block_camera)(intptr_t n, char **args, cons
 }
 LOOPS(project_line_block_camera)
 
+static INLINE void NAME(project_line_dense_camera)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r2[3 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x1[6];
+            REAL x2[3];
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(project_line_apply_camera)(prepared, x1, x2);
+            NAME(store_3)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_3)(a2 + first * 3, r2, TILE);
+    }
+}
+LOOP(project_line_dense_camera)
+
 static void NAME(project_line_start_camera)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c0b = strides[1];
@@ -6740,13 +8740,41 @@ static INLINE void NAME(project_line_block)(intptr_t n, char **args, const intpt
 }
 LOOPS(project_line_block)
 
+static INLINE void NAME(project_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[12 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r2[3 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_12)(r0, TILE, a0 + first * 12);
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[12];
+            REAL x1[6];
+            REAL x2[3];
+            NAME(load_3x4)(x0, (char *)(r0 + i), 4 * TILE * w, TILE * w);
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(project_line)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_3)(a2 + first * 3, r2, TILE);
+    }
+}
+LOOP(project_line_dense)
+
 void NAME(project_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {6, 1, 2, {6}}, {3, 1, 3, {3}}};
     static const struct form forms[] = {{1, 2, NAME(project_line_start_camera), WIDTHS(project_line_block_camera),
-        {NULL}}};
-    static const struct kernel kernel = {WIDTHS(project_line_block), {NULL}, (any_function *)NAME(project_line),
-        NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+        WIDTH(project_line_dense_camera)}};
+    static const struct kernel kernel = {WIDTHS(project_line_block), WIDTH(project_line_dense), (any_function
+        *)NAME(project_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6809,10 +8837,38 @@ static INLINE void NAME(meet_line_plane_block)(intptr_t n, char **args, const in
 }
 LOOPS(meet_line_plane_block)
 
+static INLINE void NAME(meet_line_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[4];
+            REAL x2[4];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
+            NAME(meet_line_plane)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
+    }
+}
+LOOP(meet_line_plane_dense)
+
 void NAME(meet_line_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(meet_line_plane_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(meet_line_plane_block), WIDTH(meet_line_plane_dense), (any_function
         *)NAME(meet_line_plane), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -6865,11 +8921,39 @@ static INLINE void NAME(meet_lines_block)(intptr_t n, char **args, const intptr_
 }
 LOOPS(meet_lines_block)
 
+static INLINE void NAME(meet_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r2[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[6];
+            REAL x2[1];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(meet_lines)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_tile_1)(a2 + first * 1, r2, TILE);
+    }
+}
+LOOP(meet_lines_dense)
+
 void NAME(meet_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(meet_lines_block), {NULL}, (any_function *)NAME(meet_lines),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(meet_lines_block), WIDTH(meet_lines_dense), (any_function
+        *)NAME(meet_lines), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9131,18 +11215,19 @@ static INLINE void NAME(transfer_point_dense_tensor_line)(intptr_t n, char **arg
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a3 = (REAL *)args[3];
     _Alignas(64) REAL r3[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x1[2];
             REAL x3[3];
-            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(transfer_point_apply_tensor_line)(prepared, x1, x3);
             NAME(store_3)((char *)(r3 + i), SPAN * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 3, SPAN);
+        NAME(store_few)(a3 + first * 3, r3, 3, SPAN);
     }
 }
 LOOPS(transfer_point_dense_tensor_line)
@@ -9180,18 +11265,19 @@ static INLINE void NAME(transfer_point_dense_tensor_pixel)(intptr_t n, char **ar
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a2 = args[2];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
     _Alignas(64) REAL r3[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x2[3];
             REAL x3[3];
-            NAME(load_3)(x2, a2 + (first + i) * 3 * w, w);
+            NAME(load_3)(x2, (char *)a2 + (first + i) * 3 * w, w);
             NAME(transfer_point_apply_tensor_pixel)(prepared, x2, x3);
             NAME(store_3)((char *)(r3 + i), SPAN * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 3, SPAN);
+        NAME(store_few)(a3 + first * 3, r3, 3, SPAN);
     }
 }
 LOOPS(transfer_point_dense_tensor_pixel)
@@ -9609,18 +11695,19 @@ static INLINE void NAME(transfer_line_dense_tensor_second)(intptr_t n, char **ar
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a2 = args[2];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
     _Alignas(64) REAL r3[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x2[3];
             REAL x3[3];
-            NAME(load_3)(x2, a2 + (first + i) * 3 * w, w);
+            NAME(load_3)(x2, (char *)a2 + (first + i) * 3 * w, w);
             NAME(transfer_line_apply_tensor_second)(prepared, x2, x3);
             NAME(store_3)((char *)(r3 + i), SPAN * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 3, SPAN);
+        NAME(store_few)(a3 + first * 3, r3, 3, SPAN);
     }
 }
 LOOPS(transfer_line_dense_tensor_second)
@@ -9658,18 +11745,19 @@ static INLINE void NAME(transfer_line_dense_tensor_third)(intptr_t n, char **arg
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a3 = (REAL *)args[3];
     _Alignas(64) REAL r3[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x1[3];
             REAL x3[3];
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(transfer_line_apply_tensor_third)(prepared, x1, x3);
             NAME(store_3)((char *)(r3 + i), SPAN * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 3, SPAN);
+        NAME(store_few)(a3 + first * 3, r3, 3, SPAN);
     }
 }
 LOOPS(transfer_line_dense_tensor_third)
@@ -10912,18 +13000,19 @@ static INLINE void NAME(transfer_lines_dense_tensor_first_second)(intptr_t n, ch
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a3 = args[3];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
     _Alignas(64) REAL r4[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x3[3];
             REAL x4[3];
-            NAME(load_3)(x3, a3 + (first + i) * 3 * w, w);
+            NAME(load_3)(x3, (char *)a3 + (first + i) * 3 * w, w);
             NAME(transfer_lines_apply_tensor_first_second)(prepared, x3, x4);
             NAME(store_3)((char *)(r4 + i), SPAN * w, x4);
         }
-        NAME(store_span)(args[4], first, r4, 3, SPAN);
+        NAME(store_few)(a4 + first * 3, r4, 3, SPAN);
     }
 }
 LOOPS(transfer_lines_dense_tensor_first_second)
@@ -10964,18 +13053,19 @@ static INLINE void NAME(transfer_lines_dense_tensor_first_third)(intptr_t n, cha
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a2 = args[2];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a4 = (REAL *)args[4];
     _Alignas(64) REAL r4[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x2[3];
             REAL x4[3];
-            NAME(load_3)(x2, a2 + (first + i) * 3 * w, w);
+            NAME(load_3)(x2, (char *)a2 + (first + i) * 3 * w, w);
             NAME(transfer_lines_apply_tensor_first_third)(prepared, x2, x4);
             NAME(store_3)((char *)(r4 + i), SPAN * w, x4);
         }
-        NAME(store_span)(args[4], first, r4, 3, SPAN);
+        NAME(store_few)(a4 + first * 3, r4, 3, SPAN);
     }
 }
 LOOPS(transfer_lines_dense_tensor_first_third)
@@ -11016,18 +13106,19 @@ static INLINE void NAME(transfer_lines_dense_tensor_second_third)(intptr_t n, ch
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a4 = (REAL *)args[4];
     _Alignas(64) REAL r4[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x1[3];
             REAL x4[3];
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(transfer_lines_apply_tensor_second_third)(prepared, x1, x4);
             NAME(store_3)((char *)(r4 + i), SPAN * w, x4);
         }
-        NAME(store_span)(args[4], first, r4, 3, SPAN);
+        NAME(store_few)(a4 + first * 3, r4, 3, SPAN);
     }
 }
 LOOPS(transfer_lines_dense_tensor_second_third)
@@ -11127,11 +13218,39 @@ static INLINE void NAME(epipolar_equation_block)(intptr_t n, char **args, const 
 }
 LOOPS(epipolar_equation_block)
 
+static INLINE void NAME(epipolar_equation_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[2 * TILE];
+    _Alignas(64) REAL r1[2 * TILE];
+    _Alignas(64) REAL r2[9 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_2)(r0, TILE, a0 + first * 2);
+        NAME(load_tile_2)(r1, TILE, a1 + first * 2);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            REAL x2[9];
+            NAME(load_2)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_2)(x1, (char *)(r1 + i), TILE * w);
+            NAME(epipolar_equation)(x0, x1, x2);
+            NAME(store_9)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_9)(a2 + first * 9, r2, TILE);
+    }
+}
+LOOP(epipolar_equation_dense)
+
 void NAME(epipolar_equation_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {9, 1, 2, {9}}};
-    static const struct kernel kernel = {WIDTHS(epipolar_equation_block), {NULL}, (any_function
-        *)NAME(epipolar_equation), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(epipolar_equation_block), WIDTH(epipolar_equation_dense),
+        (any_function *)NAME(epipolar_equation), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11393,6 +13512,31 @@ static INLINE void NAME(sampson_distance_gradient_block_fundamental_pixel)(intpt
 }
 LOOPS(sampson_distance_gradient_block_fundamental_pixel)
 
+static INLINE void NAME(sampson_distance_gradient_dense_fundamental_pixel)(intptr_t n, char **args, const intptr_t
+    *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r2[2 * TILE];
+    _Alignas(64) REAL r3[9 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_2)(r2, TILE, a2 + first * 2);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x2[2];
+            REAL x3[9];
+            NAME(load_2)(x2, (char *)(r2 + i), TILE * w);
+            NAME(sampson_distance_gradient_apply_fundamental_pixel)(prepared, x2, x3);
+            NAME(store_3x3)((char *)(r3 + i), 3 * TILE * w, TILE * w, x3);
+        }
+        NAME(store_tile_9)(a3 + first * 9, r3, TILE);
+    }
+}
+LOOP(sampson_distance_gradient_dense_fundamental_pixel)
+
 static void NAME(sampson_distance_gradient_start_fundamental_pixel)(char **args, const intptr_t *strides, void
     *prepared)
 {
@@ -11428,13 +13572,48 @@ static INLINE void NAME(sampson_distance_gradient_block)(intptr_t n, char **args
 }
 LOOPS(sampson_distance_gradient_block)
 
+static INLINE void NAME(sampson_distance_gradient_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r0[9 * TILE];
+    _Alignas(64) REAL r1[2 * TILE];
+    _Alignas(64) REAL r2[2 * TILE];
+    _Alignas(64) REAL r3[9 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_9)(r0, TILE, a0 + first * 9);
+        NAME(load_tile_2)(r1, TILE, a1 + first * 2);
+        NAME(load_tile_2)(r2, TILE, a2 + first * 2);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[9];
+            REAL x1[2];
+            REAL x2[2];
+            REAL x3[9];
+            NAME(load_3x3)(x0, (char *)(r0 + i), 3 * TILE * w, TILE * w);
+            NAME(load_2)(x1, (char *)(r1 + i), TILE * w);
+            NAME(load_2)(x2, (char *)(r2 + i), TILE * w);
+            NAME(sampson_distance_gradient)(x0, x1, x2, x3);
+            NAME(store_3x3)((char *)(r3 + i), 3 * TILE * w, TILE * w, x3);
+        }
+        NAME(store_tile_9)(a3 + first * 9, r3, TILE);
+    }
+}
+LOOP(sampson_distance_gradient_dense)
+
 void NAME(sampson_distance_gradient_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {2, 1, 2, {2}}, {2, 1, 3, {2}}, {9, 2, 4, {3, 3}}};
     static const struct form forms[] = {{3, 2, NAME(sampson_distance_gradient_start_fundamental_pixel),
-        WIDTHS(sampson_distance_gradient_block_fundamental_pixel), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(sampson_distance_gradient_block), {NULL}, (any_function
-        *)NAME(sampson_distance_gradient), NAME(call_aaar), 3, 4, 1, 0, 0, parts, forms};
+        WIDTHS(sampson_distance_gradient_block_fundamental_pixel),
+        WIDTH(sampson_distance_gradient_dense_fundamental_pixel)}};
+    static const struct kernel kernel = {WIDTHS(sampson_distance_gradient_block),
+        WIDTH(sampson_distance_gradient_dense), (any_function *)NAME(sampson_distance_gradient), NAME(call_aaar), 3,
+        4, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11837,18 +14016,19 @@ static INLINE void NAME(depth_ratio_dense_fundamental_epipole_partner)(intptr_t 
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a2 = args[2];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a4 = (REAL *)args[4];
     _Alignas(64) REAL r4[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x2[2];
             REAL x4[1];
-            NAME(load_2)(x2, a2 + (first + i) * 2 * w, w);
+            NAME(load_2)(x2, (char *)a2 + (first + i) * 2 * w, w);
             NAME(depth_ratio_apply_fundamental_epipole_partner)(prepared, x2, x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_span)(args[4], first, r4, 1, SPAN);
+        NAME(store_few)(a4 + first * 1, r4, 1, SPAN);
     }
 }
 LOOPS(depth_ratio_dense_fundamental_epipole_partner)
@@ -11883,6 +14063,30 @@ static INLINE void NAME(depth_ratio_block_epipole_pixel_partner)(intptr_t n, cha
     }
 }
 LOOPS(depth_ratio_block_epipole_pixel_partner)
+
+static INLINE void NAME(depth_ratio_dense_epipole_pixel_partner)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r0[9 * TILE];
+    _Alignas(64) REAL r4[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_9)(r0, TILE, a0 + first * 9);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[9];
+            REAL x4[1];
+            NAME(load_3x3)(x0, (char *)(r0 + i), 3 * TILE * w, TILE * w);
+            NAME(depth_ratio_apply_epipole_pixel_partner)(prepared, x0, x4);
+            NAME(store_scalar)((char *)(r4 + i), x4);
+        }
+        NAME(store_tile_1)(a4 + first * 1, r4, TILE);
+    }
+}
+LOOP(depth_ratio_dense_epipole_pixel_partner)
 
 static void NAME(depth_ratio_start_epipole_pixel_partner)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -11921,18 +14125,19 @@ static INLINE void NAME(depth_ratio_dense_fundamental_epipole_pixel)(intptr_t n,
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a3 = args[3];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
     _Alignas(64) REAL r4[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x3[2];
             REAL x4[1];
-            NAME(load_2)(x3, a3 + (first + i) * 2 * w, w);
+            NAME(load_2)(x3, (char *)a3 + (first + i) * 2 * w, w);
             NAME(depth_ratio_apply_fundamental_epipole_pixel)(prepared, x3, x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_span)(args[4], first, r4, 1, SPAN);
+        NAME(store_few)(a4 + first * 1, r4, 1, SPAN);
     }
 }
 LOOPS(depth_ratio_dense_fundamental_epipole_pixel)
@@ -11974,18 +14179,19 @@ static INLINE void NAME(depth_ratio_dense_fundamental_pixel_partner)(intptr_t n,
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a4 = (REAL *)args[4];
     _Alignas(64) REAL r4[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x1[3];
             REAL x4[1];
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(depth_ratio_apply_fundamental_pixel_partner)(prepared, x1, x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_span)(args[4], first, r4, 1, SPAN);
+        NAME(store_few)(a4 + first * 1, r4, 1, SPAN);
     }
 }
 LOOPS(depth_ratio_dense_fundamental_pixel_partner)
@@ -12028,6 +14234,44 @@ static INLINE void NAME(depth_ratio_block)(intptr_t n, char **args, const intptr
 }
 LOOPS(depth_ratio_block)
 
+static INLINE void NAME(depth_ratio_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r0[9 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[2 * TILE];
+    _Alignas(64) REAL r3[2 * TILE];
+    _Alignas(64) REAL r4[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_9)(r0, TILE, a0 + first * 9);
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
+        NAME(load_tile_2)(r2, TILE, a2 + first * 2);
+        NAME(load_tile_2)(r3, TILE, a3 + first * 2);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[9];
+            REAL x1[3];
+            REAL x2[2];
+            REAL x3[2];
+            REAL x4[1];
+            NAME(load_3x3)(x0, (char *)(r0 + i), 3 * TILE * w, TILE * w);
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
+            NAME(load_2)(x2, (char *)(r2 + i), TILE * w);
+            NAME(load_2)(x3, (char *)(r3 + i), TILE * w);
+            NAME(depth_ratio)(x0, x1, x2, x3, x4);
+            NAME(store_scalar)((char *)(r4 + i), x4);
+        }
+        NAME(store_tile_1)(a4 + first * 1, r4, TILE);
+    }
+}
+LOOP(depth_ratio_dense)
+
 void NAME(depth_ratio_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {3, 1, 2, {3}}, {2, 1, 3, {2}}, {2, 1, 4, {2}}, {1, 0, 5,
@@ -12035,13 +14279,13 @@ void NAME(depth_ratio_loop)(char **args, const intptr_t *dimensions, const intpt
     static const struct form forms[] = {{11, 2, NAME(depth_ratio_start_fundamental_epipole_partner),
         WIDTHS(depth_ratio_block_fundamental_epipole_partner),
         WIDTHS(depth_ratio_dense_fundamental_epipole_partner)}, {14, 3,
-        NAME(depth_ratio_start_epipole_pixel_partner), WIDTHS(depth_ratio_block_epipole_pixel_partner), {NULL}}, {7,
-        2, NAME(depth_ratio_start_fundamental_epipole_pixel), WIDTHS(depth_ratio_block_fundamental_epipole_pixel),
-        WIDTHS(depth_ratio_dense_fundamental_epipole_pixel)}, {13, 2,
-        NAME(depth_ratio_start_fundamental_pixel_partner), WIDTHS(depth_ratio_block_fundamental_pixel_partner),
-        WIDTHS(depth_ratio_dense_fundamental_pixel_partner)}};
-    static const struct kernel kernel = {WIDTHS(depth_ratio_block), {NULL}, (any_function *)NAME(depth_ratio),
-        NAME(call_aaaar), 4, 5, 4, 0, 0, parts, forms};
+        NAME(depth_ratio_start_epipole_pixel_partner), WIDTHS(depth_ratio_block_epipole_pixel_partner),
+        WIDTH(depth_ratio_dense_epipole_pixel_partner)}, {7, 2, NAME(depth_ratio_start_fundamental_epipole_pixel),
+        WIDTHS(depth_ratio_block_fundamental_epipole_pixel), WIDTHS(depth_ratio_dense_fundamental_epipole_pixel)},
+        {13, 2, NAME(depth_ratio_start_fundamental_pixel_partner),
+        WIDTHS(depth_ratio_block_fundamental_pixel_partner), WIDTHS(depth_ratio_dense_fundamental_pixel_partner)}};
+    static const struct kernel kernel = {WIDTHS(depth_ratio_block), WIDTH(depth_ratio_dense), (any_function
+        *)NAME(depth_ratio), NAME(call_aaaar), 4, 5, 4, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12095,11 +14339,34 @@ static INLINE void NAME(image_derivative_block)(intptr_t n, char **args, const i
 }
 LOOPS(image_derivative_block)
 
+static INLINE void NAME(image_derivative_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[12 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[12];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(image_derivative)(x0, x1);
+            NAME(store_2x6)((char *)(r1 + i), 6 * TILE * w, TILE * w, x1);
+        }
+        NAME(store_tile_12)(a1 + first * 12, r1, TILE);
+    }
+}
+LOOP(image_derivative_dense)
+
 void NAME(image_derivative_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {12, 2, 1, {2, 6}}};
-    static const struct kernel kernel = {WIDTHS(image_derivative_block), {NULL}, (any_function
-        *)NAME(image_derivative), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(image_derivative_block), WIDTH(image_derivative_dense),
+        (any_function *)NAME(image_derivative), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12609,11 +14876,34 @@ static INLINE void NAME(cross_ratio_of_planes_block)(intptr_t n, char **args, co
 }
 LOOPS(cross_ratio_of_planes_block)
 
+static INLINE void NAME(cross_ratio_of_planes_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[24 * TILE];
+    _Alignas(64) REAL r1[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_24)(r0, TILE, a0 + first * 24);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[24];
+            REAL x1[1];
+            NAME(load_6x4)(x0, (char *)(r0 + i), 4 * TILE * w, TILE * w);
+            NAME(cross_ratio_of_planes)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_tile_1)(a1 + first * 1, r1, TILE);
+    }
+}
+LOOP(cross_ratio_of_planes_dense)
+
 void NAME(cross_ratio_of_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{24, 2, 0, {6, 4}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(cross_ratio_of_planes_block), {NULL}, (any_function
-        *)NAME(cross_ratio_of_planes), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(cross_ratio_of_planes_block), WIDTH(cross_ratio_of_planes_dense),
+        (any_function *)NAME(cross_ratio_of_planes), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 

@@ -2,7 +2,7 @@
 // command: gac generate --all quaternion
 // spec: 7c099cdb8aa07718
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: fda58954ace45c93dc0fb1f1ad42215a609c446a3a4a671a215d6a430769b89a
+// body: 4424ef7887b8ba5559ac6e596fa2ff8c1cad164181d82890e02d6e40dc7dceb0
 
 #ifndef REAL
 #include "quaternion.h"
@@ -35,20 +35,21 @@
 #if defined(__GNUC__) && __GNUC__ >= 12 && !defined(__clang__) && defined(__x86_64__) && defined(__GLIBC__)
 #define WIDE __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
 #define ON(level) __attribute__((target("arch=x86-64-" level)))
-#define LOOPS(name)                                                                     \
-    ON("v3") static void NAME(name##_v3)(intptr_t n, char **args, const intptr_t *strides) \
-    {                                                                                   \
-        NAME(name)(n, args, strides);                                                   \
-    }                                                                                   \
-    ON("v4") static void NAME(name##_v4)(intptr_t n, char **args, const intptr_t *strides) \
-    {                                                                                   \
-        NAME(name)(n, args, strides);                                                   \
+#define ONE(name, level)                                                                        \
+    ON(#level) static void NAME(name##_##level)(intptr_t n, char **args, const intptr_t *strides) \
+    {                                                                                           \
+        NAME(name)(n, args, strides);                                                           \
     }
+#define LOOP(name) ONE(name, v3)
+#define LOOPS(name) ONE(name, v3) ONE(name, v4)
+#define WIDTH(name) {NAME(name##_v3), NAME(name##_v3)}
 #define WIDTHS(name) {NAME(name##_v3), NAME(name##_v4)}
 #define CHOSEN (__builtin_cpu_supports("x86-64-v4") ? 1 : __builtin_cpu_supports("x86-64-v3") ? 0 : -1)
 #else
 #define WIDE
+#define LOOP(name)
 #define LOOPS(name)
+#define WIDTH(name) {NAME(name)}
 #define WIDTHS(name) {NAME(name)}
 #define CHOSEN 0
 #endif
@@ -63,8 +64,8 @@
 // Elements in C order go through rows of this many.
 #define SPAN 32
 
-// A vector of neighbours in memory.
-#if defined(__has_builtin)
+// A vector of neighbours in memory, where the compiler turns such of 32 bytes well.
+#if defined(__has_builtin) && (defined(ON) || defined(__clang__))
 #if __has_builtin(__builtin_shufflevector)
 #define SHUFFLE __builtin_shufflevector
 #define VECTOR(n) __attribute__((vector_size((n) * sizeof(REAL)), aligned(sizeof(REAL)), may_alias))
@@ -107,7 +108,7 @@ ON("v3") static void stream(char *to, const char *from, intptr_t bytes)
 #else
 #define PASSES(bytes) 0
 #define stream memcpy
-#define STREAM_END()
+#define STREAM_END() (void)0
 #endif
 
 typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
@@ -660,12 +661,13 @@ static void NAME(call_nnnr)(any_function *function, void **x)
 // Blocks of a batch, and how they get there from strides of any kind: a component of a part (an argument or a result)
 // is a row, `row` numbers long, of the elements of a block.
 
+// As many elements as fill 32 bytes, which every wide machine turns alike.
+#define TILE PRECISION(4, 8)
+
 #ifdef SHUFFLE
 typedef REAL NAME(four) VECTOR(4);
 #define AT(a, k, s) (*(NAME(four) *)((a) + (k) * (s)))
 
-// A tile is four components of as many elements as fill 32 bytes, which every wide machine turns alike.
-#define TILE PRECISION(4, 8)
 #if PRECISION(1, 0)
 // From four places, `s` bytes apart, to four, `t` bytes apart.
 static INLINE void NAME(turn)(char *a, intptr_t s, char *b, intptr_t t)
@@ -831,163 +833,1027 @@ WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, REAL *x, intp
     }
 }
 
-// Rows, SPAN numbers long, of `n` elements of `size` components, in C order from element `first` on; and back.
-static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size, intptr_t n)
+// A tile of elements of each size in C order, to rows and back. Vectors are read and written in halves, the upper one
+// from half of the elements further on.
+#ifdef SHUFFLE
+typedef REAL NAME(tile) VECTOR(TILE);
+typedef REAL NAME(half) VECTOR(TILE / 2);
+#define COLUMN(k) (*(NAME(tile) *)(x + (k) * row))
+#define HALF(a, k) (((NAME(half) *)(a))[k])
+#define WHOLE(offset) (*(NAME(tile) *)(a + (offset)))
+#define UPPER(offset, size) (a + (offset) + TILE / 2 * (size))
+#define JOINED(v, w) PRECISION(SHUFFLE(v, w, 0, 1, 2, 3), SHUFFLE(v, w, 0, 1, 2, 3, 4, 5, 6, 7))
+#define LOWERS(v, w) PRECISION(SHUFFLE(v, w, 0, 1, 4, 5), SHUFFLE(v, w, 0, 1, 2, 3, 8, 9, 10, 11))
+#define UPPERS(v, w) PRECISION(SHUFFLE(v, w, 2, 3, 6, 7), SHUFFLE(v, w, 4, 5, 6, 7, 12, 13, 14, 15))
+#define READ(offset, size) JOINED(HALF(a + (offset), 0), HALF(UPPER(offset, size), 0))
+#define WRITE(offset, size, v) HALF(a + (offset), 0) = HALF(&v, 0), HALF(UPPER(offset, size), 0) = HALF(&v, 1)
+#define WRITE_BOTH(offset, size, v, w) \
+    WHOLE(offset) = LOWERS(v, w), WHOLE((offset) + TILE / 2 * (size)) = UPPERS(v, w)
+
+static INLINE void NAME(load_tile_1)(REAL *x, intptr_t row, REAL *a)
 {
-    const intptr_t w = sizeof(REAL);
-    const REAL *from = (const REAL *)(a + first * size * w);
+#if PRECISION(1, 0)
+    COLUMN(0) = WHOLE(0);
+#else
+    COLUMN(0) = WHOLE(0);
+#endif
+}
+
+static INLINE void NAME(store_tile_1)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    WHOLE(0) = COLUMN(0);
+#else
+    WHOLE(0) = COLUMN(0);
+#endif
+}
+
+static INLINE void NAME(load_tile_2)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = READ(0, 2);
+    const NAME(tile) a1 = READ(2, 2);
+    COLUMN(0) = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    COLUMN(1) = SHUFFLE(a0, a1, 1, 5, 3, 7);
+#else
+    const NAME(tile) a0 = READ(0, 2);
+    const NAME(tile) a1 = READ(4, 2);
+    COLUMN(0) = SHUFFLE(a0, a1, 0, 2, 8, 10, 4, 6, 12, 14);
+    COLUMN(1) = SHUFFLE(a0, a1, 1, 3, 9, 11, 5, 7, 13, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_2)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
+    WRITE_BOTH(0, 2, a0, a1);
+#else
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    WRITE_BOTH(0, 2, a0, a1);
+#endif
+}
+
+static INLINE void NAME(load_tile_3)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = READ(0, 3);
+    const NAME(tile) a1 = READ(2, 3);
+    COLUMN(0) = SHUFFLE(a0, a1, 0, 5, 2, 7);
+    const NAME(tile) a2 = READ(4, 3);
+    COLUMN(1) = SHUFFLE(a0, a2, 1, 4, 3, 6);
+    COLUMN(2) = SHUFFLE(a1, a2, 0, 5, 2, 7);
+#else
+    const NAME(tile) a1 = READ(4, 3);
+    const NAME(tile) a2 = READ(8, 3);
+    const NAME(tile) b0 = SHUFFLE(a1, a2, 2, 3, 9, 10, 6, 7, 13, 14);
+    const NAME(tile) a0 = READ(0, 3);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 2, 8, 9, 5, 6, 12, 13);
+    COLUMN(0) = SHUFFLE(a0, b0, 0, 3, 8, 10, 4, 7, 12, 14);
+    COLUMN(1) = SHUFFLE(b1, b0, 0, 2, 9, 11, 4, 6, 13, 15);
+    COLUMN(2) = SHUFFLE(b1, a2, 1, 3, 8, 11, 5, 7, 12, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_3)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(0), 0, 5, 2, 7);
+    WRITE_BOTH(0, 3, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(1), COLUMN(2), 1, 5, 3, 7);
+    WRITE(4, 3, a2);
+#else
+    const NAME(tile) b0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 2, 8, 10, 4, 6, 12, 14);
+    const NAME(tile) b2 = SHUFFLE(COLUMN(2), COLUMN(0), 0, 2, 9, 11, 4, 6, 13, 15);
+    const NAME(tile) a0 = SHUFFLE(b0, b2, 0, 2, 8, 10, 4, 6, 12, 14);
+    const NAME(tile) b1 = SHUFFLE(COLUMN(1), COLUMN(2), 1, 3, 9, 11, 5, 7, 13, 15);
+    const NAME(tile) a1 = SHUFFLE(b1, b0, 0, 2, 9, 11, 4, 6, 13, 15);
+    WRITE_BOTH(0, 3, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(b2, b1, 1, 3, 9, 11, 5, 7, 13, 15);
+    WRITE(8, 3, a2);
+#endif
+}
+
+static INLINE void NAME(load_tile_4)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(4);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(8);
+    const NAME(tile) a3 = WHOLE(12);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+#else
+    const NAME(tile) a0 = READ(0, 4);
+    const NAME(tile) a1 = READ(4, 4);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(8, 4);
+    const NAME(tile) a3 = READ(12, 4);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_4)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 4, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
+    WRITE_BOTH(4, 4, a2, a3);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(0, 4, a0, a1);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(8, 4, a2, a3);
+#endif
+}
+
+static INLINE void NAME(load_tile_6)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(6);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(12);
+    const NAME(tile) a3 = WHOLE(18);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(tile) a4 = READ(4, 6);
+    const NAME(tile) a5 = READ(10, 6);
+    COLUMN(4) = SHUFFLE(a4, a5, 0, 4, 2, 6);
+    COLUMN(5) = SHUFFLE(a4, a5, 1, 5, 3, 7);
+#else
+    const NAME(tile) a0 = READ(0, 6);
+    const NAME(tile) a1 = READ(6, 6);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(12, 6);
+    const NAME(tile) a3 = READ(18, 6);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a4 = READ(2, 6);
+    const NAME(tile) a5 = READ(8, 6);
+    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = READ(14, 6);
+    const NAME(tile) a7 = READ(20, 6);
+    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(4) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(5) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_6)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 6, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
+    WRITE_BOTH(4, 6, a2, a3);
+    const NAME(tile) a4 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
+    const NAME(tile) a5 = SHUFFLE(COLUMN(4), COLUMN(5), 1, 5, 3, 7);
+    WRITE_BOTH(8, 6, a4, a5);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE(0, 6, a0);
+    const NAME(tile) b4_0 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_1 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(2, 6, a4, a1);
+    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(8, 6, a5, a2);
+    const NAME(tile) b4_2 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(14, 6, a6, a3);
+    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(20, 6, a7);
+#endif
+}
+
+static INLINE void NAME(load_tile_8)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(8);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(16);
+    const NAME(tile) a3 = WHOLE(24);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(tile) a4 = WHOLE(4);
+    const NAME(tile) a5 = WHOLE(12);
+    const NAME(tile) b4 = SHUFFLE(a4, a5, 0, 4, 2, 6);
+    const NAME(tile) b5 = SHUFFLE(a4, a5, 1, 5, 3, 7);
+    const NAME(tile) a6 = WHOLE(20);
+    const NAME(tile) a7 = WHOLE(28);
+    const NAME(tile) b6 = SHUFFLE(a6, a7, 0, 4, 2, 6);
+    const NAME(tile) b7 = SHUFFLE(a6, a7, 1, 5, 3, 7);
+    COLUMN(4) = SHUFFLE(b4, b6, 0, 1, 4, 5);
+    COLUMN(5) = SHUFFLE(b5, b7, 0, 1, 4, 5);
+    COLUMN(6) = SHUFFLE(b4, b6, 2, 3, 6, 7);
+    COLUMN(7) = SHUFFLE(b5, b7, 2, 3, 6, 7);
+#else
+    const NAME(tile) a0 = READ(0, 8);
+    const NAME(tile) a1 = READ(8, 8);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(16, 8);
+    const NAME(tile) a3 = READ(24, 8);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a4 = READ(4, 8);
+    const NAME(tile) a5 = READ(12, 8);
+    const NAME(tile) b4_0 = SHUFFLE(a4, a5, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a6 = READ(20, 8);
+    const NAME(tile) a7 = READ(28, 8);
+    const NAME(tile) b4_1 = SHUFFLE(a6, a7, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(4) = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(5) = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(6) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(7) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_8)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 8, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 4, 2, 6);
+    WRITE_BOTH(4, 8, a2, a3);
+    const NAME(tile) a4 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
+    const NAME(tile) a5 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
+    WRITE_BOTH(8, 8, a4, a5);
+    const NAME(tile) a6 = SHUFFLE(COLUMN(4), COLUMN(5), 1, 5, 3, 7);
+    const NAME(tile) a7 = SHUFFLE(COLUMN(6), COLUMN(7), 1, 5, 3, 7);
+    WRITE_BOTH(12, 8, a6, a7);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_0 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_1 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(0, 8, a0, a4);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(8, 8, a1, a5);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_2 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(COLUMN(6), COLUMN(7), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(16, 8, a2, a6);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(24, 8, a3, a7);
+#endif
+}
+
+static INLINE void NAME(load_tile_9)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(9);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(18);
+    const NAME(tile) a3 = WHOLE(27);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(tile) a4 = WHOLE(4);
+    const NAME(tile) a5 = WHOLE(13);
+    const NAME(tile) b4 = SHUFFLE(a4, a5, 0, 4, 2, 6);
+    const NAME(tile) b5 = SHUFFLE(a4, a5, 1, 5, 3, 7);
+    const NAME(tile) a6 = WHOLE(22);
+    const NAME(tile) a7 = WHOLE(31);
+    const NAME(tile) b6 = SHUFFLE(a6, a7, 0, 4, 2, 6);
+    const NAME(tile) b7 = SHUFFLE(a6, a7, 1, 5, 3, 7);
+    COLUMN(4) = SHUFFLE(b4, b6, 0, 1, 4, 5);
+    COLUMN(5) = SHUFFLE(b5, b7, 0, 1, 4, 5);
+    COLUMN(6) = SHUFFLE(b4, b6, 2, 3, 6, 7);
+    COLUMN(7) = SHUFFLE(b5, b7, 2, 3, 6, 7);
+    const NAME(tile) a8 = READ(7, 9);
+    const NAME(tile) a9 = READ(16, 9);
+    COLUMN(8) = SHUFFLE(a8, a9, 1, 5, 3, 7);
+#else
+    const NAME(tile) a0 = READ(0, 9);
+    const NAME(tile) a1 = READ(9, 9);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(18, 9);
+    const NAME(tile) a3 = READ(27, 9);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a4 = READ(4, 9);
+    const NAME(tile) a5 = READ(13, 9);
+    const NAME(tile) b4_0 = SHUFFLE(a4, a5, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a6 = READ(22, 9);
+    const NAME(tile) a7 = READ(31, 9);
+    const NAME(tile) b4_1 = SHUFFLE(a6, a7, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(4) = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(5) = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(6) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(7) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a8 = READ(5, 9);
+    const NAME(tile) a9 = READ(14, 9);
+    const NAME(tile) b8_2 = SHUFFLE(a8, a9, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a10 = READ(23, 9);
+    const NAME(tile) a11 = READ(32, 9);
+    const NAME(tile) b8_3 = SHUFFLE(a10, a11, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(8) = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_9)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 9, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 4, 2, 6);
+    WRITE_BOTH(4, 9, a2, a3);
+    const NAME(tile) a4 = SHUFFLE(COLUMN(8), COLUMN(0), 0, 5, 2, 7);
+    const NAME(tile) a5 = SHUFFLE(COLUMN(1), COLUMN(2), 1, 5, 3, 7);
+    WRITE_BOTH(8, 9, a4, a5);
+    const NAME(tile) a6 = SHUFFLE(COLUMN(3), COLUMN(4), 1, 5, 3, 7);
+    const NAME(tile) a7 = SHUFFLE(COLUMN(5), COLUMN(6), 1, 5, 3, 7);
+    WRITE_BOTH(12, 9, a6, a7);
+    const NAME(tile) a8 = SHUFFLE(COLUMN(7), COLUMN(8), 1, 5, 3, 7);
+    WRITE(16, 9, a8);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_0 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_1 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(0, 9, a0, a4);
+    const NAME(tile) b8_0 = SHUFFLE(COLUMN(5), COLUMN(6), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b8_1 = SHUFFLE(COLUMN(7), COLUMN(8), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a8 = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(5, 9, a8, a1);
+    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(13, 9, a5);
+    const NAME(tile) a9 = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(14, 9, a9, a2);
+    const NAME(tile) b4_2 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(COLUMN(6), COLUMN(7), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE(22, 9, a6);
+    const NAME(tile) b8_2 = SHUFFLE(COLUMN(5), COLUMN(6), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b8_3 = SHUFFLE(COLUMN(7), COLUMN(8), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a10 = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(23, 9, a10, a3);
+    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(31, 9, a7);
+    const NAME(tile) a11 = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(32, 9, a11);
+#endif
+}
+
+static INLINE void NAME(load_tile_25)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(25);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(50);
+    const NAME(tile) a3 = WHOLE(75);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(tile) a4 = WHOLE(4);
+    const NAME(tile) a5 = WHOLE(29);
+    const NAME(tile) b4 = SHUFFLE(a4, a5, 0, 4, 2, 6);
+    const NAME(tile) b5 = SHUFFLE(a4, a5, 1, 5, 3, 7);
+    const NAME(tile) a6 = WHOLE(54);
+    const NAME(tile) a7 = WHOLE(79);
+    const NAME(tile) b6 = SHUFFLE(a6, a7, 0, 4, 2, 6);
+    const NAME(tile) b7 = SHUFFLE(a6, a7, 1, 5, 3, 7);
+    COLUMN(4) = SHUFFLE(b4, b6, 0, 1, 4, 5);
+    COLUMN(5) = SHUFFLE(b5, b7, 0, 1, 4, 5);
+    COLUMN(6) = SHUFFLE(b4, b6, 2, 3, 6, 7);
+    COLUMN(7) = SHUFFLE(b5, b7, 2, 3, 6, 7);
+    const NAME(tile) a8 = WHOLE(8);
+    const NAME(tile) a9 = WHOLE(33);
+    const NAME(tile) b8 = SHUFFLE(a8, a9, 0, 4, 2, 6);
+    const NAME(tile) b9 = SHUFFLE(a8, a9, 1, 5, 3, 7);
+    const NAME(tile) a10 = WHOLE(58);
+    const NAME(tile) a11 = WHOLE(83);
+    const NAME(tile) b10 = SHUFFLE(a10, a11, 0, 4, 2, 6);
+    const NAME(tile) b11 = SHUFFLE(a10, a11, 1, 5, 3, 7);
+    COLUMN(8) = SHUFFLE(b8, b10, 0, 1, 4, 5);
+    COLUMN(9) = SHUFFLE(b9, b11, 0, 1, 4, 5);
+    COLUMN(10) = SHUFFLE(b8, b10, 2, 3, 6, 7);
+    COLUMN(11) = SHUFFLE(b9, b11, 2, 3, 6, 7);
+    const NAME(tile) a12 = WHOLE(12);
+    const NAME(tile) a13 = WHOLE(37);
+    const NAME(tile) b12 = SHUFFLE(a12, a13, 0, 4, 2, 6);
+    const NAME(tile) b13 = SHUFFLE(a12, a13, 1, 5, 3, 7);
+    const NAME(tile) a14 = WHOLE(62);
+    const NAME(tile) a15 = WHOLE(87);
+    const NAME(tile) b14 = SHUFFLE(a14, a15, 0, 4, 2, 6);
+    const NAME(tile) b15 = SHUFFLE(a14, a15, 1, 5, 3, 7);
+    COLUMN(12) = SHUFFLE(b12, b14, 0, 1, 4, 5);
+    COLUMN(13) = SHUFFLE(b13, b15, 0, 1, 4, 5);
+    COLUMN(14) = SHUFFLE(b12, b14, 2, 3, 6, 7);
+    COLUMN(15) = SHUFFLE(b13, b15, 2, 3, 6, 7);
+    const NAME(tile) a16 = WHOLE(16);
+    const NAME(tile) a17 = WHOLE(41);
+    const NAME(tile) b16 = SHUFFLE(a16, a17, 0, 4, 2, 6);
+    const NAME(tile) b17 = SHUFFLE(a16, a17, 1, 5, 3, 7);
+    const NAME(tile) a18 = WHOLE(66);
+    const NAME(tile) a19 = WHOLE(91);
+    const NAME(tile) b18 = SHUFFLE(a18, a19, 0, 4, 2, 6);
+    const NAME(tile) b19 = SHUFFLE(a18, a19, 1, 5, 3, 7);
+    COLUMN(16) = SHUFFLE(b16, b18, 0, 1, 4, 5);
+    COLUMN(17) = SHUFFLE(b17, b19, 0, 1, 4, 5);
+    COLUMN(18) = SHUFFLE(b16, b18, 2, 3, 6, 7);
+    COLUMN(19) = SHUFFLE(b17, b19, 2, 3, 6, 7);
+    const NAME(tile) a20 = WHOLE(20);
+    const NAME(tile) a21 = WHOLE(45);
+    const NAME(tile) b20 = SHUFFLE(a20, a21, 0, 4, 2, 6);
+    const NAME(tile) b21 = SHUFFLE(a20, a21, 1, 5, 3, 7);
+    const NAME(tile) a22 = WHOLE(70);
+    const NAME(tile) a23 = WHOLE(95);
+    const NAME(tile) b22 = SHUFFLE(a22, a23, 0, 4, 2, 6);
+    const NAME(tile) b23 = SHUFFLE(a22, a23, 1, 5, 3, 7);
+    COLUMN(20) = SHUFFLE(b20, b22, 0, 1, 4, 5);
+    COLUMN(21) = SHUFFLE(b21, b23, 0, 1, 4, 5);
+    COLUMN(22) = SHUFFLE(b20, b22, 2, 3, 6, 7);
+    COLUMN(23) = SHUFFLE(b21, b23, 2, 3, 6, 7);
+    const NAME(tile) a24 = READ(23, 25);
+    const NAME(tile) a25 = READ(48, 25);
+    COLUMN(24) = SHUFFLE(a24, a25, 1, 5, 3, 7);
+#else
+    const NAME(tile) a0 = READ(0, 25);
+    const NAME(tile) a1 = READ(25, 25);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(50, 25);
+    const NAME(tile) a3 = READ(75, 25);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a4 = READ(4, 25);
+    const NAME(tile) a5 = READ(29, 25);
+    const NAME(tile) b4_0 = SHUFFLE(a4, a5, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a6 = READ(54, 25);
+    const NAME(tile) a7 = READ(79, 25);
+    const NAME(tile) b4_1 = SHUFFLE(a6, a7, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(4) = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(5) = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(6) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(7) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a8 = READ(8, 25);
+    const NAME(tile) a9 = READ(33, 25);
+    const NAME(tile) b8_0 = SHUFFLE(a8, a9, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a10 = READ(58, 25);
+    const NAME(tile) a11 = READ(83, 25);
+    const NAME(tile) b8_1 = SHUFFLE(a10, a11, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b8_2 = SHUFFLE(a8, a9, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b8_3 = SHUFFLE(a10, a11, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(8) = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(9) = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(10) = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(11) = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a12 = READ(12, 25);
+    const NAME(tile) a13 = READ(37, 25);
+    const NAME(tile) b12_0 = SHUFFLE(a12, a13, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a14 = READ(62, 25);
+    const NAME(tile) a15 = READ(87, 25);
+    const NAME(tile) b12_1 = SHUFFLE(a14, a15, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b12_2 = SHUFFLE(a12, a13, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b12_3 = SHUFFLE(a14, a15, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(12) = SHUFFLE(b12_0, b12_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(13) = SHUFFLE(b12_0, b12_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(14) = SHUFFLE(b12_2, b12_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(15) = SHUFFLE(b12_2, b12_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a16 = READ(16, 25);
+    const NAME(tile) a17 = READ(41, 25);
+    const NAME(tile) b16_0 = SHUFFLE(a16, a17, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a18 = READ(66, 25);
+    const NAME(tile) a19 = READ(91, 25);
+    const NAME(tile) b16_1 = SHUFFLE(a18, a19, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b16_2 = SHUFFLE(a16, a17, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b16_3 = SHUFFLE(a18, a19, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(16) = SHUFFLE(b16_0, b16_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(17) = SHUFFLE(b16_0, b16_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(18) = SHUFFLE(b16_2, b16_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(19) = SHUFFLE(b16_2, b16_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a20 = READ(20, 25);
+    const NAME(tile) a21 = READ(45, 25);
+    const NAME(tile) b20_0 = SHUFFLE(a20, a21, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a22 = READ(70, 25);
+    const NAME(tile) a23 = READ(95, 25);
+    const NAME(tile) b20_1 = SHUFFLE(a22, a23, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b20_2 = SHUFFLE(a20, a21, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b20_3 = SHUFFLE(a22, a23, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(20) = SHUFFLE(b20_0, b20_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(21) = SHUFFLE(b20_0, b20_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(22) = SHUFFLE(b20_2, b20_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(23) = SHUFFLE(b20_2, b20_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a24 = READ(21, 25);
+    const NAME(tile) a25 = READ(46, 25);
+    const NAME(tile) b24_2 = SHUFFLE(a24, a25, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a26 = READ(71, 25);
+    const NAME(tile) a27 = READ(96, 25);
+    const NAME(tile) b24_3 = SHUFFLE(a26, a27, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(24) = SHUFFLE(b24_2, b24_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_25)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 25, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 4, 2, 6);
+    WRITE_BOTH(4, 25, a2, a3);
+    const NAME(tile) a4 = SHUFFLE(COLUMN(8), COLUMN(9), 0, 4, 2, 6);
+    const NAME(tile) a5 = SHUFFLE(COLUMN(10), COLUMN(11), 0, 4, 2, 6);
+    WRITE_BOTH(8, 25, a4, a5);
+    const NAME(tile) a6 = SHUFFLE(COLUMN(12), COLUMN(13), 0, 4, 2, 6);
+    const NAME(tile) a7 = SHUFFLE(COLUMN(14), COLUMN(15), 0, 4, 2, 6);
+    WRITE_BOTH(12, 25, a6, a7);
+    const NAME(tile) a8 = SHUFFLE(COLUMN(16), COLUMN(17), 0, 4, 2, 6);
+    const NAME(tile) a9 = SHUFFLE(COLUMN(18), COLUMN(19), 0, 4, 2, 6);
+    WRITE_BOTH(16, 25, a8, a9);
+    const NAME(tile) a10 = SHUFFLE(COLUMN(20), COLUMN(21), 0, 4, 2, 6);
+    const NAME(tile) a11 = SHUFFLE(COLUMN(22), COLUMN(23), 0, 4, 2, 6);
+    WRITE_BOTH(20, 25, a10, a11);
+    const NAME(tile) a12 = SHUFFLE(COLUMN(24), COLUMN(0), 0, 5, 2, 7);
+    const NAME(tile) a13 = SHUFFLE(COLUMN(1), COLUMN(2), 1, 5, 3, 7);
+    WRITE_BOTH(24, 25, a12, a13);
+    const NAME(tile) a14 = SHUFFLE(COLUMN(3), COLUMN(4), 1, 5, 3, 7);
+    const NAME(tile) a15 = SHUFFLE(COLUMN(5), COLUMN(6), 1, 5, 3, 7);
+    WRITE_BOTH(28, 25, a14, a15);
+    const NAME(tile) a16 = SHUFFLE(COLUMN(7), COLUMN(8), 1, 5, 3, 7);
+    const NAME(tile) a17 = SHUFFLE(COLUMN(9), COLUMN(10), 1, 5, 3, 7);
+    WRITE_BOTH(32, 25, a16, a17);
+    const NAME(tile) a18 = SHUFFLE(COLUMN(11), COLUMN(12), 1, 5, 3, 7);
+    const NAME(tile) a19 = SHUFFLE(COLUMN(13), COLUMN(14), 1, 5, 3, 7);
+    WRITE_BOTH(36, 25, a18, a19);
+    const NAME(tile) a20 = SHUFFLE(COLUMN(15), COLUMN(16), 1, 5, 3, 7);
+    const NAME(tile) a21 = SHUFFLE(COLUMN(17), COLUMN(18), 1, 5, 3, 7);
+    WRITE_BOTH(40, 25, a20, a21);
+    const NAME(tile) a22 = SHUFFLE(COLUMN(19), COLUMN(20), 1, 5, 3, 7);
+    const NAME(tile) a23 = SHUFFLE(COLUMN(21), COLUMN(22), 1, 5, 3, 7);
+    WRITE_BOTH(44, 25, a22, a23);
+    const NAME(tile) a24 = SHUFFLE(COLUMN(23), COLUMN(24), 1, 5, 3, 7);
+    WRITE(48, 25, a24);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_0 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_1 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(0, 25, a0, a4);
+    const NAME(tile) b8_0 = SHUFFLE(COLUMN(8), COLUMN(9), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b8_1 = SHUFFLE(COLUMN(10), COLUMN(11), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a8 = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b12_0 = SHUFFLE(COLUMN(12), COLUMN(13), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b12_1 = SHUFFLE(COLUMN(14), COLUMN(15), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a12 = SHUFFLE(b12_0, b12_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(8, 25, a8, a12);
+    const NAME(tile) b16_0 = SHUFFLE(COLUMN(16), COLUMN(17), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b16_1 = SHUFFLE(COLUMN(18), COLUMN(19), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a16 = SHUFFLE(b16_0, b16_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b20_0 = SHUFFLE(COLUMN(20), COLUMN(21), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b20_1 = SHUFFLE(COLUMN(22), COLUMN(23), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a20 = SHUFFLE(b20_0, b20_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(16, 25, a16, a20);
+    const NAME(tile) b24_0 = SHUFFLE(COLUMN(21), COLUMN(22), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b24_1 = SHUFFLE(COLUMN(23), COLUMN(24), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a24 = SHUFFLE(b24_0, b24_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(21, 25, a24, a1);
+    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a9 = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(29, 25, a5, a9);
+    const NAME(tile) a13 = SHUFFLE(b12_0, b12_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a17 = SHUFFLE(b16_0, b16_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(37, 25, a13, a17);
+    const NAME(tile) a21 = SHUFFLE(b20_0, b20_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(45, 25, a21);
+    const NAME(tile) a25 = SHUFFLE(b24_0, b24_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(46, 25, a25, a2);
+    const NAME(tile) b4_2 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(COLUMN(6), COLUMN(7), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b8_2 = SHUFFLE(COLUMN(8), COLUMN(9), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b8_3 = SHUFFLE(COLUMN(10), COLUMN(11), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a10 = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(54, 25, a6, a10);
+    const NAME(tile) b12_2 = SHUFFLE(COLUMN(12), COLUMN(13), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b12_3 = SHUFFLE(COLUMN(14), COLUMN(15), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a14 = SHUFFLE(b12_2, b12_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b16_2 = SHUFFLE(COLUMN(16), COLUMN(17), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b16_3 = SHUFFLE(COLUMN(18), COLUMN(19), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a18 = SHUFFLE(b16_2, b16_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(62, 25, a14, a18);
+    const NAME(tile) b20_2 = SHUFFLE(COLUMN(20), COLUMN(21), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b20_3 = SHUFFLE(COLUMN(22), COLUMN(23), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a22 = SHUFFLE(b20_2, b20_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE(70, 25, a22);
+    const NAME(tile) b24_2 = SHUFFLE(COLUMN(21), COLUMN(22), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b24_3 = SHUFFLE(COLUMN(23), COLUMN(24), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a26 = SHUFFLE(b24_2, b24_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(71, 25, a26, a3);
+    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a11 = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(79, 25, a7, a11);
+    const NAME(tile) a15 = SHUFFLE(b12_2, b12_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a19 = SHUFFLE(b16_2, b16_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(87, 25, a15, a19);
+    const NAME(tile) a23 = SHUFFLE(b20_2, b20_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(95, 25, a23);
+    const NAME(tile) a27 = SHUFFLE(b24_2, b24_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(96, 25, a27);
+#endif
+}
+#undef COLUMN
+#undef HALF
+#undef WHOLE
+#undef UPPER
+#undef JOINED
+#undef LOWERS
+#undef UPPERS
+#undef READ
+#undef WRITE
+#undef WRITE_BOTH
+#else
+
+static INLINE void NAME(load_tile_1)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 1; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 1 + k];
+}
+
+static INLINE void NAME(store_tile_1)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 1; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 1 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_2)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 2; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 2 + k];
+}
+
+static INLINE void NAME(store_tile_2)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 2; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 2 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_3)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 3; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 3 + k];
+}
+
+static INLINE void NAME(store_tile_3)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 3; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 3 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_4)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 4; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 4 + k];
+}
+
+static INLINE void NAME(store_tile_4)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 4; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 4 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_6)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 6; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 6 + k];
+}
+
+static INLINE void NAME(store_tile_6)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 6; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 6 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_8)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 8; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 8 + k];
+}
+
+static INLINE void NAME(store_tile_8)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 8; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 8 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_9)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 9; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 9 + k];
+}
+
+static INLINE void NAME(store_tile_9)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 9; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 9 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_25)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 25; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 25 + k];
+}
+
+static INLINE void NAME(store_tile_25)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 25; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 25 + k] = x[k * row + i];
+}
+#endif
+
+// Rows, SPAN numbers long, of `n` elements of at most three numbers in C order, and back.
+static INLINE void NAME(load_few)(REAL *x, const REAL *a, intptr_t size, intptr_t n)
+{
     if (size == 1) {
-        memcpy(x, from, n * w);
+        memcpy(x, a, n * sizeof(REAL));
     } else if (size == 2) {
         for (intptr_t i = 0; i < n; ++i) {
-            x[i] = from[2 * i];
-            x[SPAN + i] = from[2 * i + 1];
-        }
-    } else if (size == 3) {
-        for (intptr_t i = 0; i < n; ++i) {
-            x[i] = from[3 * i];
-            x[SPAN + i] = from[3 * i + 1];
-            x[2 * SPAN + i] = from[3 * i + 2];
+            x[i] = a[2 * i];
+            x[SPAN + i] = a[2 * i + 1];
         }
     } else {
-        NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, n);
+        for (intptr_t i = 0; i < n; ++i) {
+            x[i] = a[3 * i];
+            x[SPAN + i] = a[3 * i + 1];
+            x[2 * SPAN + i] = a[3 * i + 2];
+        }
     }
 }
 
-static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size, intptr_t n)
+static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr_t n)
 {
-    const intptr_t w = sizeof(REAL);
-    REAL *to = (REAL *)(a + first * size * w);
     if (size == 1) {
-        memcpy(to, x, n * w);
+        memcpy(a, x, n * sizeof(REAL));
     } else if (size == 2) {
         for (intptr_t i = 0; i < n; ++i) {
-            to[2 * i] = x[i];
-            to[2 * i + 1] = x[SPAN + i];
-        }
-    } else if (size == 3) {
-        for (intptr_t i = 0; i < n; ++i) {
-            to[3 * i] = x[i];
-            to[3 * i + 1] = x[SPAN + i];
-            to[3 * i + 2] = x[2 * SPAN + i];
+            a[2 * i] = x[i];
+            a[2 * i + 1] = x[SPAN + i];
         }
     } else {
-        NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, n);
+        for (intptr_t i = 0; i < n; ++i) {
+            a[3 * i] = x[i];
+            a[3 * i + 1] = x[SPAN + i];
+            a[3 * i + 2] = x[2 * SPAN + i];
+        }
     }
 }
 
-// The same as loops, one for each size that is known: between rows and elements in C order.
+// Loops between rows and elements of each size.
 static INLINE void NAME(load_span_1)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 1, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 1, n);
 }
 LOOPS(load_span_1)
 
 static INLINE void NAME(store_span_1)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 1, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 1, n);
 }
 LOOPS(store_span_1)
 
 static INLINE void NAME(load_span_2)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 2, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 2, n);
 }
 LOOPS(load_span_2)
 
 static INLINE void NAME(store_span_2)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 2, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 2, n);
 }
 LOOPS(store_span_2)
 
 static INLINE void NAME(load_span_3)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 3, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 3, n);
 }
 LOOPS(load_span_3)
 
 static INLINE void NAME(store_span_3)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 3, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 3, n);
 }
 LOOPS(store_span_3)
 
 static INLINE void NAME(load_span_4)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 4, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_4)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 4);
 }
-LOOPS(load_span_4)
+LOOP(load_span_4)
 
 static INLINE void NAME(store_span_4)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 4, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_4)((REAL *)args[1] + i * 4, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_4)
+LOOP(store_span_4)
 
 static INLINE void NAME(load_span_6)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 6, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_6)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 6);
 }
-LOOPS(load_span_6)
+LOOP(load_span_6)
 
 static INLINE void NAME(store_span_6)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 6, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_6)((REAL *)args[1] + i * 6, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_6)
+LOOP(store_span_6)
 
 static INLINE void NAME(load_span_8)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 8, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_8)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 8);
 }
-LOOPS(load_span_8)
+LOOP(load_span_8)
 
 static INLINE void NAME(store_span_8)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 8, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_8)((REAL *)args[1] + i * 8, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_8)
+LOOP(store_span_8)
 
 static INLINE void NAME(load_span_9)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 9, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_9)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 9);
 }
-LOOPS(load_span_9)
+LOOP(load_span_9)
 
 static INLINE void NAME(store_span_9)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 9, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_9)((REAL *)args[1] + i * 9, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_9)
+LOOP(store_span_9)
 
 static INLINE void NAME(load_span_25)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 25, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_25)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 25);
 }
-LOOPS(load_span_25)
+LOOP(load_span_25)
 
 static INLINE void NAME(store_span_25)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 25, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_25)((REAL *)args[1] + i * 25, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_25)
+LOOP(store_span_25)
 
 static const struct {
     loop_function *load[2], *store[2];
@@ -995,11 +1861,11 @@ static const struct {
     [1] = {WIDTHS(load_span_1), WIDTHS(store_span_1)},
     [2] = {WIDTHS(load_span_2), WIDTHS(store_span_2)},
     [3] = {WIDTHS(load_span_3), WIDTHS(store_span_3)},
-    [4] = {WIDTHS(load_span_4), WIDTHS(store_span_4)},
-    [6] = {WIDTHS(load_span_6), WIDTHS(store_span_6)},
-    [8] = {WIDTHS(load_span_8), WIDTHS(store_span_8)},
-    [9] = {WIDTHS(load_span_9), WIDTHS(store_span_9)},
-    [25] = {WIDTHS(load_span_25), WIDTHS(store_span_25)},
+    [4] = {WIDTH(load_span_4), WIDTH(store_span_4)},
+    [6] = {WIDTH(load_span_6), WIDTH(store_span_6)},
+    [8] = {WIDTH(load_span_8), WIDTH(store_span_8)},
+    [9] = {WIDTH(load_span_9), WIDTH(store_span_9)},
+    [25] = {WIDTH(load_span_25), WIDTH(store_span_25)},
 };
 
 // All rows of a part, from the batch or back to it; axes that lie as one are moved as one.
@@ -1264,30 +2130,35 @@ static INLINE void NAME(product_dense)(intptr_t n, char **args, const intptr_t *
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[4];
             REAL x1[4];
             REAL x2[4];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
             NAME(product)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4, SPAN);
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
     }
 }
-LOOPS(product_dense)
+LOOP(product_dense)
 
 void NAME(product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(product_block), WIDTHS(product_dense), (any_function
-        *)NAME(product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(product_block), WIDTH(product_dense), (any_function *)NAME(product),
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1700,21 +2571,24 @@ static INLINE void NAME(product_of_three_dense_p_q)(intptr_t n, char **args, con
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a2 = args[2];
-    _Alignas(64) REAL r3[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r2[4 * TILE];
+    _Alignas(64) REAL r3[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r2, TILE, a2 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x2[4];
             REAL x3[4];
-            NAME(load_4)(x2, a2 + (first + i) * 4 * w, w);
+            NAME(load_4)(x2, (char *)(r2 + i), TILE * w);
             NAME(product_of_three_apply_p_q)(prepared, x2, x3);
-            NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
+            NAME(store_4)((char *)(r3 + i), TILE * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 4, SPAN);
+        NAME(store_tile_4)(a3 + first * 4, r3, TILE);
     }
 }
-LOOPS(product_of_three_dense_p_q)
+LOOP(product_of_three_dense_p_q)
 
 static void NAME(product_of_three_start_p_q)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -1749,21 +2623,24 @@ static INLINE void NAME(product_of_three_dense_p_r)(intptr_t n, char **args, con
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
-    _Alignas(64) REAL r3[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a1 = (REAL *)args[1];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r3[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x1[4];
             REAL x3[4];
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
             NAME(product_of_three_apply_p_r)(prepared, x1, x3);
-            NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
+            NAME(store_4)((char *)(r3 + i), TILE * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 4, SPAN);
+        NAME(store_tile_4)(a3 + first * 4, r3, TILE);
     }
 }
-LOOPS(product_of_three_dense_p_r)
+LOOP(product_of_three_dense_p_r)
 
 static void NAME(product_of_three_start_p_r)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -1798,21 +2675,24 @@ static INLINE void NAME(product_of_three_dense_q_r)(intptr_t n, char **args, con
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r3[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r3[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[4];
             REAL x3[4];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
             NAME(product_of_three_apply_q_r)(prepared, x0, x3);
-            NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
+            NAME(store_4)((char *)(r3 + i), TILE * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 4, SPAN);
+        NAME(store_tile_4)(a3 + first * 4, r3, TILE);
     }
 }
-LOOPS(product_of_three_dense_q_r)
+LOOP(product_of_three_dense_q_r)
 
 static void NAME(product_of_three_start_q_r)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -1847,15 +2727,48 @@ static INLINE void NAME(product_of_three_block)(intptr_t n, char **args, const i
 }
 LOOPS(product_of_three_block)
 
+static INLINE void NAME(product_of_three_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    _Alignas(64) REAL r3[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
+        NAME(load_tile_4)(r2, TILE, a2 + first * 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[4];
+            REAL x3[4];
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
+            NAME(load_4)(x2, (char *)(r2 + i), TILE * w);
+            NAME(product_of_three)(x0, x1, x2, x3);
+            NAME(store_4)((char *)(r3 + i), TILE * w, x3);
+        }
+        NAME(store_tile_4)(a3 + first * 4, r3, TILE);
+    }
+}
+LOOP(product_of_three_dense)
+
 void NAME(product_of_three_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}, {4, 1, 3, {4}}};
     static const struct form forms[] = {{3, 2, NAME(product_of_three_start_p_q), WIDTHS(product_of_three_block_p_q),
-        WIDTHS(product_of_three_dense_p_q)}, {5, 2, NAME(product_of_three_start_p_r),
-        WIDTHS(product_of_three_block_p_r), WIDTHS(product_of_three_dense_p_r)}, {6, 2,
-        NAME(product_of_three_start_q_r), WIDTHS(product_of_three_block_q_r), WIDTHS(product_of_three_dense_q_r)}};
-    static const struct kernel kernel = {WIDTHS(product_of_three_block), {NULL}, (any_function
-        *)NAME(product_of_three), NAME(call_aaar), 3, 4, 3, 0, 0, parts, forms};
+        WIDTH(product_of_three_dense_p_q)}, {5, 2, NAME(product_of_three_start_p_r),
+        WIDTHS(product_of_three_block_p_r), WIDTH(product_of_three_dense_p_r)}, {6, 2,
+        NAME(product_of_three_start_q_r), WIDTHS(product_of_three_block_q_r), WIDTH(product_of_three_dense_q_r)}};
+    static const struct kernel kernel = {WIDTHS(product_of_three_block), WIDTH(product_of_three_dense),
+        (any_function *)NAME(product_of_three), NAME(call_aaar), 3, 4, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1895,26 +2808,29 @@ static INLINE void NAME(conjugate_dense)(intptr_t n, char **args, const intptr_t
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r1[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[4];
             REAL x1[4];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
             NAME(conjugate)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4, SPAN);
+        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
     }
 }
-LOOPS(conjugate_dense)
+LOOP(conjugate_dense)
 
 void NAME(conjugate_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(conjugate_block), WIDTHS(conjugate_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(conjugate_block), WIDTH(conjugate_dense), (any_function
         *)NAME(conjugate), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -1957,18 +2873,19 @@ static INLINE void NAME(norm_dense)(intptr_t n, char **args, const intptr_t *str
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
     _Alignas(64) REAL r1[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[4];
             REAL x1[1];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(norm)(x0, x1);
             NAME(store_scalar)((char *)(r1 + i), x1);
         }
-        NAME(store_span)(args[1], first, r1, 1, SPAN);
+        NAME(store_few)(a1 + first * 1, r1, 1, SPAN);
     }
 }
 LOOPS(norm_dense)
@@ -2029,27 +2946,30 @@ static INLINE void NAME(inverse_dense)(intptr_t n, char **args, const intptr_t *
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r1[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[4];
             REAL x1[4];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
             NAME(inverse)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4, SPAN);
+        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
     }
 }
-LOOPS(inverse_dense)
+LOOP(inverse_dense)
 
 void NAME(inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(inverse_block), WIDTHS(inverse_dense), (any_function
-        *)NAME(inverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(inverse_block), WIDTH(inverse_dense), (any_function *)NAME(inverse),
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2099,26 +3019,29 @@ static INLINE void NAME(normalize_dense)(intptr_t n, char **args, const intptr_t
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r1[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[4];
             REAL x1[4];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
             NAME(normalize)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4, SPAN);
+        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
     }
 }
-LOOPS(normalize_dense)
+LOOP(normalize_dense)
 
 void NAME(normalize_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(normalize_block), WIDTHS(normalize_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(normalize_block), WIDTH(normalize_dense), (any_function
         *)NAME(normalize), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -2270,18 +3193,19 @@ static INLINE void NAME(rotate_vector_dense_q)(intptr_t n, char **args, const in
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x1[3];
             REAL x2[3];
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(rotate_vector_apply_q)(prepared, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(rotate_vector_dense_q)
@@ -2318,8 +3242,9 @@ static INLINE void NAME(rotate_vector_dense)(intptr_t n, char **args, const intp
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -2327,12 +3252,12 @@ static INLINE void NAME(rotate_vector_dense)(intptr_t n, char **args, const intp
             REAL x0[4];
             REAL x1[3];
             REAL x2[3];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(rotate_vector)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(rotate_vector_dense)
@@ -2494,18 +3419,19 @@ static INLINE void NAME(rotate_vector_back_dense_q)(intptr_t n, char **args, con
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x1[3];
             REAL x2[3];
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(rotate_vector_back_apply_q)(prepared, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(rotate_vector_back_dense_q)
@@ -2542,8 +3468,9 @@ static INLINE void NAME(rotate_vector_back_dense)(intptr_t n, char **args, const
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -2551,12 +3478,12 @@ static INLINE void NAME(rotate_vector_back_dense)(intptr_t n, char **args, const
             REAL x0[4];
             REAL x1[3];
             REAL x2[3];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(rotate_vector_back)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(rotate_vector_back_dense)
@@ -2631,11 +3558,34 @@ static INLINE void NAME(to_matrix_block)(intptr_t n, char **args, const intptr_t
 }
 LOOPS(to_matrix_block)
 
+static INLINE void NAME(to_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[9 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[4];
+            REAL x1[9];
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
+            NAME(to_matrix)(x0, x1);
+            NAME(store_3x3)((char *)(r1 + i), 3 * TILE * w, TILE * w, x1);
+        }
+        NAME(store_tile_9)(a1 + first * 9, r1, TILE);
+    }
+}
+LOOP(to_matrix_dense)
+
 void NAME(to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {9, 2, 1, {3, 3}}};
-    static const struct kernel kernel = {WIDTHS(to_matrix_block), {NULL}, (any_function *)NAME(to_matrix),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(to_matrix_block), WIDTH(to_matrix_dense), (any_function
+        *)NAME(to_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2719,11 +3669,34 @@ static INLINE void NAME(from_matrix_block)(intptr_t n, char **args, const intptr
 }
 LOOPS(from_matrix_block)
 
+static INLINE void NAME(from_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[9 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_9)(r0, TILE, a0 + first * 9);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[9];
+            REAL x1[4];
+            NAME(load_3x3)(x0, (char *)(r0 + i), 3 * TILE * w, TILE * w);
+            NAME(from_matrix)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
+    }
+}
+LOOP(from_matrix_dense)
+
 void NAME(from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(from_matrix_block), {NULL}, (any_function *)NAME(from_matrix),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(from_matrix_block), WIDTH(from_matrix_dense), (any_function
+        *)NAME(from_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2847,21 +3820,24 @@ static INLINE void NAME(from_axis_angle_dense_angle)(intptr_t n, char **args, co
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[3];
             REAL x2[4];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
             NAME(from_axis_angle_apply_angle)(prepared, x0, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4, SPAN);
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
     }
 }
-LOOPS(from_axis_angle_dense_angle)
+LOOP(from_axis_angle_dense_angle)
 
 static void NAME(from_axis_angle_start_angle)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -2945,7 +3921,7 @@ void NAME(from_axis_angle_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
     static const struct form forms[] = {{2, 2, NAME(from_axis_angle_start_angle),
-        WIDTHS(from_axis_angle_block_angle), WIDTHS(from_axis_angle_dense_angle)}, {1, 2,
+        WIDTHS(from_axis_angle_block_angle), WIDTH(from_axis_angle_dense_angle)}, {1, 2,
         NAME(from_axis_angle_start_axis), WIDTHS(from_axis_angle_block_axis), {NULL}}};
     static const struct kernel kernel = {WIDTHS(from_axis_angle_block), {NULL}, (any_function
         *)NAME(from_axis_angle), NAME(call_anr), 2, 3, 2, 1, 1, parts, forms};
@@ -3865,26 +4841,29 @@ static INLINE void NAME(square_root_dense)(intptr_t n, char **args, const intptr
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r1[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[4];
             REAL x1[4];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
             NAME(square_root)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4, SPAN);
+        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
     }
 }
-LOOPS(square_root_dense)
+LOOP(square_root_dense)
 
 void NAME(square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(square_root_block), WIDTHS(square_root_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(square_root_block), WIDTH(square_root_dense), (any_function
         *)NAME(square_root), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -4466,7 +5445,9 @@ static INLINE void NAME(pack_two_sided_dense)(intptr_t n, char **args, const int
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r1[2 * SPAN];
     _Alignas(64) REAL r2[2 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
@@ -4475,13 +5456,13 @@ static INLINE void NAME(pack_two_sided_dense)(intptr_t n, char **args, const int
             REAL x0[4];
             REAL x1[2];
             REAL x2[2];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(pack_two_sided)(x0, x1, x2);
             NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[1], first, r1, 2, SPAN);
-        NAME(store_span)(args[2], first, r2, 2, SPAN);
+        NAME(store_few)(a1 + first * 2, r1, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
     }
 }
 LOOPS(pack_two_sided_dense)
@@ -4536,29 +5517,34 @@ static INLINE void NAME(unpack_two_sided_dense)(intptr_t n, char **args, const i
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[2 * TILE];
+    _Alignas(64) REAL r1[2 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_2)(r0, TILE, a0 + first * 2);
+        NAME(load_tile_2)(r1, TILE, a1 + first * 2);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[2];
             REAL x1[2];
             REAL x2[4];
-            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(load_2)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_2)(x1, (char *)(r1 + i), TILE * w);
             NAME(unpack_two_sided)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4, SPAN);
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
     }
 }
-LOOPS(unpack_two_sided_dense)
+LOOP(unpack_two_sided_dense)
 
 void NAME(unpack_two_sided_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(unpack_two_sided_block), WIDTHS(unpack_two_sided_dense),
+    static const struct kernel kernel = {WIDTHS(unpack_two_sided_block), WIDTH(unpack_two_sided_dense),
         (any_function *)NAME(unpack_two_sided), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -4989,7 +5975,9 @@ static INLINE void NAME(pack_turned_dense_p_q)(intptr_t n, char **args, const in
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a2 = args[2];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
     _Alignas(64) REAL r3[2 * SPAN];
     _Alignas(64) REAL r4[2 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
@@ -4998,13 +5986,13 @@ static INLINE void NAME(pack_turned_dense_p_q)(intptr_t n, char **args, const in
             REAL x2[4];
             REAL x3[2];
             REAL x4[2];
-            NAME(load_4)(x2, a2 + (first + i) * 4 * w, w);
+            NAME(load_4)(x2, (char *)a2 + (first + i) * 4 * w, w);
             NAME(pack_turned_apply_p_q)(prepared, x2, x3, x4);
             NAME(store_2)((char *)(r3 + i), SPAN * w, x3);
             NAME(store_2)((char *)(r4 + i), SPAN * w, x4);
         }
-        NAME(store_span)(args[3], first, r3, 2, SPAN);
-        NAME(store_span)(args[4], first, r4, 2, SPAN);
+        NAME(store_few)(a3 + first * 2, r3, 2, SPAN);
+        NAME(store_few)(a4 + first * 2, r4, 2, SPAN);
     }
 }
 LOOPS(pack_turned_dense_p_q)
@@ -5045,7 +6033,9 @@ static INLINE void NAME(pack_turned_dense_p_r)(intptr_t n, char **args, const in
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
     _Alignas(64) REAL r3[2 * SPAN];
     _Alignas(64) REAL r4[2 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
@@ -5054,13 +6044,13 @@ static INLINE void NAME(pack_turned_dense_p_r)(intptr_t n, char **args, const in
             REAL x1[4];
             REAL x3[2];
             REAL x4[2];
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
             NAME(pack_turned_apply_p_r)(prepared, x1, x3, x4);
             NAME(store_2)((char *)(r3 + i), SPAN * w, x3);
             NAME(store_2)((char *)(r4 + i), SPAN * w, x4);
         }
-        NAME(store_span)(args[3], first, r3, 2, SPAN);
-        NAME(store_span)(args[4], first, r4, 2, SPAN);
+        NAME(store_few)(a3 + first * 2, r3, 2, SPAN);
+        NAME(store_few)(a4 + first * 2, r4, 2, SPAN);
     }
 }
 LOOPS(pack_turned_dense_p_r)
@@ -5101,7 +6091,9 @@ static INLINE void NAME(pack_turned_dense_q_r)(intptr_t n, char **args, const in
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
     _Alignas(64) REAL r3[2 * SPAN];
     _Alignas(64) REAL r4[2 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
@@ -5110,13 +6102,13 @@ static INLINE void NAME(pack_turned_dense_q_r)(intptr_t n, char **args, const in
             REAL x0[4];
             REAL x3[2];
             REAL x4[2];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(pack_turned_apply_q_r)(prepared, x0, x3, x4);
             NAME(store_2)((char *)(r3 + i), SPAN * w, x3);
             NAME(store_2)((char *)(r4 + i), SPAN * w, x4);
         }
-        NAME(store_span)(args[3], first, r3, 2, SPAN);
-        NAME(store_span)(args[4], first, r4, 2, SPAN);
+        NAME(store_few)(a3 + first * 2, r3, 2, SPAN);
+        NAME(store_few)(a4 + first * 2, r4, 2, SPAN);
     }
 }
 LOOPS(pack_turned_dense_q_r)
@@ -5157,6 +6149,38 @@ static INLINE void NAME(pack_turned_block)(intptr_t n, char **args, const intptr
 }
 LOOPS(pack_turned_block)
 
+static INLINE void NAME(pack_turned_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r3[2 * SPAN];
+    _Alignas(64) REAL r4[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[4];
+            REAL x3[2];
+            REAL x4[2];
+            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
+            NAME(load_4)(x2, (char *)a2 + (first + i) * 4 * w, w);
+            NAME(pack_turned)(x0, x1, x2, x3, x4);
+            NAME(store_2)((char *)(r3 + i), SPAN * w, x3);
+            NAME(store_2)((char *)(r4 + i), SPAN * w, x4);
+        }
+        NAME(store_few)(a3 + first * 2, r3, 2, SPAN);
+        NAME(store_few)(a4 + first * 2, r4, 2, SPAN);
+    }
+}
+LOOPS(pack_turned_dense)
+
 void NAME(pack_turned_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}, {2, 1, 3, {2}}, {2, 1, 4,
@@ -5165,8 +6189,8 @@ void NAME(pack_turned_loop)(char **args, const intptr_t *dimensions, const intpt
         WIDTHS(pack_turned_dense_p_q)}, {5, 2, NAME(pack_turned_start_p_r), WIDTHS(pack_turned_block_p_r),
         WIDTHS(pack_turned_dense_p_r)}, {6, 2, NAME(pack_turned_start_q_r), WIDTHS(pack_turned_block_q_r),
         WIDTHS(pack_turned_dense_q_r)}};
-    static const struct kernel kernel = {WIDTHS(pack_turned_block), {NULL}, (any_function *)NAME(pack_turned),
-        NAME(call_aaarr), 3, 5, 3, 0, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(pack_turned_block), WIDTHS(pack_turned_dense), (any_function
+        *)NAME(pack_turned), NAME(call_aaarr), 3, 5, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5779,21 +6803,24 @@ static INLINE void NAME(unpack_turned_dense_0_2_3)(intptr_t n, char **args, cons
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
-    _Alignas(64) REAL r4[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a1 = (REAL *)args[1];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r1[2 * TILE];
+    _Alignas(64) REAL r4[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_2)(r1, TILE, a1 + first * 2);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x1[2];
             REAL x4[4];
-            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, (char *)(r1 + i), TILE * w);
             NAME(unpack_turned_apply_0_2_3)(prepared, x1, x4);
-            NAME(store_4)((char *)(r4 + i), SPAN * w, x4);
+            NAME(store_4)((char *)(r4 + i), TILE * w, x4);
         }
-        NAME(store_span)(args[4], first, r4, 4, SPAN);
+        NAME(store_tile_4)(a4 + first * 4, r4, TILE);
     }
 }
-LOOPS(unpack_turned_dense_0_2_3)
+LOOP(unpack_turned_dense_0_2_3)
 
 static void NAME(unpack_turned_start_0_2_3)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -5830,21 +6857,24 @@ static INLINE void NAME(unpack_turned_dense_1_2_3)(intptr_t n, char **args, cons
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r4[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r0[2 * TILE];
+    _Alignas(64) REAL r4[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_2)(r0, TILE, a0 + first * 2);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[2];
             REAL x4[4];
-            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x0, (char *)(r0 + i), TILE * w);
             NAME(unpack_turned_apply_1_2_3)(prepared, x0, x4);
-            NAME(store_4)((char *)(r4 + i), SPAN * w, x4);
+            NAME(store_4)((char *)(r4 + i), TILE * w, x4);
         }
-        NAME(store_span)(args[4], first, r4, 4, SPAN);
+        NAME(store_tile_4)(a4 + first * 4, r4, TILE);
     }
 }
-LOOPS(unpack_turned_dense_1_2_3)
+LOOP(unpack_turned_dense_1_2_3)
 
 static void NAME(unpack_turned_start_1_2_3)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -5881,21 +6911,24 @@ static INLINE void NAME(unpack_turned_dense_0_1_2)(intptr_t n, char **args, cons
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a3 = args[3];
-    _Alignas(64) REAL r4[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r3[4 * TILE];
+    _Alignas(64) REAL r4[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r3, TILE, a3 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x3[4];
             REAL x4[4];
-            NAME(load_4)(x3, a3 + (first + i) * 4 * w, w);
+            NAME(load_4)(x3, (char *)(r3 + i), TILE * w);
             NAME(unpack_turned_apply_0_1_2)(prepared, x3, x4);
-            NAME(store_4)((char *)(r4 + i), SPAN * w, x4);
+            NAME(store_4)((char *)(r4 + i), TILE * w, x4);
         }
-        NAME(store_span)(args[4], first, r4, 4, SPAN);
+        NAME(store_tile_4)(a4 + first * 4, r4, TILE);
     }
 }
-LOOPS(unpack_turned_dense_0_1_2)
+LOOP(unpack_turned_dense_0_1_2)
 
 static void NAME(unpack_turned_start_0_1_2)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -5932,21 +6965,24 @@ static INLINE void NAME(unpack_turned_dense_0_1_3)(intptr_t n, char **args, cons
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a2 = args[2];
-    _Alignas(64) REAL r4[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a2 = (REAL *)args[2];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r2[4 * TILE];
+    _Alignas(64) REAL r4[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r2, TILE, a2 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x2[4];
             REAL x4[4];
-            NAME(load_4)(x2, a2 + (first + i) * 4 * w, w);
+            NAME(load_4)(x2, (char *)(r2 + i), TILE * w);
             NAME(unpack_turned_apply_0_1_3)(prepared, x2, x4);
-            NAME(store_4)((char *)(r4 + i), SPAN * w, x4);
+            NAME(store_4)((char *)(r4 + i), TILE * w, x4);
         }
-        NAME(store_span)(args[4], first, r4, 4, SPAN);
+        NAME(store_tile_4)(a4 + first * 4, r4, TILE);
     }
 }
-LOOPS(unpack_turned_dense_0_1_3)
+LOOP(unpack_turned_dense_0_1_3)
 
 static void NAME(unpack_turned_start_0_1_3)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -5986,17 +7022,55 @@ static INLINE void NAME(unpack_turned_block)(intptr_t n, char **args, const intp
 }
 LOOPS(unpack_turned_block)
 
+static INLINE void NAME(unpack_turned_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r0[2 * TILE];
+    _Alignas(64) REAL r1[2 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    _Alignas(64) REAL r3[4 * TILE];
+    _Alignas(64) REAL r4[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_2)(r0, TILE, a0 + first * 2);
+        NAME(load_tile_2)(r1, TILE, a1 + first * 2);
+        NAME(load_tile_4)(r2, TILE, a2 + first * 4);
+        NAME(load_tile_4)(r3, TILE, a3 + first * 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            REAL x2[4];
+            REAL x3[4];
+            REAL x4[4];
+            NAME(load_2)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_2)(x1, (char *)(r1 + i), TILE * w);
+            NAME(load_4)(x2, (char *)(r2 + i), TILE * w);
+            NAME(load_4)(x3, (char *)(r3 + i), TILE * w);
+            NAME(unpack_turned)(x0, x1, x2, x3, x4);
+            NAME(store_4)((char *)(r4 + i), TILE * w, x4);
+        }
+        NAME(store_tile_4)(a4 + first * 4, r4, TILE);
+    }
+}
+LOOP(unpack_turned_dense)
+
 void NAME(unpack_turned_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {4, 1, 2, {4}}, {4, 1, 3, {4}}, {4, 1, 4,
         {4}}};
     static const struct form forms[] = {{13, 2, NAME(unpack_turned_start_0_2_3), WIDTHS(unpack_turned_block_0_2_3),
-        WIDTHS(unpack_turned_dense_0_2_3)}, {14, 2, NAME(unpack_turned_start_1_2_3),
-        WIDTHS(unpack_turned_block_1_2_3), WIDTHS(unpack_turned_dense_1_2_3)}, {7, 2,
-        NAME(unpack_turned_start_0_1_2), WIDTHS(unpack_turned_block_0_1_2), WIDTHS(unpack_turned_dense_0_1_2)}, {11,
-        2, NAME(unpack_turned_start_0_1_3), WIDTHS(unpack_turned_block_0_1_3), WIDTHS(unpack_turned_dense_0_1_3)}};
-    static const struct kernel kernel = {WIDTHS(unpack_turned_block), {NULL}, (any_function *)NAME(unpack_turned),
-        NAME(call_aaaar), 4, 5, 4, 0, 0, parts, forms};
+        WIDTH(unpack_turned_dense_0_2_3)}, {14, 2, NAME(unpack_turned_start_1_2_3),
+        WIDTHS(unpack_turned_block_1_2_3), WIDTH(unpack_turned_dense_1_2_3)}, {7, 2,
+        NAME(unpack_turned_start_0_1_2), WIDTHS(unpack_turned_block_0_1_2), WIDTH(unpack_turned_dense_0_1_2)}, {11,
+        2, NAME(unpack_turned_start_0_1_3), WIDTHS(unpack_turned_block_0_1_3), WIDTH(unpack_turned_dense_0_1_3)}};
+    static const struct kernel kernel = {WIDTHS(unpack_turned_block), WIDTH(unpack_turned_dense), (any_function
+        *)NAME(unpack_turned), NAME(call_aaaar), 4, 5, 4, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6443,21 +7517,24 @@ static INLINE void NAME(unpack_real_dense_w_mu_nu)(intptr_t n, char **args, cons
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
-    _Alignas(64) REAL r4[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a1 = (REAL *)args[1];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r1[2 * TILE];
+    _Alignas(64) REAL r4[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_2)(r1, TILE, a1 + first * 2);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x1[2];
             REAL x4[4];
-            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, (char *)(r1 + i), TILE * w);
             NAME(unpack_real_apply_w_mu_nu)(prepared, x1, x4);
-            NAME(store_4)((char *)(r4 + i), SPAN * w, x4);
+            NAME(store_4)((char *)(r4 + i), TILE * w, x4);
         }
-        NAME(store_span)(args[4], first, r4, 4, SPAN);
+        NAME(store_tile_4)(a4 + first * 4, r4, TILE);
     }
 }
-LOOPS(unpack_real_dense_w_mu_nu)
+LOOP(unpack_real_dense_w_mu_nu)
 
 static void NAME(unpack_real_start_w_mu_nu)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -6494,21 +7571,24 @@ static INLINE void NAME(unpack_real_dense_mirrored_mu_nu)(intptr_t n, char **arg
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r4[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r0[2 * TILE];
+    _Alignas(64) REAL r4[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_2)(r0, TILE, a0 + first * 2);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[2];
             REAL x4[4];
-            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x0, (char *)(r0 + i), TILE * w);
             NAME(unpack_real_apply_mirrored_mu_nu)(prepared, x0, x4);
-            NAME(store_4)((char *)(r4 + i), SPAN * w, x4);
+            NAME(store_4)((char *)(r4 + i), TILE * w, x4);
         }
-        NAME(store_span)(args[4], first, r4, 4, SPAN);
+        NAME(store_tile_4)(a4 + first * 4, r4, TILE);
     }
 }
-LOOPS(unpack_real_dense_mirrored_mu_nu)
+LOOP(unpack_real_dense_mirrored_mu_nu)
 
 static void NAME(unpack_real_start_mirrored_mu_nu)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -6545,21 +7625,24 @@ static INLINE void NAME(unpack_real_dense_w_mirrored_mu)(intptr_t n, char **args
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a3 = args[3];
-    _Alignas(64) REAL r4[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r3[3 * TILE];
+    _Alignas(64) REAL r4[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r3, TILE, a3 + first * 3);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x3[3];
             REAL x4[4];
-            NAME(load_3)(x3, a3 + (first + i) * 3 * w, w);
+            NAME(load_3)(x3, (char *)(r3 + i), TILE * w);
             NAME(unpack_real_apply_w_mirrored_mu)(prepared, x3, x4);
-            NAME(store_4)((char *)(r4 + i), SPAN * w, x4);
+            NAME(store_4)((char *)(r4 + i), TILE * w, x4);
         }
-        NAME(store_span)(args[4], first, r4, 4, SPAN);
+        NAME(store_tile_4)(a4 + first * 4, r4, TILE);
     }
 }
-LOOPS(unpack_real_dense_w_mirrored_mu)
+LOOP(unpack_real_dense_w_mirrored_mu)
 
 static void NAME(unpack_real_start_w_mirrored_mu)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -6596,21 +7679,24 @@ static INLINE void NAME(unpack_real_dense_w_mirrored_nu)(intptr_t n, char **args
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a2 = args[2];
-    _Alignas(64) REAL r4[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a2 = (REAL *)args[2];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r2[3 * TILE];
+    _Alignas(64) REAL r4[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r2, TILE, a2 + first * 3);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x2[3];
             REAL x4[4];
-            NAME(load_3)(x2, a2 + (first + i) * 3 * w, w);
+            NAME(load_3)(x2, (char *)(r2 + i), TILE * w);
             NAME(unpack_real_apply_w_mirrored_nu)(prepared, x2, x4);
-            NAME(store_4)((char *)(r4 + i), SPAN * w, x4);
+            NAME(store_4)((char *)(r4 + i), TILE * w, x4);
         }
-        NAME(store_span)(args[4], first, r4, 4, SPAN);
+        NAME(store_tile_4)(a4 + first * 4, r4, TILE);
     }
 }
-LOOPS(unpack_real_dense_w_mirrored_nu)
+LOOP(unpack_real_dense_w_mirrored_nu)
 
 static void NAME(unpack_real_start_w_mirrored_nu)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -6654,42 +7740,51 @@ static INLINE void NAME(unpack_real_dense)(intptr_t n, char **args, const intptr
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    _Alignas(64) REAL r4[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r0[2 * TILE];
+    _Alignas(64) REAL r1[2 * TILE];
+    _Alignas(64) REAL r2[3 * TILE];
+    _Alignas(64) REAL r3[3 * TILE];
+    _Alignas(64) REAL r4[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_2)(r0, TILE, a0 + first * 2);
+        NAME(load_tile_2)(r1, TILE, a1 + first * 2);
+        NAME(load_tile_3)(r2, TILE, a2 + first * 3);
+        NAME(load_tile_3)(r3, TILE, a3 + first * 3);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[2];
             REAL x1[2];
             REAL x2[3];
             REAL x3[3];
             REAL x4[4];
-            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
-            NAME(load_3)(x2, a2 + (first + i) * 3 * w, w);
-            NAME(load_3)(x3, a3 + (first + i) * 3 * w, w);
+            NAME(load_2)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_2)(x1, (char *)(r1 + i), TILE * w);
+            NAME(load_3)(x2, (char *)(r2 + i), TILE * w);
+            NAME(load_3)(x3, (char *)(r3 + i), TILE * w);
             NAME(unpack_real)(x0, x1, x2, x3, x4);
-            NAME(store_4)((char *)(r4 + i), SPAN * w, x4);
+            NAME(store_4)((char *)(r4 + i), TILE * w, x4);
         }
-        NAME(store_span)(args[4], first, r4, 4, SPAN);
+        NAME(store_tile_4)(a4 + first * 4, r4, TILE);
     }
 }
-LOOPS(unpack_real_dense)
+LOOP(unpack_real_dense)
 
 void NAME(unpack_real_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}, {4, 1, 4,
         {4}}};
     static const struct form forms[] = {{13, 2, NAME(unpack_real_start_w_mu_nu), WIDTHS(unpack_real_block_w_mu_nu),
-        WIDTHS(unpack_real_dense_w_mu_nu)}, {14, 2, NAME(unpack_real_start_mirrored_mu_nu),
-        WIDTHS(unpack_real_block_mirrored_mu_nu), WIDTHS(unpack_real_dense_mirrored_mu_nu)}, {7, 2,
+        WIDTH(unpack_real_dense_w_mu_nu)}, {14, 2, NAME(unpack_real_start_mirrored_mu_nu),
+        WIDTHS(unpack_real_block_mirrored_mu_nu), WIDTH(unpack_real_dense_mirrored_mu_nu)}, {7, 2,
         NAME(unpack_real_start_w_mirrored_mu), WIDTHS(unpack_real_block_w_mirrored_mu),
-        WIDTHS(unpack_real_dense_w_mirrored_mu)}, {11, 2, NAME(unpack_real_start_w_mirrored_nu),
-        WIDTHS(unpack_real_block_w_mirrored_nu), WIDTHS(unpack_real_dense_w_mirrored_nu)}};
-    static const struct kernel kernel = {WIDTHS(unpack_real_block), WIDTHS(unpack_real_dense), (any_function
+        WIDTH(unpack_real_dense_w_mirrored_mu)}, {11, 2, NAME(unpack_real_start_w_mirrored_nu),
+        WIDTHS(unpack_real_block_w_mirrored_nu), WIDTH(unpack_real_dense_w_mirrored_nu)}};
+    static const struct kernel kernel = {WIDTHS(unpack_real_block), WIDTH(unpack_real_dense), (any_function
         *)NAME(unpack_real), NAME(call_aaaar), 4, 5, 4, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -6833,18 +7928,19 @@ static INLINE void NAME(pack_real_dense_mu_nu)(intptr_t n, char **args, const in
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a3 = (REAL *)args[3];
     _Alignas(64) REAL r3[2 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[4];
             REAL x3[2];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(pack_real_apply_mu_nu)(prepared, x0, x3);
             NAME(store_2)((char *)(r3 + i), SPAN * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 2, SPAN);
+        NAME(store_few)(a3 + first * 2, r3, 2, SPAN);
     }
 }
 LOOPS(pack_real_dense_mu_nu)
@@ -6886,9 +7982,10 @@ static INLINE void NAME(pack_real_dense)(intptr_t n, char **args, const intptr_t
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
     _Alignas(64) REAL r3[2 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -6897,13 +7994,13 @@ static INLINE void NAME(pack_real_dense)(intptr_t n, char **args, const intptr_t
             REAL x1[3];
             REAL x2[3];
             REAL x3[2];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
-            NAME(load_3)(x2, a2 + (first + i) * 3 * w, w);
+            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x2, (char *)a2 + (first + i) * 3 * w, w);
             NAME(pack_real)(x0, x1, x2, x3);
             NAME(store_2)((char *)(r3 + i), SPAN * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 2, SPAN);
+        NAME(store_few)(a3 + first * 2, r3, 2, SPAN);
     }
 }
 LOOPS(pack_real_dense)
@@ -7301,21 +8398,24 @@ static INLINE void NAME(from_phases_dense_phi_theta_psi)(intptr_t n, char **args
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r4[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r0[1 * TILE];
+    _Alignas(64) REAL r4[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_1)(r0, TILE, a0 + first * 1);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[1];
             REAL x4[4];
-            NAME(load_scalar)(x0, a0 + (first + i) * w);
+            NAME(load_scalar)(x0, (char *)(r0 + i));
             NAME(from_phases_apply_phi_theta_psi)(prepared, x0[0], x4);
-            NAME(store_4)((char *)(r4 + i), SPAN * w, x4);
+            NAME(store_4)((char *)(r4 + i), TILE * w, x4);
         }
-        NAME(store_span)(args[4], first, r4, 4, SPAN);
+        NAME(store_tile_4)(a4 + first * 4, r4, TILE);
     }
 }
-LOOPS(from_phases_dense_phi_theta_psi)
+LOOP(from_phases_dense_phi_theta_psi)
 
 static void NAME(from_phases_start_phi_theta_psi)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -7500,7 +8600,7 @@ void NAME(from_phases_loop)(char **args, const intptr_t *dimensions, const intpt
     static const struct part parts[] = {{1, 0, 0, {0}}, {1, 0, 0, {0}}, {1, 0, 0, {0}}, {1, 0, 0, {0}}, {4, 1, 0,
         {4}}};
     static const struct form forms[] = {{14, 2, NAME(from_phases_start_phi_theta_psi),
-        WIDTHS(from_phases_block_phi_theta_psi), WIDTHS(from_phases_dense_phi_theta_psi)}, {11, 2,
+        WIDTHS(from_phases_block_phi_theta_psi), WIDTH(from_phases_dense_phi_theta_psi)}, {11, 2,
         NAME(from_phases_start_size_phi_psi), WIDTHS(from_phases_block_size_phi_psi), {NULL}}, {7, 2,
         NAME(from_phases_start_size_phi_theta), WIDTHS(from_phases_block_size_phi_theta), {NULL}}, {13, 2,
         NAME(from_phases_start_size_theta_psi), WIDTHS(from_phases_block_size_theta_psi), {NULL}}};
@@ -9065,6 +10165,30 @@ static INLINE void NAME(phase_equations_block_first_second_floor)(intptr_t n, ch
 }
 LOOPS(phase_equations_block_first_second_floor)
 
+static INLINE void NAME(phase_equations_dense_first_second_floor)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a1 = (REAL *)args[1];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r1[8 * TILE];
+    _Alignas(64) REAL r4[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r1, TILE, a1 + first * 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x1[8];
+            REAL x4[6];
+            NAME(load_4x2)(x1, (char *)(r1 + i), 2 * TILE * w, TILE * w);
+            NAME(phase_equations_apply_first_second_floor)(prepared, x1, x4);
+            NAME(store_6)((char *)(r4 + i), TILE * w, x4);
+        }
+        NAME(store_tile_6)(a4 + first * 6, r4, TILE);
+    }
+}
+LOOP(phase_equations_dense_first_second_floor)
+
 static void NAME(phase_equations_start_first_second_floor)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c2a = strides[3], c3a = strides[4];
@@ -9139,7 +10263,7 @@ void NAME(phase_equations_loop)(char **args, const intptr_t *dimensions, const i
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 2, 1, {4, 2}}, {8, 1, 3, {8}}, {4, 1, 4, {4}}, {6, 1, 5,
         {6}}};
     static const struct form forms[] = {{13, 2, NAME(phase_equations_start_first_second_floor),
-        WIDTHS(phase_equations_block_first_second_floor), {NULL}}, {7, 2,
+        WIDTHS(phase_equations_block_first_second_floor), WIDTH(phase_equations_dense_first_second_floor)}, {7, 2,
         NAME(phase_equations_start_first_slopes_second), WIDTHS(phase_equations_block_first_slopes_second),
         {NULL}}};
     static const struct kernel kernel = {WIDTHS(phase_equations_block), {NULL}, (any_function
@@ -9280,18 +10404,19 @@ static INLINE void NAME(solve_motion_dense_sums)(intptr_t n, char **args, const 
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x1[1];
             REAL x2[3];
-            NAME(load_scalar)(x1, a1 + (first + i) * w);
+            NAME(load_scalar)(x1, (char *)a1 + (first + i) * w);
             NAME(solve_motion_apply_sums)(prepared, x1[0], x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(solve_motion_dense_sums)
@@ -9324,13 +10449,41 @@ static INLINE void NAME(solve_motion_block)(intptr_t n, char **args, const intpt
 }
 LOOPS(solve_motion_block)
 
+static INLINE void NAME(solve_motion_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[1 * TILE];
+    _Alignas(64) REAL r2[3 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        NAME(load_tile_1)(r1, TILE, a1 + first * 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[1];
+            REAL x2[3];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_scalar)(x1, (char *)(r1 + i));
+            NAME(solve_motion)(x0, x1[0], x2);
+            NAME(store_3)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_3)(a2 + first * 3, r2, TILE);
+    }
+}
+LOOP(solve_motion_dense)
+
 void NAME(solve_motion_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {3, 1, 1, {3}}};
     static const struct form forms[] = {{1, 2, NAME(solve_motion_start_sums), WIDTHS(solve_motion_block_sums),
         WIDTHS(solve_motion_dense_sums)}};
-    static const struct kernel kernel = {WIDTHS(solve_motion_block), {NULL}, (any_function *)NAME(solve_motion),
-        NAME(call_anr), 2, 3, 1, 0, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(solve_motion_block), WIDTH(solve_motion_dense), (any_function
+        *)NAME(solve_motion), NAME(call_anr), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 

@@ -2,7 +2,7 @@
 // command: gac generate --all spacetime
 // spec: 1b4f06fa4d30b0e9
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: dfeda862934c716381dc22e1b9ec0c4e12e53a1b516b3de68523193655bd0d7e
+// body: d5d42a42247490bf94c09aedd2c9382d89e77abc218f0b15391cf02d698568da
 
 #ifndef REAL
 #include "spacetime.h"
@@ -35,20 +35,21 @@
 #if defined(__GNUC__) && __GNUC__ >= 12 && !defined(__clang__) && defined(__x86_64__) && defined(__GLIBC__)
 #define WIDE __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
 #define ON(level) __attribute__((target("arch=x86-64-" level)))
-#define LOOPS(name)                                                                     \
-    ON("v3") static void NAME(name##_v3)(intptr_t n, char **args, const intptr_t *strides) \
-    {                                                                                   \
-        NAME(name)(n, args, strides);                                                   \
-    }                                                                                   \
-    ON("v4") static void NAME(name##_v4)(intptr_t n, char **args, const intptr_t *strides) \
-    {                                                                                   \
-        NAME(name)(n, args, strides);                                                   \
+#define ONE(name, level)                                                                        \
+    ON(#level) static void NAME(name##_##level)(intptr_t n, char **args, const intptr_t *strides) \
+    {                                                                                           \
+        NAME(name)(n, args, strides);                                                           \
     }
+#define LOOP(name) ONE(name, v3)
+#define LOOPS(name) ONE(name, v3) ONE(name, v4)
+#define WIDTH(name) {NAME(name##_v3), NAME(name##_v3)}
 #define WIDTHS(name) {NAME(name##_v3), NAME(name##_v4)}
 #define CHOSEN (__builtin_cpu_supports("x86-64-v4") ? 1 : __builtin_cpu_supports("x86-64-v3") ? 0 : -1)
 #else
 #define WIDE
+#define LOOP(name)
 #define LOOPS(name)
+#define WIDTH(name) {NAME(name)}
 #define WIDTHS(name) {NAME(name)}
 #define CHOSEN 0
 #endif
@@ -63,8 +64,8 @@
 // Elements in C order go through rows of this many.
 #define SPAN 32
 
-// A vector of neighbours in memory.
-#if defined(__has_builtin)
+// A vector of neighbours in memory, where the compiler turns such of 32 bytes well.
+#if defined(__has_builtin) && (defined(ON) || defined(__clang__))
 #if __has_builtin(__builtin_shufflevector)
 #define SHUFFLE __builtin_shufflevector
 #define VECTOR(n) __attribute__((vector_size((n) * sizeof(REAL)), aligned(sizeof(REAL)), may_alias))
@@ -107,7 +108,7 @@ ON("v3") static void stream(char *to, const char *from, intptr_t bytes)
 #else
 #define PASSES(bytes) 0
 #define stream memcpy
-#define STREAM_END()
+#define STREAM_END() (void)0
 #endif
 
 typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
@@ -713,12 +714,13 @@ static void NAME(call_arrrr)(any_function *function, void **x)
 // Blocks of a batch, and how they get there from strides of any kind: a component of a part (an argument or a result)
 // is a row, `row` numbers long, of the elements of a block.
 
+// As many elements as fill 32 bytes, which every wide machine turns alike.
+#define TILE PRECISION(4, 8)
+
 #ifdef SHUFFLE
 typedef REAL NAME(four) VECTOR(4);
 #define AT(a, k, s) (*(NAME(four) *)((a) + (k) * (s)))
 
-// A tile is four components of as many elements as fill 32 bytes, which every wide machine turns alike.
-#define TILE PRECISION(4, 8)
 #if PRECISION(1, 0)
 // From four places, `s` bytes apart, to four, `t` bytes apart.
 static INLINE void NAME(turn)(char *a, intptr_t s, char *b, intptr_t t)
@@ -884,163 +886,1139 @@ WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, REAL *x, intp
     }
 }
 
-// Rows, SPAN numbers long, of `n` elements of `size` components, in C order from element `first` on; and back.
-static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size, intptr_t n)
+// A tile of elements of each size in C order, to rows and back. Vectors are read and written in halves, the upper one
+// from half of the elements further on.
+#ifdef SHUFFLE
+typedef REAL NAME(tile) VECTOR(TILE);
+typedef REAL NAME(half) VECTOR(TILE / 2);
+#define COLUMN(k) (*(NAME(tile) *)(x + (k) * row))
+#define HALF(a, k) (((NAME(half) *)(a))[k])
+#define WHOLE(offset) (*(NAME(tile) *)(a + (offset)))
+#define UPPER(offset, size) (a + (offset) + TILE / 2 * (size))
+#define JOINED(v, w) PRECISION(SHUFFLE(v, w, 0, 1, 2, 3), SHUFFLE(v, w, 0, 1, 2, 3, 4, 5, 6, 7))
+#define LOWERS(v, w) PRECISION(SHUFFLE(v, w, 0, 1, 4, 5), SHUFFLE(v, w, 0, 1, 2, 3, 8, 9, 10, 11))
+#define UPPERS(v, w) PRECISION(SHUFFLE(v, w, 2, 3, 6, 7), SHUFFLE(v, w, 4, 5, 6, 7, 12, 13, 14, 15))
+#define READ(offset, size) JOINED(HALF(a + (offset), 0), HALF(UPPER(offset, size), 0))
+#define WRITE(offset, size, v) HALF(a + (offset), 0) = HALF(&v, 0), HALF(UPPER(offset, size), 0) = HALF(&v, 1)
+#define WRITE_BOTH(offset, size, v, w) \
+    WHOLE(offset) = LOWERS(v, w), WHOLE((offset) + TILE / 2 * (size)) = UPPERS(v, w)
+
+static INLINE void NAME(load_tile_1)(REAL *x, intptr_t row, REAL *a)
 {
-    const intptr_t w = sizeof(REAL);
-    const REAL *from = (const REAL *)(a + first * size * w);
+#if PRECISION(1, 0)
+    COLUMN(0) = WHOLE(0);
+#else
+    COLUMN(0) = WHOLE(0);
+#endif
+}
+
+static INLINE void NAME(store_tile_1)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    WHOLE(0) = COLUMN(0);
+#else
+    WHOLE(0) = COLUMN(0);
+#endif
+}
+
+static INLINE void NAME(load_tile_2)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = READ(0, 2);
+    const NAME(tile) a1 = READ(2, 2);
+    COLUMN(0) = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    COLUMN(1) = SHUFFLE(a0, a1, 1, 5, 3, 7);
+#else
+    const NAME(tile) a0 = READ(0, 2);
+    const NAME(tile) a1 = READ(4, 2);
+    COLUMN(0) = SHUFFLE(a0, a1, 0, 2, 8, 10, 4, 6, 12, 14);
+    COLUMN(1) = SHUFFLE(a0, a1, 1, 3, 9, 11, 5, 7, 13, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_2)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
+    WRITE_BOTH(0, 2, a0, a1);
+#else
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    WRITE_BOTH(0, 2, a0, a1);
+#endif
+}
+
+static INLINE void NAME(load_tile_3)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = READ(0, 3);
+    const NAME(tile) a1 = READ(2, 3);
+    COLUMN(0) = SHUFFLE(a0, a1, 0, 5, 2, 7);
+    const NAME(tile) a2 = READ(4, 3);
+    COLUMN(1) = SHUFFLE(a0, a2, 1, 4, 3, 6);
+    COLUMN(2) = SHUFFLE(a1, a2, 0, 5, 2, 7);
+#else
+    const NAME(tile) a1 = READ(4, 3);
+    const NAME(tile) a2 = READ(8, 3);
+    const NAME(tile) b0 = SHUFFLE(a1, a2, 2, 3, 9, 10, 6, 7, 13, 14);
+    const NAME(tile) a0 = READ(0, 3);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 2, 8, 9, 5, 6, 12, 13);
+    COLUMN(0) = SHUFFLE(a0, b0, 0, 3, 8, 10, 4, 7, 12, 14);
+    COLUMN(1) = SHUFFLE(b1, b0, 0, 2, 9, 11, 4, 6, 13, 15);
+    COLUMN(2) = SHUFFLE(b1, a2, 1, 3, 8, 11, 5, 7, 12, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_3)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(0), 0, 5, 2, 7);
+    WRITE_BOTH(0, 3, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(1), COLUMN(2), 1, 5, 3, 7);
+    WRITE(4, 3, a2);
+#else
+    const NAME(tile) b0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 2, 8, 10, 4, 6, 12, 14);
+    const NAME(tile) b2 = SHUFFLE(COLUMN(2), COLUMN(0), 0, 2, 9, 11, 4, 6, 13, 15);
+    const NAME(tile) a0 = SHUFFLE(b0, b2, 0, 2, 8, 10, 4, 6, 12, 14);
+    const NAME(tile) b1 = SHUFFLE(COLUMN(1), COLUMN(2), 1, 3, 9, 11, 5, 7, 13, 15);
+    const NAME(tile) a1 = SHUFFLE(b1, b0, 0, 2, 9, 11, 4, 6, 13, 15);
+    WRITE_BOTH(0, 3, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(b2, b1, 1, 3, 9, 11, 5, 7, 13, 15);
+    WRITE(8, 3, a2);
+#endif
+}
+
+static INLINE void NAME(load_tile_4)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(4);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(8);
+    const NAME(tile) a3 = WHOLE(12);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+#else
+    const NAME(tile) a0 = READ(0, 4);
+    const NAME(tile) a1 = READ(4, 4);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(8, 4);
+    const NAME(tile) a3 = READ(12, 4);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_4)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 4, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
+    WRITE_BOTH(4, 4, a2, a3);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(0, 4, a0, a1);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(8, 4, a2, a3);
+#endif
+}
+
+static INLINE void NAME(load_tile_6)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(6);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(12);
+    const NAME(tile) a3 = WHOLE(18);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(tile) a4 = READ(4, 6);
+    const NAME(tile) a5 = READ(10, 6);
+    COLUMN(4) = SHUFFLE(a4, a5, 0, 4, 2, 6);
+    COLUMN(5) = SHUFFLE(a4, a5, 1, 5, 3, 7);
+#else
+    const NAME(tile) a0 = READ(0, 6);
+    const NAME(tile) a1 = READ(6, 6);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(12, 6);
+    const NAME(tile) a3 = READ(18, 6);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a4 = READ(2, 6);
+    const NAME(tile) a5 = READ(8, 6);
+    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = READ(14, 6);
+    const NAME(tile) a7 = READ(20, 6);
+    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(4) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(5) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_6)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 6, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
+    WRITE_BOTH(4, 6, a2, a3);
+    const NAME(tile) a4 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
+    const NAME(tile) a5 = SHUFFLE(COLUMN(4), COLUMN(5), 1, 5, 3, 7);
+    WRITE_BOTH(8, 6, a4, a5);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE(0, 6, a0);
+    const NAME(tile) b4_0 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_1 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(2, 6, a4, a1);
+    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(8, 6, a5, a2);
+    const NAME(tile) b4_2 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(14, 6, a6, a3);
+    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(20, 6, a7);
+#endif
+}
+
+static INLINE void NAME(load_tile_8)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(8);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(16);
+    const NAME(tile) a3 = WHOLE(24);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(tile) a4 = WHOLE(4);
+    const NAME(tile) a5 = WHOLE(12);
+    const NAME(tile) b4 = SHUFFLE(a4, a5, 0, 4, 2, 6);
+    const NAME(tile) b5 = SHUFFLE(a4, a5, 1, 5, 3, 7);
+    const NAME(tile) a6 = WHOLE(20);
+    const NAME(tile) a7 = WHOLE(28);
+    const NAME(tile) b6 = SHUFFLE(a6, a7, 0, 4, 2, 6);
+    const NAME(tile) b7 = SHUFFLE(a6, a7, 1, 5, 3, 7);
+    COLUMN(4) = SHUFFLE(b4, b6, 0, 1, 4, 5);
+    COLUMN(5) = SHUFFLE(b5, b7, 0, 1, 4, 5);
+    COLUMN(6) = SHUFFLE(b4, b6, 2, 3, 6, 7);
+    COLUMN(7) = SHUFFLE(b5, b7, 2, 3, 6, 7);
+#else
+    const NAME(tile) a0 = READ(0, 8);
+    const NAME(tile) a1 = READ(8, 8);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(16, 8);
+    const NAME(tile) a3 = READ(24, 8);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a4 = READ(4, 8);
+    const NAME(tile) a5 = READ(12, 8);
+    const NAME(tile) b4_0 = SHUFFLE(a4, a5, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a6 = READ(20, 8);
+    const NAME(tile) a7 = READ(28, 8);
+    const NAME(tile) b4_1 = SHUFFLE(a6, a7, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(4) = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(5) = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(6) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(7) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_8)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 8, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 4, 2, 6);
+    WRITE_BOTH(4, 8, a2, a3);
+    const NAME(tile) a4 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
+    const NAME(tile) a5 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
+    WRITE_BOTH(8, 8, a4, a5);
+    const NAME(tile) a6 = SHUFFLE(COLUMN(4), COLUMN(5), 1, 5, 3, 7);
+    const NAME(tile) a7 = SHUFFLE(COLUMN(6), COLUMN(7), 1, 5, 3, 7);
+    WRITE_BOTH(12, 8, a6, a7);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_0 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_1 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(0, 8, a0, a4);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(8, 8, a1, a5);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_2 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(COLUMN(6), COLUMN(7), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(16, 8, a2, a6);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(24, 8, a3, a7);
+#endif
+}
+
+static INLINE void NAME(load_tile_16)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(16);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(32);
+    const NAME(tile) a3 = WHOLE(48);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(tile) a4 = WHOLE(4);
+    const NAME(tile) a5 = WHOLE(20);
+    const NAME(tile) b4 = SHUFFLE(a4, a5, 0, 4, 2, 6);
+    const NAME(tile) b5 = SHUFFLE(a4, a5, 1, 5, 3, 7);
+    const NAME(tile) a6 = WHOLE(36);
+    const NAME(tile) a7 = WHOLE(52);
+    const NAME(tile) b6 = SHUFFLE(a6, a7, 0, 4, 2, 6);
+    const NAME(tile) b7 = SHUFFLE(a6, a7, 1, 5, 3, 7);
+    COLUMN(4) = SHUFFLE(b4, b6, 0, 1, 4, 5);
+    COLUMN(5) = SHUFFLE(b5, b7, 0, 1, 4, 5);
+    COLUMN(6) = SHUFFLE(b4, b6, 2, 3, 6, 7);
+    COLUMN(7) = SHUFFLE(b5, b7, 2, 3, 6, 7);
+    const NAME(tile) a8 = WHOLE(8);
+    const NAME(tile) a9 = WHOLE(24);
+    const NAME(tile) b8 = SHUFFLE(a8, a9, 0, 4, 2, 6);
+    const NAME(tile) b9 = SHUFFLE(a8, a9, 1, 5, 3, 7);
+    const NAME(tile) a10 = WHOLE(40);
+    const NAME(tile) a11 = WHOLE(56);
+    const NAME(tile) b10 = SHUFFLE(a10, a11, 0, 4, 2, 6);
+    const NAME(tile) b11 = SHUFFLE(a10, a11, 1, 5, 3, 7);
+    COLUMN(8) = SHUFFLE(b8, b10, 0, 1, 4, 5);
+    COLUMN(9) = SHUFFLE(b9, b11, 0, 1, 4, 5);
+    COLUMN(10) = SHUFFLE(b8, b10, 2, 3, 6, 7);
+    COLUMN(11) = SHUFFLE(b9, b11, 2, 3, 6, 7);
+    const NAME(tile) a12 = WHOLE(12);
+    const NAME(tile) a13 = WHOLE(28);
+    const NAME(tile) b12 = SHUFFLE(a12, a13, 0, 4, 2, 6);
+    const NAME(tile) b13 = SHUFFLE(a12, a13, 1, 5, 3, 7);
+    const NAME(tile) a14 = WHOLE(44);
+    const NAME(tile) a15 = WHOLE(60);
+    const NAME(tile) b14 = SHUFFLE(a14, a15, 0, 4, 2, 6);
+    const NAME(tile) b15 = SHUFFLE(a14, a15, 1, 5, 3, 7);
+    COLUMN(12) = SHUFFLE(b12, b14, 0, 1, 4, 5);
+    COLUMN(13) = SHUFFLE(b13, b15, 0, 1, 4, 5);
+    COLUMN(14) = SHUFFLE(b12, b14, 2, 3, 6, 7);
+    COLUMN(15) = SHUFFLE(b13, b15, 2, 3, 6, 7);
+#else
+    const NAME(tile) a0 = READ(0, 16);
+    const NAME(tile) a1 = READ(16, 16);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(32, 16);
+    const NAME(tile) a3 = READ(48, 16);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a4 = READ(4, 16);
+    const NAME(tile) a5 = READ(20, 16);
+    const NAME(tile) b4_0 = SHUFFLE(a4, a5, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a6 = READ(36, 16);
+    const NAME(tile) a7 = READ(52, 16);
+    const NAME(tile) b4_1 = SHUFFLE(a6, a7, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(4) = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(5) = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(6) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(7) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a8 = READ(8, 16);
+    const NAME(tile) a9 = READ(24, 16);
+    const NAME(tile) b8_0 = SHUFFLE(a8, a9, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a10 = READ(40, 16);
+    const NAME(tile) a11 = READ(56, 16);
+    const NAME(tile) b8_1 = SHUFFLE(a10, a11, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b8_2 = SHUFFLE(a8, a9, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b8_3 = SHUFFLE(a10, a11, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(8) = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(9) = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(10) = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(11) = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a12 = READ(12, 16);
+    const NAME(tile) a13 = READ(28, 16);
+    const NAME(tile) b12_0 = SHUFFLE(a12, a13, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a14 = READ(44, 16);
+    const NAME(tile) a15 = READ(60, 16);
+    const NAME(tile) b12_1 = SHUFFLE(a14, a15, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b12_2 = SHUFFLE(a12, a13, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b12_3 = SHUFFLE(a14, a15, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(12) = SHUFFLE(b12_0, b12_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(13) = SHUFFLE(b12_0, b12_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(14) = SHUFFLE(b12_2, b12_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(15) = SHUFFLE(b12_2, b12_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_16)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 16, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 4, 2, 6);
+    WRITE_BOTH(4, 16, a2, a3);
+    const NAME(tile) a4 = SHUFFLE(COLUMN(8), COLUMN(9), 0, 4, 2, 6);
+    const NAME(tile) a5 = SHUFFLE(COLUMN(10), COLUMN(11), 0, 4, 2, 6);
+    WRITE_BOTH(8, 16, a4, a5);
+    const NAME(tile) a6 = SHUFFLE(COLUMN(12), COLUMN(13), 0, 4, 2, 6);
+    const NAME(tile) a7 = SHUFFLE(COLUMN(14), COLUMN(15), 0, 4, 2, 6);
+    WRITE_BOTH(12, 16, a6, a7);
+    const NAME(tile) a8 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
+    const NAME(tile) a9 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
+    WRITE_BOTH(16, 16, a8, a9);
+    const NAME(tile) a10 = SHUFFLE(COLUMN(4), COLUMN(5), 1, 5, 3, 7);
+    const NAME(tile) a11 = SHUFFLE(COLUMN(6), COLUMN(7), 1, 5, 3, 7);
+    WRITE_BOTH(20, 16, a10, a11);
+    const NAME(tile) a12 = SHUFFLE(COLUMN(8), COLUMN(9), 1, 5, 3, 7);
+    const NAME(tile) a13 = SHUFFLE(COLUMN(10), COLUMN(11), 1, 5, 3, 7);
+    WRITE_BOTH(24, 16, a12, a13);
+    const NAME(tile) a14 = SHUFFLE(COLUMN(12), COLUMN(13), 1, 5, 3, 7);
+    const NAME(tile) a15 = SHUFFLE(COLUMN(14), COLUMN(15), 1, 5, 3, 7);
+    WRITE_BOTH(28, 16, a14, a15);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_0 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_1 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(0, 16, a0, a4);
+    const NAME(tile) b8_0 = SHUFFLE(COLUMN(8), COLUMN(9), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b8_1 = SHUFFLE(COLUMN(10), COLUMN(11), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a8 = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b12_0 = SHUFFLE(COLUMN(12), COLUMN(13), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b12_1 = SHUFFLE(COLUMN(14), COLUMN(15), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a12 = SHUFFLE(b12_0, b12_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(8, 16, a8, a12);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(16, 16, a1, a5);
+    const NAME(tile) a9 = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a13 = SHUFFLE(b12_0, b12_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(24, 16, a9, a13);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_2 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(COLUMN(6), COLUMN(7), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(32, 16, a2, a6);
+    const NAME(tile) b8_2 = SHUFFLE(COLUMN(8), COLUMN(9), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b8_3 = SHUFFLE(COLUMN(10), COLUMN(11), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a10 = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b12_2 = SHUFFLE(COLUMN(12), COLUMN(13), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b12_3 = SHUFFLE(COLUMN(14), COLUMN(15), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a14 = SHUFFLE(b12_2, b12_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(40, 16, a10, a14);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(48, 16, a3, a7);
+    const NAME(tile) a11 = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a15 = SHUFFLE(b12_2, b12_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(56, 16, a11, a15);
+#endif
+}
+
+static INLINE void NAME(load_tile_32)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(32);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(64);
+    const NAME(tile) a3 = WHOLE(96);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(tile) a4 = WHOLE(4);
+    const NAME(tile) a5 = WHOLE(36);
+    const NAME(tile) b4 = SHUFFLE(a4, a5, 0, 4, 2, 6);
+    const NAME(tile) b5 = SHUFFLE(a4, a5, 1, 5, 3, 7);
+    const NAME(tile) a6 = WHOLE(68);
+    const NAME(tile) a7 = WHOLE(100);
+    const NAME(tile) b6 = SHUFFLE(a6, a7, 0, 4, 2, 6);
+    const NAME(tile) b7 = SHUFFLE(a6, a7, 1, 5, 3, 7);
+    COLUMN(4) = SHUFFLE(b4, b6, 0, 1, 4, 5);
+    COLUMN(5) = SHUFFLE(b5, b7, 0, 1, 4, 5);
+    COLUMN(6) = SHUFFLE(b4, b6, 2, 3, 6, 7);
+    COLUMN(7) = SHUFFLE(b5, b7, 2, 3, 6, 7);
+    const NAME(tile) a8 = WHOLE(8);
+    const NAME(tile) a9 = WHOLE(40);
+    const NAME(tile) b8 = SHUFFLE(a8, a9, 0, 4, 2, 6);
+    const NAME(tile) b9 = SHUFFLE(a8, a9, 1, 5, 3, 7);
+    const NAME(tile) a10 = WHOLE(72);
+    const NAME(tile) a11 = WHOLE(104);
+    const NAME(tile) b10 = SHUFFLE(a10, a11, 0, 4, 2, 6);
+    const NAME(tile) b11 = SHUFFLE(a10, a11, 1, 5, 3, 7);
+    COLUMN(8) = SHUFFLE(b8, b10, 0, 1, 4, 5);
+    COLUMN(9) = SHUFFLE(b9, b11, 0, 1, 4, 5);
+    COLUMN(10) = SHUFFLE(b8, b10, 2, 3, 6, 7);
+    COLUMN(11) = SHUFFLE(b9, b11, 2, 3, 6, 7);
+    const NAME(tile) a12 = WHOLE(12);
+    const NAME(tile) a13 = WHOLE(44);
+    const NAME(tile) b12 = SHUFFLE(a12, a13, 0, 4, 2, 6);
+    const NAME(tile) b13 = SHUFFLE(a12, a13, 1, 5, 3, 7);
+    const NAME(tile) a14 = WHOLE(76);
+    const NAME(tile) a15 = WHOLE(108);
+    const NAME(tile) b14 = SHUFFLE(a14, a15, 0, 4, 2, 6);
+    const NAME(tile) b15 = SHUFFLE(a14, a15, 1, 5, 3, 7);
+    COLUMN(12) = SHUFFLE(b12, b14, 0, 1, 4, 5);
+    COLUMN(13) = SHUFFLE(b13, b15, 0, 1, 4, 5);
+    COLUMN(14) = SHUFFLE(b12, b14, 2, 3, 6, 7);
+    COLUMN(15) = SHUFFLE(b13, b15, 2, 3, 6, 7);
+    const NAME(tile) a16 = WHOLE(16);
+    const NAME(tile) a17 = WHOLE(48);
+    const NAME(tile) b16 = SHUFFLE(a16, a17, 0, 4, 2, 6);
+    const NAME(tile) b17 = SHUFFLE(a16, a17, 1, 5, 3, 7);
+    const NAME(tile) a18 = WHOLE(80);
+    const NAME(tile) a19 = WHOLE(112);
+    const NAME(tile) b18 = SHUFFLE(a18, a19, 0, 4, 2, 6);
+    const NAME(tile) b19 = SHUFFLE(a18, a19, 1, 5, 3, 7);
+    COLUMN(16) = SHUFFLE(b16, b18, 0, 1, 4, 5);
+    COLUMN(17) = SHUFFLE(b17, b19, 0, 1, 4, 5);
+    COLUMN(18) = SHUFFLE(b16, b18, 2, 3, 6, 7);
+    COLUMN(19) = SHUFFLE(b17, b19, 2, 3, 6, 7);
+    const NAME(tile) a20 = WHOLE(20);
+    const NAME(tile) a21 = WHOLE(52);
+    const NAME(tile) b20 = SHUFFLE(a20, a21, 0, 4, 2, 6);
+    const NAME(tile) b21 = SHUFFLE(a20, a21, 1, 5, 3, 7);
+    const NAME(tile) a22 = WHOLE(84);
+    const NAME(tile) a23 = WHOLE(116);
+    const NAME(tile) b22 = SHUFFLE(a22, a23, 0, 4, 2, 6);
+    const NAME(tile) b23 = SHUFFLE(a22, a23, 1, 5, 3, 7);
+    COLUMN(20) = SHUFFLE(b20, b22, 0, 1, 4, 5);
+    COLUMN(21) = SHUFFLE(b21, b23, 0, 1, 4, 5);
+    COLUMN(22) = SHUFFLE(b20, b22, 2, 3, 6, 7);
+    COLUMN(23) = SHUFFLE(b21, b23, 2, 3, 6, 7);
+    const NAME(tile) a24 = WHOLE(24);
+    const NAME(tile) a25 = WHOLE(56);
+    const NAME(tile) b24 = SHUFFLE(a24, a25, 0, 4, 2, 6);
+    const NAME(tile) b25 = SHUFFLE(a24, a25, 1, 5, 3, 7);
+    const NAME(tile) a26 = WHOLE(88);
+    const NAME(tile) a27 = WHOLE(120);
+    const NAME(tile) b26 = SHUFFLE(a26, a27, 0, 4, 2, 6);
+    const NAME(tile) b27 = SHUFFLE(a26, a27, 1, 5, 3, 7);
+    COLUMN(24) = SHUFFLE(b24, b26, 0, 1, 4, 5);
+    COLUMN(25) = SHUFFLE(b25, b27, 0, 1, 4, 5);
+    COLUMN(26) = SHUFFLE(b24, b26, 2, 3, 6, 7);
+    COLUMN(27) = SHUFFLE(b25, b27, 2, 3, 6, 7);
+    const NAME(tile) a28 = WHOLE(28);
+    const NAME(tile) a29 = WHOLE(60);
+    const NAME(tile) b28 = SHUFFLE(a28, a29, 0, 4, 2, 6);
+    const NAME(tile) b29 = SHUFFLE(a28, a29, 1, 5, 3, 7);
+    const NAME(tile) a30 = WHOLE(92);
+    const NAME(tile) a31 = WHOLE(124);
+    const NAME(tile) b30 = SHUFFLE(a30, a31, 0, 4, 2, 6);
+    const NAME(tile) b31 = SHUFFLE(a30, a31, 1, 5, 3, 7);
+    COLUMN(28) = SHUFFLE(b28, b30, 0, 1, 4, 5);
+    COLUMN(29) = SHUFFLE(b29, b31, 0, 1, 4, 5);
+    COLUMN(30) = SHUFFLE(b28, b30, 2, 3, 6, 7);
+    COLUMN(31) = SHUFFLE(b29, b31, 2, 3, 6, 7);
+#else
+    const NAME(tile) a0 = READ(0, 32);
+    const NAME(tile) a1 = READ(32, 32);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(64, 32);
+    const NAME(tile) a3 = READ(96, 32);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a4 = READ(4, 32);
+    const NAME(tile) a5 = READ(36, 32);
+    const NAME(tile) b4_0 = SHUFFLE(a4, a5, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a6 = READ(68, 32);
+    const NAME(tile) a7 = READ(100, 32);
+    const NAME(tile) b4_1 = SHUFFLE(a6, a7, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(4) = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(5) = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(6) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(7) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a8 = READ(8, 32);
+    const NAME(tile) a9 = READ(40, 32);
+    const NAME(tile) b8_0 = SHUFFLE(a8, a9, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a10 = READ(72, 32);
+    const NAME(tile) a11 = READ(104, 32);
+    const NAME(tile) b8_1 = SHUFFLE(a10, a11, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b8_2 = SHUFFLE(a8, a9, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b8_3 = SHUFFLE(a10, a11, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(8) = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(9) = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(10) = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(11) = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a12 = READ(12, 32);
+    const NAME(tile) a13 = READ(44, 32);
+    const NAME(tile) b12_0 = SHUFFLE(a12, a13, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a14 = READ(76, 32);
+    const NAME(tile) a15 = READ(108, 32);
+    const NAME(tile) b12_1 = SHUFFLE(a14, a15, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b12_2 = SHUFFLE(a12, a13, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b12_3 = SHUFFLE(a14, a15, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(12) = SHUFFLE(b12_0, b12_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(13) = SHUFFLE(b12_0, b12_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(14) = SHUFFLE(b12_2, b12_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(15) = SHUFFLE(b12_2, b12_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a16 = READ(16, 32);
+    const NAME(tile) a17 = READ(48, 32);
+    const NAME(tile) b16_0 = SHUFFLE(a16, a17, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a18 = READ(80, 32);
+    const NAME(tile) a19 = READ(112, 32);
+    const NAME(tile) b16_1 = SHUFFLE(a18, a19, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b16_2 = SHUFFLE(a16, a17, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b16_3 = SHUFFLE(a18, a19, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(16) = SHUFFLE(b16_0, b16_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(17) = SHUFFLE(b16_0, b16_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(18) = SHUFFLE(b16_2, b16_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(19) = SHUFFLE(b16_2, b16_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a20 = READ(20, 32);
+    const NAME(tile) a21 = READ(52, 32);
+    const NAME(tile) b20_0 = SHUFFLE(a20, a21, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a22 = READ(84, 32);
+    const NAME(tile) a23 = READ(116, 32);
+    const NAME(tile) b20_1 = SHUFFLE(a22, a23, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b20_2 = SHUFFLE(a20, a21, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b20_3 = SHUFFLE(a22, a23, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(20) = SHUFFLE(b20_0, b20_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(21) = SHUFFLE(b20_0, b20_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(22) = SHUFFLE(b20_2, b20_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(23) = SHUFFLE(b20_2, b20_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a24 = READ(24, 32);
+    const NAME(tile) a25 = READ(56, 32);
+    const NAME(tile) b24_0 = SHUFFLE(a24, a25, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a26 = READ(88, 32);
+    const NAME(tile) a27 = READ(120, 32);
+    const NAME(tile) b24_1 = SHUFFLE(a26, a27, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b24_2 = SHUFFLE(a24, a25, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b24_3 = SHUFFLE(a26, a27, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(24) = SHUFFLE(b24_0, b24_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(25) = SHUFFLE(b24_0, b24_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(26) = SHUFFLE(b24_2, b24_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(27) = SHUFFLE(b24_2, b24_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a28 = READ(28, 32);
+    const NAME(tile) a29 = READ(60, 32);
+    const NAME(tile) b28_0 = SHUFFLE(a28, a29, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a30 = READ(92, 32);
+    const NAME(tile) a31 = READ(124, 32);
+    const NAME(tile) b28_1 = SHUFFLE(a30, a31, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b28_2 = SHUFFLE(a28, a29, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b28_3 = SHUFFLE(a30, a31, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(28) = SHUFFLE(b28_0, b28_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(29) = SHUFFLE(b28_0, b28_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(30) = SHUFFLE(b28_2, b28_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(31) = SHUFFLE(b28_2, b28_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_32)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 32, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 4, 2, 6);
+    WRITE_BOTH(4, 32, a2, a3);
+    const NAME(tile) a4 = SHUFFLE(COLUMN(8), COLUMN(9), 0, 4, 2, 6);
+    const NAME(tile) a5 = SHUFFLE(COLUMN(10), COLUMN(11), 0, 4, 2, 6);
+    WRITE_BOTH(8, 32, a4, a5);
+    const NAME(tile) a6 = SHUFFLE(COLUMN(12), COLUMN(13), 0, 4, 2, 6);
+    const NAME(tile) a7 = SHUFFLE(COLUMN(14), COLUMN(15), 0, 4, 2, 6);
+    WRITE_BOTH(12, 32, a6, a7);
+    const NAME(tile) a8 = SHUFFLE(COLUMN(16), COLUMN(17), 0, 4, 2, 6);
+    const NAME(tile) a9 = SHUFFLE(COLUMN(18), COLUMN(19), 0, 4, 2, 6);
+    WRITE_BOTH(16, 32, a8, a9);
+    const NAME(tile) a10 = SHUFFLE(COLUMN(20), COLUMN(21), 0, 4, 2, 6);
+    const NAME(tile) a11 = SHUFFLE(COLUMN(22), COLUMN(23), 0, 4, 2, 6);
+    WRITE_BOTH(20, 32, a10, a11);
+    const NAME(tile) a12 = SHUFFLE(COLUMN(24), COLUMN(25), 0, 4, 2, 6);
+    const NAME(tile) a13 = SHUFFLE(COLUMN(26), COLUMN(27), 0, 4, 2, 6);
+    WRITE_BOTH(24, 32, a12, a13);
+    const NAME(tile) a14 = SHUFFLE(COLUMN(28), COLUMN(29), 0, 4, 2, 6);
+    const NAME(tile) a15 = SHUFFLE(COLUMN(30), COLUMN(31), 0, 4, 2, 6);
+    WRITE_BOTH(28, 32, a14, a15);
+    const NAME(tile) a16 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
+    const NAME(tile) a17 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
+    WRITE_BOTH(32, 32, a16, a17);
+    const NAME(tile) a18 = SHUFFLE(COLUMN(4), COLUMN(5), 1, 5, 3, 7);
+    const NAME(tile) a19 = SHUFFLE(COLUMN(6), COLUMN(7), 1, 5, 3, 7);
+    WRITE_BOTH(36, 32, a18, a19);
+    const NAME(tile) a20 = SHUFFLE(COLUMN(8), COLUMN(9), 1, 5, 3, 7);
+    const NAME(tile) a21 = SHUFFLE(COLUMN(10), COLUMN(11), 1, 5, 3, 7);
+    WRITE_BOTH(40, 32, a20, a21);
+    const NAME(tile) a22 = SHUFFLE(COLUMN(12), COLUMN(13), 1, 5, 3, 7);
+    const NAME(tile) a23 = SHUFFLE(COLUMN(14), COLUMN(15), 1, 5, 3, 7);
+    WRITE_BOTH(44, 32, a22, a23);
+    const NAME(tile) a24 = SHUFFLE(COLUMN(16), COLUMN(17), 1, 5, 3, 7);
+    const NAME(tile) a25 = SHUFFLE(COLUMN(18), COLUMN(19), 1, 5, 3, 7);
+    WRITE_BOTH(48, 32, a24, a25);
+    const NAME(tile) a26 = SHUFFLE(COLUMN(20), COLUMN(21), 1, 5, 3, 7);
+    const NAME(tile) a27 = SHUFFLE(COLUMN(22), COLUMN(23), 1, 5, 3, 7);
+    WRITE_BOTH(52, 32, a26, a27);
+    const NAME(tile) a28 = SHUFFLE(COLUMN(24), COLUMN(25), 1, 5, 3, 7);
+    const NAME(tile) a29 = SHUFFLE(COLUMN(26), COLUMN(27), 1, 5, 3, 7);
+    WRITE_BOTH(56, 32, a28, a29);
+    const NAME(tile) a30 = SHUFFLE(COLUMN(28), COLUMN(29), 1, 5, 3, 7);
+    const NAME(tile) a31 = SHUFFLE(COLUMN(30), COLUMN(31), 1, 5, 3, 7);
+    WRITE_BOTH(60, 32, a30, a31);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_0 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_1 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(0, 32, a0, a4);
+    const NAME(tile) b8_0 = SHUFFLE(COLUMN(8), COLUMN(9), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b8_1 = SHUFFLE(COLUMN(10), COLUMN(11), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a8 = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b12_0 = SHUFFLE(COLUMN(12), COLUMN(13), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b12_1 = SHUFFLE(COLUMN(14), COLUMN(15), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a12 = SHUFFLE(b12_0, b12_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(8, 32, a8, a12);
+    const NAME(tile) b16_0 = SHUFFLE(COLUMN(16), COLUMN(17), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b16_1 = SHUFFLE(COLUMN(18), COLUMN(19), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a16 = SHUFFLE(b16_0, b16_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b20_0 = SHUFFLE(COLUMN(20), COLUMN(21), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b20_1 = SHUFFLE(COLUMN(22), COLUMN(23), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a20 = SHUFFLE(b20_0, b20_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(16, 32, a16, a20);
+    const NAME(tile) b24_0 = SHUFFLE(COLUMN(24), COLUMN(25), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b24_1 = SHUFFLE(COLUMN(26), COLUMN(27), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a24 = SHUFFLE(b24_0, b24_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b28_0 = SHUFFLE(COLUMN(28), COLUMN(29), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b28_1 = SHUFFLE(COLUMN(30), COLUMN(31), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a28 = SHUFFLE(b28_0, b28_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(24, 32, a24, a28);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(32, 32, a1, a5);
+    const NAME(tile) a9 = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a13 = SHUFFLE(b12_0, b12_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(40, 32, a9, a13);
+    const NAME(tile) a17 = SHUFFLE(b16_0, b16_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a21 = SHUFFLE(b20_0, b20_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(48, 32, a17, a21);
+    const NAME(tile) a25 = SHUFFLE(b24_0, b24_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a29 = SHUFFLE(b28_0, b28_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(56, 32, a25, a29);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_2 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(COLUMN(6), COLUMN(7), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(64, 32, a2, a6);
+    const NAME(tile) b8_2 = SHUFFLE(COLUMN(8), COLUMN(9), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b8_3 = SHUFFLE(COLUMN(10), COLUMN(11), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a10 = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b12_2 = SHUFFLE(COLUMN(12), COLUMN(13), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b12_3 = SHUFFLE(COLUMN(14), COLUMN(15), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a14 = SHUFFLE(b12_2, b12_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(72, 32, a10, a14);
+    const NAME(tile) b16_2 = SHUFFLE(COLUMN(16), COLUMN(17), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b16_3 = SHUFFLE(COLUMN(18), COLUMN(19), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a18 = SHUFFLE(b16_2, b16_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b20_2 = SHUFFLE(COLUMN(20), COLUMN(21), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b20_3 = SHUFFLE(COLUMN(22), COLUMN(23), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a22 = SHUFFLE(b20_2, b20_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(80, 32, a18, a22);
+    const NAME(tile) b24_2 = SHUFFLE(COLUMN(24), COLUMN(25), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b24_3 = SHUFFLE(COLUMN(26), COLUMN(27), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a26 = SHUFFLE(b24_2, b24_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b28_2 = SHUFFLE(COLUMN(28), COLUMN(29), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b28_3 = SHUFFLE(COLUMN(30), COLUMN(31), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a30 = SHUFFLE(b28_2, b28_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(88, 32, a26, a30);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(96, 32, a3, a7);
+    const NAME(tile) a11 = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a15 = SHUFFLE(b12_2, b12_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(104, 32, a11, a15);
+    const NAME(tile) a19 = SHUFFLE(b16_2, b16_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a23 = SHUFFLE(b20_2, b20_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(112, 32, a19, a23);
+    const NAME(tile) a27 = SHUFFLE(b24_2, b24_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a31 = SHUFFLE(b28_2, b28_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(120, 32, a27, a31);
+#endif
+}
+#undef COLUMN
+#undef HALF
+#undef WHOLE
+#undef UPPER
+#undef JOINED
+#undef LOWERS
+#undef UPPERS
+#undef READ
+#undef WRITE
+#undef WRITE_BOTH
+#else
+
+static INLINE void NAME(load_tile_1)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 1; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 1 + k];
+}
+
+static INLINE void NAME(store_tile_1)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 1; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 1 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_2)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 2; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 2 + k];
+}
+
+static INLINE void NAME(store_tile_2)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 2; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 2 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_3)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 3; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 3 + k];
+}
+
+static INLINE void NAME(store_tile_3)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 3; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 3 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_4)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 4; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 4 + k];
+}
+
+static INLINE void NAME(store_tile_4)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 4; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 4 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_6)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 6; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 6 + k];
+}
+
+static INLINE void NAME(store_tile_6)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 6; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 6 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_8)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 8; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 8 + k];
+}
+
+static INLINE void NAME(store_tile_8)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 8; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 8 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_16)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 16; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 16 + k];
+}
+
+static INLINE void NAME(store_tile_16)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 16; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 16 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_32)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 32; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 32 + k];
+}
+
+static INLINE void NAME(store_tile_32)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 32; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 32 + k] = x[k * row + i];
+}
+#endif
+
+// Rows, SPAN numbers long, of `n` elements of at most three numbers in C order, and back.
+static INLINE void NAME(load_few)(REAL *x, const REAL *a, intptr_t size, intptr_t n)
+{
     if (size == 1) {
-        memcpy(x, from, n * w);
+        memcpy(x, a, n * sizeof(REAL));
     } else if (size == 2) {
         for (intptr_t i = 0; i < n; ++i) {
-            x[i] = from[2 * i];
-            x[SPAN + i] = from[2 * i + 1];
-        }
-    } else if (size == 3) {
-        for (intptr_t i = 0; i < n; ++i) {
-            x[i] = from[3 * i];
-            x[SPAN + i] = from[3 * i + 1];
-            x[2 * SPAN + i] = from[3 * i + 2];
+            x[i] = a[2 * i];
+            x[SPAN + i] = a[2 * i + 1];
         }
     } else {
-        NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, n);
+        for (intptr_t i = 0; i < n; ++i) {
+            x[i] = a[3 * i];
+            x[SPAN + i] = a[3 * i + 1];
+            x[2 * SPAN + i] = a[3 * i + 2];
+        }
     }
 }
 
-static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size, intptr_t n)
+static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr_t n)
 {
-    const intptr_t w = sizeof(REAL);
-    REAL *to = (REAL *)(a + first * size * w);
     if (size == 1) {
-        memcpy(to, x, n * w);
+        memcpy(a, x, n * sizeof(REAL));
     } else if (size == 2) {
         for (intptr_t i = 0; i < n; ++i) {
-            to[2 * i] = x[i];
-            to[2 * i + 1] = x[SPAN + i];
-        }
-    } else if (size == 3) {
-        for (intptr_t i = 0; i < n; ++i) {
-            to[3 * i] = x[i];
-            to[3 * i + 1] = x[SPAN + i];
-            to[3 * i + 2] = x[2 * SPAN + i];
+            a[2 * i] = x[i];
+            a[2 * i + 1] = x[SPAN + i];
         }
     } else {
-        NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, n);
+        for (intptr_t i = 0; i < n; ++i) {
+            a[3 * i] = x[i];
+            a[3 * i + 1] = x[SPAN + i];
+            a[3 * i + 2] = x[2 * SPAN + i];
+        }
     }
 }
 
-// The same as loops, one for each size that is known: between rows and elements in C order.
+// Loops between rows and elements of each size.
 static INLINE void NAME(load_span_1)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 1, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 1, n);
 }
 LOOPS(load_span_1)
 
 static INLINE void NAME(store_span_1)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 1, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 1, n);
 }
 LOOPS(store_span_1)
 
 static INLINE void NAME(load_span_2)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 2, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 2, n);
 }
 LOOPS(load_span_2)
 
 static INLINE void NAME(store_span_2)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 2, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 2, n);
 }
 LOOPS(store_span_2)
 
 static INLINE void NAME(load_span_3)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 3, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 3, n);
 }
 LOOPS(load_span_3)
 
 static INLINE void NAME(store_span_3)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 3, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 3, n);
 }
 LOOPS(store_span_3)
 
 static INLINE void NAME(load_span_4)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 4, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_4)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 4);
 }
-LOOPS(load_span_4)
+LOOP(load_span_4)
 
 static INLINE void NAME(store_span_4)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 4, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_4)((REAL *)args[1] + i * 4, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_4)
+LOOP(store_span_4)
 
 static INLINE void NAME(load_span_6)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 6, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_6)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 6);
 }
-LOOPS(load_span_6)
+LOOP(load_span_6)
 
 static INLINE void NAME(store_span_6)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 6, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_6)((REAL *)args[1] + i * 6, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_6)
+LOOP(store_span_6)
 
 static INLINE void NAME(load_span_8)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 8, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_8)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 8);
 }
-LOOPS(load_span_8)
+LOOP(load_span_8)
 
 static INLINE void NAME(store_span_8)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 8, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_8)((REAL *)args[1] + i * 8, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_8)
+LOOP(store_span_8)
 
 static INLINE void NAME(load_span_16)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 16, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_16)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 16);
 }
-LOOPS(load_span_16)
+LOOP(load_span_16)
 
 static INLINE void NAME(store_span_16)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 16, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_16)((REAL *)args[1] + i * 16, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_16)
+LOOP(store_span_16)
 
 static INLINE void NAME(load_span_32)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 32, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_32)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 32);
 }
-LOOPS(load_span_32)
+LOOP(load_span_32)
 
 static INLINE void NAME(store_span_32)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 32, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_32)((REAL *)args[1] + i * 32, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_32)
+LOOP(store_span_32)
 
 static const struct {
     loop_function *load[2], *store[2];
@@ -1048,11 +2026,11 @@ static const struct {
     [1] = {WIDTHS(load_span_1), WIDTHS(store_span_1)},
     [2] = {WIDTHS(load_span_2), WIDTHS(store_span_2)},
     [3] = {WIDTHS(load_span_3), WIDTHS(store_span_3)},
-    [4] = {WIDTHS(load_span_4), WIDTHS(store_span_4)},
-    [6] = {WIDTHS(load_span_6), WIDTHS(store_span_6)},
-    [8] = {WIDTHS(load_span_8), WIDTHS(store_span_8)},
-    [16] = {WIDTHS(load_span_16), WIDTHS(store_span_16)},
-    [32] = {WIDTHS(load_span_32), WIDTHS(store_span_32)},
+    [4] = {WIDTH(load_span_4), WIDTH(store_span_4)},
+    [6] = {WIDTH(load_span_6), WIDTH(store_span_6)},
+    [8] = {WIDTH(load_span_8), WIDTH(store_span_8)},
+    [16] = {WIDTH(load_span_16), WIDTH(store_span_16)},
+    [32] = {WIDTH(load_span_32), WIDTH(store_span_32)},
 };
 
 // All rows of a part, from the batch or back to it; axes that lie as one are moved as one.
@@ -1655,18 +2633,19 @@ static INLINE void NAME(electric_step_dense_b_bx_by_bz_ratio)(intptr_t n, char *
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a6 = (REAL *)args[6];
     _Alignas(64) REAL r6[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[3];
             REAL x6[3];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(electric_step_apply_b_bx_by_bz_ratio)(prepared, x0, x6);
             NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
         }
-        NAME(store_span)(args[6], first, r6, 3, SPAN);
+        NAME(store_few)(a6 + first * 3, r6, 3, SPAN);
     }
 }
 LOOPS(electric_step_dense_b_bx_by_bz_ratio)
@@ -1710,18 +2689,19 @@ static INLINE void NAME(electric_step_dense_e_b_bx_by_ratio)(intptr_t n, char **
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a4 = args[4];
+    REAL *a4 = (REAL *)args[4];
+    REAL *a6 = (REAL *)args[6];
     _Alignas(64) REAL r6[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x4[3];
             REAL x6[3];
-            NAME(load_3)(x4, a4 + (first + i) * 3 * w, w);
+            NAME(load_3)(x4, (char *)a4 + (first + i) * 3 * w, w);
             NAME(electric_step_apply_e_b_bx_by_ratio)(prepared, x4, x6);
             NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
         }
-        NAME(store_span)(args[6], first, r6, 3, SPAN);
+        NAME(store_few)(a6 + first * 3, r6, 3, SPAN);
     }
 }
 LOOPS(electric_step_dense_e_b_bx_by_ratio)
@@ -1765,18 +2745,19 @@ static INLINE void NAME(electric_step_dense_e_b_bx_bz_ratio)(intptr_t n, char **
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a3 = args[3];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a6 = (REAL *)args[6];
     _Alignas(64) REAL r6[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x3[3];
             REAL x6[3];
-            NAME(load_3)(x3, a3 + (first + i) * 3 * w, w);
+            NAME(load_3)(x3, (char *)a3 + (first + i) * 3 * w, w);
             NAME(electric_step_apply_e_b_bx_bz_ratio)(prepared, x3, x6);
             NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
         }
-        NAME(store_span)(args[6], first, r6, 3, SPAN);
+        NAME(store_few)(a6 + first * 3, r6, 3, SPAN);
     }
 }
 LOOPS(electric_step_dense_e_b_bx_bz_ratio)
@@ -1820,18 +2801,19 @@ static INLINE void NAME(electric_step_dense_e_b_by_bz_ratio)(intptr_t n, char **
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a2 = args[2];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a6 = (REAL *)args[6];
     _Alignas(64) REAL r6[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x2[3];
             REAL x6[3];
-            NAME(load_3)(x2, a2 + (first + i) * 3 * w, w);
+            NAME(load_3)(x2, (char *)a2 + (first + i) * 3 * w, w);
             NAME(electric_step_apply_e_b_by_bz_ratio)(prepared, x2, x6);
             NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
         }
-        NAME(store_span)(args[6], first, r6, 3, SPAN);
+        NAME(store_few)(a6 + first * 3, r6, 3, SPAN);
     }
 }
 LOOPS(electric_step_dense_e_b_by_bz_ratio)
@@ -1875,18 +2857,19 @@ static INLINE void NAME(electric_step_dense_e_b_bx_by_bz)(intptr_t n, char **arg
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a5 = args[5];
+    REAL *a5 = (REAL *)args[5];
+    REAL *a6 = (REAL *)args[6];
     _Alignas(64) REAL r6[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x5[3];
             REAL x6[3];
-            NAME(load_3)(x5, a5 + (first + i) * 3 * w, w);
+            NAME(load_3)(x5, (char *)a5 + (first + i) * 3 * w, w);
             NAME(electric_step_apply_e_b_bx_by_bz)(prepared, x5, x6);
             NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
         }
-        NAME(store_span)(args[6], first, r6, 3, SPAN);
+        NAME(store_few)(a6 + first * 3, r6, 3, SPAN);
     }
 }
 LOOPS(electric_step_dense_e_b_bx_by_bz)
@@ -1930,18 +2913,19 @@ static INLINE void NAME(electric_step_dense_e_bx_by_bz_ratio)(intptr_t n, char *
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a6 = (REAL *)args[6];
     _Alignas(64) REAL r6[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x1[3];
             REAL x6[3];
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(electric_step_apply_e_bx_by_bz_ratio)(prepared, x1, x6);
             NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
         }
-        NAME(store_span)(args[6], first, r6, 3, SPAN);
+        NAME(store_few)(a6 + first * 3, r6, 3, SPAN);
     }
 }
 LOOPS(electric_step_dense_e_bx_by_bz_ratio)
@@ -1999,12 +2983,13 @@ static INLINE void NAME(electric_step_dense)(intptr_t n, char **args, const intp
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    char *a5 = args[5];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
+    REAL *a5 = (REAL *)args[5];
+    REAL *a6 = (REAL *)args[6];
     _Alignas(64) REAL r6[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -2016,16 +3001,16 @@ static INLINE void NAME(electric_step_dense)(intptr_t n, char **args, const intp
             REAL x4[3];
             REAL x5[3];
             REAL x6[3];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
-            NAME(load_3)(x2, a2 + (first + i) * 3 * w, w);
-            NAME(load_3)(x3, a3 + (first + i) * 3 * w, w);
-            NAME(load_3)(x4, a4 + (first + i) * 3 * w, w);
-            NAME(load_3)(x5, a5 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x2, (char *)a2 + (first + i) * 3 * w, w);
+            NAME(load_3)(x3, (char *)a3 + (first + i) * 3 * w, w);
+            NAME(load_3)(x4, (char *)a4 + (first + i) * 3 * w, w);
+            NAME(load_3)(x5, (char *)a5 + (first + i) * 3 * w, w);
             NAME(electric_step)(x0, x1, x2, x3, x4, x5, x6);
             NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
         }
-        NAME(store_span)(args[6], first, r6, 3, SPAN);
+        NAME(store_few)(a6 + first * 3, r6, 3, SPAN);
     }
 }
 LOOPS(electric_step_dense)
@@ -2455,18 +3440,19 @@ static INLINE void NAME(magnetic_step_dense_e_ex_ey_ez_ratio)(intptr_t n, char *
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a6 = (REAL *)args[6];
     _Alignas(64) REAL r6[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[3];
             REAL x6[3];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(magnetic_step_apply_e_ex_ey_ez_ratio)(prepared, x0, x6);
             NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
         }
-        NAME(store_span)(args[6], first, r6, 3, SPAN);
+        NAME(store_few)(a6 + first * 3, r6, 3, SPAN);
     }
 }
 LOOPS(magnetic_step_dense_e_ex_ey_ez_ratio)
@@ -2510,18 +3496,19 @@ static INLINE void NAME(magnetic_step_dense_b_e_ex_ey_ratio)(intptr_t n, char **
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a4 = args[4];
+    REAL *a4 = (REAL *)args[4];
+    REAL *a6 = (REAL *)args[6];
     _Alignas(64) REAL r6[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x4[3];
             REAL x6[3];
-            NAME(load_3)(x4, a4 + (first + i) * 3 * w, w);
+            NAME(load_3)(x4, (char *)a4 + (first + i) * 3 * w, w);
             NAME(magnetic_step_apply_b_e_ex_ey_ratio)(prepared, x4, x6);
             NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
         }
-        NAME(store_span)(args[6], first, r6, 3, SPAN);
+        NAME(store_few)(a6 + first * 3, r6, 3, SPAN);
     }
 }
 LOOPS(magnetic_step_dense_b_e_ex_ey_ratio)
@@ -2565,18 +3552,19 @@ static INLINE void NAME(magnetic_step_dense_b_e_ex_ez_ratio)(intptr_t n, char **
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a3 = args[3];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a6 = (REAL *)args[6];
     _Alignas(64) REAL r6[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x3[3];
             REAL x6[3];
-            NAME(load_3)(x3, a3 + (first + i) * 3 * w, w);
+            NAME(load_3)(x3, (char *)a3 + (first + i) * 3 * w, w);
             NAME(magnetic_step_apply_b_e_ex_ez_ratio)(prepared, x3, x6);
             NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
         }
-        NAME(store_span)(args[6], first, r6, 3, SPAN);
+        NAME(store_few)(a6 + first * 3, r6, 3, SPAN);
     }
 }
 LOOPS(magnetic_step_dense_b_e_ex_ez_ratio)
@@ -2620,18 +3608,19 @@ static INLINE void NAME(magnetic_step_dense_b_e_ey_ez_ratio)(intptr_t n, char **
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a2 = args[2];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a6 = (REAL *)args[6];
     _Alignas(64) REAL r6[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x2[3];
             REAL x6[3];
-            NAME(load_3)(x2, a2 + (first + i) * 3 * w, w);
+            NAME(load_3)(x2, (char *)a2 + (first + i) * 3 * w, w);
             NAME(magnetic_step_apply_b_e_ey_ez_ratio)(prepared, x2, x6);
             NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
         }
-        NAME(store_span)(args[6], first, r6, 3, SPAN);
+        NAME(store_few)(a6 + first * 3, r6, 3, SPAN);
     }
 }
 LOOPS(magnetic_step_dense_b_e_ey_ez_ratio)
@@ -2675,18 +3664,19 @@ static INLINE void NAME(magnetic_step_dense_b_e_ex_ey_ez)(intptr_t n, char **arg
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a5 = args[5];
+    REAL *a5 = (REAL *)args[5];
+    REAL *a6 = (REAL *)args[6];
     _Alignas(64) REAL r6[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x5[3];
             REAL x6[3];
-            NAME(load_3)(x5, a5 + (first + i) * 3 * w, w);
+            NAME(load_3)(x5, (char *)a5 + (first + i) * 3 * w, w);
             NAME(magnetic_step_apply_b_e_ex_ey_ez)(prepared, x5, x6);
             NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
         }
-        NAME(store_span)(args[6], first, r6, 3, SPAN);
+        NAME(store_few)(a6 + first * 3, r6, 3, SPAN);
     }
 }
 LOOPS(magnetic_step_dense_b_e_ex_ey_ez)
@@ -2730,18 +3720,19 @@ static INLINE void NAME(magnetic_step_dense_b_ex_ey_ez_ratio)(intptr_t n, char *
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a6 = (REAL *)args[6];
     _Alignas(64) REAL r6[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x1[3];
             REAL x6[3];
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(magnetic_step_apply_b_ex_ey_ez_ratio)(prepared, x1, x6);
             NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
         }
-        NAME(store_span)(args[6], first, r6, 3, SPAN);
+        NAME(store_few)(a6 + first * 3, r6, 3, SPAN);
     }
 }
 LOOPS(magnetic_step_dense_b_ex_ey_ez_ratio)
@@ -2799,12 +3790,13 @@ static INLINE void NAME(magnetic_step_dense)(intptr_t n, char **args, const intp
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    char *a5 = args[5];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
+    REAL *a5 = (REAL *)args[5];
+    REAL *a6 = (REAL *)args[6];
     _Alignas(64) REAL r6[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -2816,16 +3808,16 @@ static INLINE void NAME(magnetic_step_dense)(intptr_t n, char **args, const intp
             REAL x4[3];
             REAL x5[3];
             REAL x6[3];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
-            NAME(load_3)(x2, a2 + (first + i) * 3 * w, w);
-            NAME(load_3)(x3, a3 + (first + i) * 3 * w, w);
-            NAME(load_3)(x4, a4 + (first + i) * 3 * w, w);
-            NAME(load_3)(x5, a5 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x2, (char *)a2 + (first + i) * 3 * w, w);
+            NAME(load_3)(x3, (char *)a3 + (first + i) * 3 * w, w);
+            NAME(load_3)(x4, (char *)a4 + (first + i) * 3 * w, w);
+            NAME(load_3)(x5, (char *)a5 + (first + i) * 3 * w, w);
             NAME(magnetic_step)(x0, x1, x2, x3, x4, x5, x6);
             NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
         }
-        NAME(store_span)(args[6], first, r6, 3, SPAN);
+        NAME(store_few)(a6 + first * 3, r6, 3, SPAN);
     }
 }
 LOOPS(magnetic_step_dense)
@@ -3158,6 +4150,30 @@ static INLINE void NAME(electromagnetic_wave_block_k_a_x)(intptr_t n, char **arg
 }
 LOOPS(electromagnetic_wave_block_k_a_x)
 
+static INLINE void NAME(electromagnetic_wave_dense_k_a_x)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a2 = (REAL *)args[2];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r2[4 * TILE];
+    _Alignas(64) REAL r4[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r2, TILE, a2 + first * 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x2[4];
+            REAL x4[6];
+            NAME(load_4)(x2, (char *)(r2 + i), TILE * w);
+            NAME(electromagnetic_wave_apply_k_a_x)(prepared, x2, x4);
+            NAME(store_6)((char *)(r4 + i), TILE * w, x4);
+        }
+        NAME(store_tile_6)(a4 + first * 6, r4, TILE);
+    }
+}
+LOOP(electromagnetic_wave_dense_k_a_x)
+
 static void NAME(electromagnetic_wave_start_k_a_x)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1], c3a = strides[3];
@@ -3187,6 +4203,30 @@ static INLINE void NAME(electromagnetic_wave_block_k_b_x)(intptr_t n, char **arg
     }
 }
 LOOPS(electromagnetic_wave_block_k_b_x)
+
+static INLINE void NAME(electromagnetic_wave_dense_k_b_x)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a1 = (REAL *)args[1];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r4[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x1[4];
+            REAL x4[6];
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
+            NAME(electromagnetic_wave_apply_k_b_x)(prepared, x1, x4);
+            NAME(store_6)((char *)(r4 + i), TILE * w, x4);
+        }
+        NAME(store_tile_6)(a4 + first * 6, r4, TILE);
+    }
+}
+LOOP(electromagnetic_wave_dense_k_b_x)
 
 static void NAME(electromagnetic_wave_start_k_b_x)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -3248,8 +4288,9 @@ void NAME(electromagnetic_wave_loop)(char **args, const intptr_t *dimensions, co
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}, {4, 1, 3, {4}}, {6, 1, 4,
         {6}}};
     static const struct form forms[] = {{11, 2, NAME(electromagnetic_wave_start_k_a_x),
-        WIDTHS(electromagnetic_wave_block_k_a_x), {NULL}}, {13, 2, NAME(electromagnetic_wave_start_k_b_x),
-        WIDTHS(electromagnetic_wave_block_k_b_x), {NULL}}};
+        WIDTHS(electromagnetic_wave_block_k_a_x), WIDTH(electromagnetic_wave_dense_k_a_x)}, {13, 2,
+        NAME(electromagnetic_wave_start_k_b_x), WIDTHS(electromagnetic_wave_block_k_b_x),
+        WIDTH(electromagnetic_wave_dense_k_b_x)}};
     static const struct kernel kernel = {WIDTHS(electromagnetic_wave_block), {NULL}, (any_function
         *)NAME(electromagnetic_wave), NAME(call_aaaar), 4, 5, 2, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
@@ -3630,6 +4671,35 @@ static INLINE void NAME(field_derivative_block_ft_fx_fy)(intptr_t n, char **args
 }
 LOOPS(field_derivative_block_ft_fx_fy)
 
+static INLINE void NAME(field_derivative_dense_ft_fx_fy)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
+    REAL *a5 = (REAL *)args[5];
+    _Alignas(64) REAL r3[6 * TILE];
+    _Alignas(64) REAL r4[4 * TILE];
+    _Alignas(64) REAL r5[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r3, TILE, a3 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x3[6];
+            REAL x4[4];
+            REAL x5[4];
+            NAME(load_6)(x3, (char *)(r3 + i), TILE * w);
+            NAME(field_derivative_apply_ft_fx_fy)(prepared, x3, x4, x5);
+            NAME(store_4)((char *)(r4 + i), TILE * w, x4);
+            NAME(store_4)((char *)(r5 + i), TILE * w, x5);
+        }
+        NAME(store_tile_4)(a4 + first * 4, r4, TILE);
+        NAME(store_tile_4)(a5 + first * 4, r5, TILE);
+    }
+}
+LOOP(field_derivative_dense_ft_fx_fy)
+
 static void NAME(field_derivative_start_ft_fx_fy)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -3662,6 +4732,35 @@ static INLINE void NAME(field_derivative_block_ft_fx_fz)(intptr_t n, char **args
     }
 }
 LOOPS(field_derivative_block_ft_fx_fz)
+
+static INLINE void NAME(field_derivative_dense_ft_fx_fz)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a2 = (REAL *)args[2];
+    REAL *a4 = (REAL *)args[4];
+    REAL *a5 = (REAL *)args[5];
+    _Alignas(64) REAL r2[6 * TILE];
+    _Alignas(64) REAL r4[4 * TILE];
+    _Alignas(64) REAL r5[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r2, TILE, a2 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x2[6];
+            REAL x4[4];
+            REAL x5[4];
+            NAME(load_6)(x2, (char *)(r2 + i), TILE * w);
+            NAME(field_derivative_apply_ft_fx_fz)(prepared, x2, x4, x5);
+            NAME(store_4)((char *)(r4 + i), TILE * w, x4);
+            NAME(store_4)((char *)(r5 + i), TILE * w, x5);
+        }
+        NAME(store_tile_4)(a4 + first * 4, r4, TILE);
+        NAME(store_tile_4)(a5 + first * 4, r5, TILE);
+    }
+}
+LOOP(field_derivative_dense_ft_fx_fz)
 
 static void NAME(field_derivative_start_ft_fx_fz)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -3696,6 +4795,35 @@ static INLINE void NAME(field_derivative_block_ft_fy_fz)(intptr_t n, char **args
 }
 LOOPS(field_derivative_block_ft_fy_fz)
 
+static INLINE void NAME(field_derivative_dense_ft_fy_fz)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a1 = (REAL *)args[1];
+    REAL *a4 = (REAL *)args[4];
+    REAL *a5 = (REAL *)args[5];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r4[4 * TILE];
+    _Alignas(64) REAL r5[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x1[6];
+            REAL x4[4];
+            REAL x5[4];
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(field_derivative_apply_ft_fy_fz)(prepared, x1, x4, x5);
+            NAME(store_4)((char *)(r4 + i), TILE * w, x4);
+            NAME(store_4)((char *)(r5 + i), TILE * w, x5);
+        }
+        NAME(store_tile_4)(a4 + first * 4, r4, TILE);
+        NAME(store_tile_4)(a5 + first * 4, r5, TILE);
+    }
+}
+LOOP(field_derivative_dense_ft_fy_fz)
+
 static void NAME(field_derivative_start_ft_fy_fz)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c2a = strides[2], c3a = strides[3];
@@ -3728,6 +4856,35 @@ static INLINE void NAME(field_derivative_block_fx_fy_fz)(intptr_t n, char **args
     }
 }
 LOOPS(field_derivative_block_fx_fy_fz)
+
+static INLINE void NAME(field_derivative_dense_fx_fy_fz)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a4 = (REAL *)args[4];
+    REAL *a5 = (REAL *)args[5];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r4[4 * TILE];
+    _Alignas(64) REAL r5[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x4[4];
+            REAL x5[4];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(field_derivative_apply_fx_fy_fz)(prepared, x0, x4, x5);
+            NAME(store_4)((char *)(r4 + i), TILE * w, x4);
+            NAME(store_4)((char *)(r5 + i), TILE * w, x5);
+        }
+        NAME(store_tile_4)(a4 + first * 4, r4, TILE);
+        NAME(store_tile_4)(a5 + first * 4, r5, TILE);
+    }
+}
+LOOP(field_derivative_dense_fx_fy_fz)
 
 static void NAME(field_derivative_start_fx_fy_fz)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -3771,17 +4928,62 @@ static INLINE void NAME(field_derivative_block)(intptr_t n, char **args, const i
 }
 LOOPS(field_derivative_block)
 
+static INLINE void NAME(field_derivative_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
+    REAL *a5 = (REAL *)args[5];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r2[6 * TILE];
+    _Alignas(64) REAL r3[6 * TILE];
+    _Alignas(64) REAL r4[4 * TILE];
+    _Alignas(64) REAL r5[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        NAME(load_tile_6)(r2, TILE, a2 + first * 6);
+        NAME(load_tile_6)(r3, TILE, a3 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[6];
+            REAL x2[6];
+            REAL x3[6];
+            REAL x4[4];
+            REAL x5[4];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(load_6)(x2, (char *)(r2 + i), TILE * w);
+            NAME(load_6)(x3, (char *)(r3 + i), TILE * w);
+            NAME(field_derivative)(x0, x1, x2, x3, x4, x5);
+            NAME(store_4)((char *)(r4 + i), TILE * w, x4);
+            NAME(store_4)((char *)(r5 + i), TILE * w, x5);
+        }
+        NAME(store_tile_4)(a4 + first * 4, r4, TILE);
+        NAME(store_tile_4)(a5 + first * 4, r5, TILE);
+    }
+}
+LOOP(field_derivative_dense)
+
 void NAME(field_derivative_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}, {6, 1, 3, {6}}, {4, 1, 4,
         {4}}, {4, 1, 5, {4}}};
     static const struct form forms[] = {{7, 2, NAME(field_derivative_start_ft_fx_fy),
-        WIDTHS(field_derivative_block_ft_fx_fy), {NULL}}, {11, 2, NAME(field_derivative_start_ft_fx_fz),
-        WIDTHS(field_derivative_block_ft_fx_fz), {NULL}}, {13, 2, NAME(field_derivative_start_ft_fy_fz),
-        WIDTHS(field_derivative_block_ft_fy_fz), {NULL}}, {14, 2, NAME(field_derivative_start_fx_fy_fz),
-        WIDTHS(field_derivative_block_fx_fy_fz), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(field_derivative_block), {NULL}, (any_function
-        *)NAME(field_derivative), NAME(call_aaaarr), 4, 6, 4, 0, 0, parts, forms};
+        WIDTHS(field_derivative_block_ft_fx_fy), WIDTH(field_derivative_dense_ft_fx_fy)}, {11, 2,
+        NAME(field_derivative_start_ft_fx_fz), WIDTHS(field_derivative_block_ft_fx_fz),
+        WIDTH(field_derivative_dense_ft_fx_fz)}, {13, 2, NAME(field_derivative_start_ft_fy_fz),
+        WIDTHS(field_derivative_block_ft_fy_fz), WIDTH(field_derivative_dense_ft_fy_fz)}, {14, 2,
+        NAME(field_derivative_start_fx_fy_fz), WIDTHS(field_derivative_block_fx_fy_fz),
+        WIDTH(field_derivative_dense_fx_fy_fz)}};
+    static const struct kernel kernel = {WIDTHS(field_derivative_block), WIDTH(field_derivative_dense),
+        (any_function *)NAME(field_derivative), NAME(call_aaaarr), 4, 6, 4, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3842,12 +5044,50 @@ static INLINE void NAME(field_from_potential_block)(intptr_t n, char **args, con
 }
 LOOPS(field_from_potential_block)
 
+static INLINE void NAME(field_from_potential_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    _Alignas(64) REAL r3[4 * TILE];
+    _Alignas(64) REAL r4[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
+        NAME(load_tile_4)(r2, TILE, a2 + first * 4);
+        NAME(load_tile_4)(r3, TILE, a3 + first * 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[4];
+            REAL x3[4];
+            REAL x4[6];
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
+            NAME(load_4)(x2, (char *)(r2 + i), TILE * w);
+            NAME(load_4)(x3, (char *)(r3 + i), TILE * w);
+            NAME(field_from_potential)(x0, x1, x2, x3, x4);
+            NAME(store_6)((char *)(r4 + i), TILE * w, x4);
+        }
+        NAME(store_tile_6)(a4 + first * 6, r4, TILE);
+    }
+}
+LOOP(field_from_potential_dense)
+
 void NAME(field_from_potential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}, {4, 1, 3, {4}}, {6, 1, 4,
         {6}}};
-    static const struct kernel kernel = {WIDTHS(field_from_potential_block), {NULL}, (any_function
-        *)NAME(field_from_potential), NAME(call_aaaar), 4, 5, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(field_from_potential_block), WIDTH(field_from_potential_dense),
+        (any_function *)NAME(field_from_potential), NAME(call_aaaar), 4, 5, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3887,29 +5127,34 @@ static INLINE void NAME(pauli_from_column_dense)(intptr_t n, char **args, const 
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[2 * TILE];
+    _Alignas(64) REAL r1[2 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_2)(r0, TILE, a0 + first * 2);
+        NAME(load_tile_2)(r1, TILE, a1 + first * 2);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[2];
             REAL x1[2];
             REAL x2[4];
-            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(load_2)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_2)(x1, (char *)(r1 + i), TILE * w);
             NAME(pauli_from_column)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4, SPAN);
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
     }
 }
-LOOPS(pauli_from_column_dense)
+LOOP(pauli_from_column_dense)
 
 void NAME(pauli_from_column_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(pauli_from_column_block), WIDTHS(pauli_from_column_dense),
+    static const struct kernel kernel = {WIDTHS(pauli_from_column_block), WIDTH(pauli_from_column_dense),
         (any_function *)NAME(pauli_from_column), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3950,7 +5195,9 @@ static INLINE void NAME(pauli_to_column_dense)(intptr_t n, char **args, const in
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r1[2 * SPAN];
     _Alignas(64) REAL r2[2 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
@@ -3959,13 +5206,13 @@ static INLINE void NAME(pauli_to_column_dense)(intptr_t n, char **args, const in
             REAL x0[4];
             REAL x1[2];
             REAL x2[2];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(pauli_to_column)(x0, x1, x2);
             NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[1], first, r1, 2, SPAN);
-        NAME(store_span)(args[2], first, r2, 2, SPAN);
+        NAME(store_few)(a1 + first * 2, r1, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
     }
 }
 LOOPS(pauli_to_column_dense)
@@ -4023,10 +5270,33 @@ static INLINE void NAME(pauli_to_matrix_block)(intptr_t n, char **args, const in
 }
 LOOPS(pauli_to_matrix_block)
 
+static INLINE void NAME(pauli_to_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(pauli_to_matrix)(x0, x1);
+            NAME(store_2x2x2)((char *)(r1 + i), 4 * TILE * w, 2 * TILE * w, TILE * w, x1);
+        }
+        NAME(store_tile_8)(a1 + first * 8, r1, TILE);
+    }
+}
+LOOP(pauli_to_matrix_dense)
+
 void NAME(pauli_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 3, 1, {2, 2, 2}}};
-    static const struct kernel kernel = {WIDTHS(pauli_to_matrix_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(pauli_to_matrix_block), WIDTH(pauli_to_matrix_dense), (any_function
         *)NAME(pauli_to_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -4084,11 +5354,34 @@ static INLINE void NAME(pauli_from_matrix_block)(intptr_t n, char **args, const 
 }
 LOOPS(pauli_from_matrix_block)
 
+static INLINE void NAME(pauli_from_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            NAME(load_2x2x2)(x0, (char *)(r0 + i), 4 * TILE * w, 2 * TILE * w, TILE * w);
+            NAME(pauli_from_matrix)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_8)(a1 + first * 8, r1, TILE);
+    }
+}
+LOOP(pauli_from_matrix_dense)
+
 void NAME(pauli_from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 3, 0, {2, 2, 2}}, {8, 1, 3, {8}}};
-    static const struct kernel kernel = {WIDTHS(pauli_from_matrix_block), {NULL}, (any_function
-        *)NAME(pauli_from_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(pauli_from_matrix_block), WIDTH(pauli_from_matrix_dense),
+        (any_function *)NAME(pauli_from_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4129,18 +5422,19 @@ static INLINE void NAME(pauli_density_dense)(intptr_t n, char **args, const intp
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
     _Alignas(64) REAL r1[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[4];
             REAL x1[1];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(pauli_density)(x0, x1);
             NAME(store_scalar)((char *)(r1 + i), x1);
         }
-        NAME(store_span)(args[1], first, r1, 1, SPAN);
+        NAME(store_few)(a1 + first * 1, r1, 1, SPAN);
     }
 }
 LOOPS(pauli_density_dense)
@@ -4200,18 +5494,19 @@ static INLINE void NAME(pauli_spin_dense)(intptr_t n, char **args, const intptr_
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
     _Alignas(64) REAL r1[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[4];
             REAL x1[3];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(pauli_spin)(x0, x1);
             NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 3, SPAN);
+        NAME(store_few)(a1 + first * 3, r1, 3, SPAN);
     }
 }
 LOOPS(pauli_spin_dense)
@@ -4444,21 +5739,24 @@ static INLINE void NAME(precession_step_dense_first_second)(intptr_t n, char **a
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r3[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r3[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[4];
             REAL x3[4];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
             NAME(precession_step_apply_first_second)(prepared, x0, x3);
-            NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
+            NAME(store_4)((char *)(r3 + i), TILE * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 4, SPAN);
+        NAME(store_tile_4)(a3 + first * 4, r3, TILE);
     }
 }
-LOOPS(precession_step_dense_first_second)
+LOOP(precession_step_dense_first_second)
 
 static void NAME(precession_step_start_first_second)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -4512,7 +5810,7 @@ void NAME(precession_step_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {4, 1, 3, {4}}};
     static const struct form forms[] = {{6, 2, NAME(precession_step_start_first_second),
-        WIDTHS(precession_step_block_first_second), WIDTHS(precession_step_dense_first_second)}};
+        WIDTHS(precession_step_block_first_second), WIDTH(precession_step_dense_first_second)}};
     static const struct kernel kernel = {WIDTHS(precession_step_block), {NULL}, (any_function
         *)NAME(precession_step), NAME(call_aaar), 3, 4, 1, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
@@ -4567,12 +5865,50 @@ static INLINE void NAME(dirac_from_column_block)(intptr_t n, char **args, const 
 }
 LOOPS(dirac_from_column_block)
 
+static INLINE void NAME(dirac_from_column_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r0[2 * TILE];
+    _Alignas(64) REAL r1[2 * TILE];
+    _Alignas(64) REAL r2[2 * TILE];
+    _Alignas(64) REAL r3[2 * TILE];
+    _Alignas(64) REAL r4[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_2)(r0, TILE, a0 + first * 2);
+        NAME(load_tile_2)(r1, TILE, a1 + first * 2);
+        NAME(load_tile_2)(r2, TILE, a2 + first * 2);
+        NAME(load_tile_2)(r3, TILE, a3 + first * 2);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            REAL x2[2];
+            REAL x3[2];
+            REAL x4[8];
+            NAME(load_2)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_2)(x1, (char *)(r1 + i), TILE * w);
+            NAME(load_2)(x2, (char *)(r2 + i), TILE * w);
+            NAME(load_2)(x3, (char *)(r3 + i), TILE * w);
+            NAME(dirac_from_column)(x0, x1, x2, x3, x4);
+            NAME(store_8)((char *)(r4 + i), TILE * w, x4);
+        }
+        NAME(store_tile_8)(a4 + first * 8, r4, TILE);
+    }
+}
+LOOP(dirac_from_column_dense)
+
 void NAME(dirac_from_column_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}, {2, 1, 3, {2}}, {8, 1, 4,
         {8}}};
-    static const struct kernel kernel = {WIDTHS(dirac_from_column_block), {NULL}, (any_function
-        *)NAME(dirac_from_column), NAME(call_aaaar), 4, 5, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(dirac_from_column_block), WIDTH(dirac_from_column_dense),
+        (any_function *)NAME(dirac_from_column), NAME(call_aaaar), 4, 5, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4625,11 +5961,47 @@ static INLINE void NAME(dirac_to_column_block)(intptr_t n, char **args, const in
 }
 LOOPS(dirac_to_column_block)
 
+static INLINE void NAME(dirac_to_column_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r1[2 * SPAN];
+    _Alignas(64) REAL r2[2 * SPAN];
+    _Alignas(64) REAL r3[2 * SPAN];
+    _Alignas(64) REAL r4[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[2];
+            REAL x2[2];
+            REAL x3[2];
+            REAL x4[2];
+            NAME(load_8)(x0, (char *)a0 + (first + i) * 8 * w, w);
+            NAME(dirac_to_column)(x0, x1, x2, x3, x4);
+            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r3 + i), SPAN * w, x3);
+            NAME(store_2)((char *)(r4 + i), SPAN * w, x4);
+        }
+        NAME(store_few)(a1 + first * 2, r1, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
+        NAME(store_few)(a3 + first * 2, r3, 2, SPAN);
+        NAME(store_few)(a4 + first * 2, r4, 2, SPAN);
+    }
+}
+LOOPS(dirac_to_column_dense)
+
 void NAME(dirac_to_column_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}, {2, 1, 3, {2}}, {2, 1, 4,
         {2}}};
-    static const struct kernel kernel = {WIDTHS(dirac_to_column_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(dirac_to_column_block), WIDTHS(dirac_to_column_dense), (any_function
         *)NAME(dirac_to_column), NAME(call_arrrr), 1, 5, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -5312,6 +6684,30 @@ static INLINE void NAME(dirac_wave_block_p_x)(intptr_t n, char **args, const int
 }
 LOOPS(dirac_wave_block_p_x)
 
+static INLINE void NAME(dirac_wave_dense_p_x)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a1 = (REAL *)args[1];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r3[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x1[4];
+            REAL x3[8];
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
+            NAME(dirac_wave_apply_p_x)(prepared, x1, x3);
+            NAME(store_8)((char *)(r3 + i), TILE * w, x3);
+        }
+        NAME(store_tile_8)(a3 + first * 8, r3, TILE);
+    }
+}
+LOOP(dirac_wave_dense_p_x)
+
 static void NAME(dirac_wave_start_p_x)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c2a = strides[2];
@@ -5444,9 +6840,9 @@ LOOPS(dirac_wave_block)
 void NAME(dirac_wave_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}, {8, 1, 3, {8}}};
-    static const struct form forms[] = {{5, 2, NAME(dirac_wave_start_p_x), WIDTHS(dirac_wave_block_p_x), {NULL}},
-        {1, 2, NAME(dirac_wave_start_p), WIDTHS(dirac_wave_block_p), {NULL}}, {3, 2, NAME(dirac_wave_start_p_spin),
-        WIDTHS(dirac_wave_block_p_spin), {NULL}}};
+    static const struct form forms[] = {{5, 2, NAME(dirac_wave_start_p_x), WIDTHS(dirac_wave_block_p_x),
+        WIDTH(dirac_wave_dense_p_x)}, {1, 2, NAME(dirac_wave_start_p), WIDTHS(dirac_wave_block_p), {NULL}}, {3, 2,
+        NAME(dirac_wave_start_p_spin), WIDTHS(dirac_wave_block_p_spin), {NULL}}};
     static const struct kernel kernel = {WIDTHS(dirac_wave_block), {NULL}, (any_function *)NAME(dirac_wave),
         NAME(call_aaar), 3, 4, 3, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
@@ -5895,6 +7291,30 @@ static INLINE void NAME(dirac_antiparticle_wave_block_p_x)(intptr_t n, char **ar
 }
 LOOPS(dirac_antiparticle_wave_block_p_x)
 
+static INLINE void NAME(dirac_antiparticle_wave_dense_p_x)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a1 = (REAL *)args[1];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r3[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x1[4];
+            REAL x3[8];
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
+            NAME(dirac_antiparticle_wave_apply_p_x)(prepared, x1, x3);
+            NAME(store_8)((char *)(r3 + i), TILE * w, x3);
+        }
+        NAME(store_tile_8)(a3 + first * 8, r3, TILE);
+    }
+}
+LOOP(dirac_antiparticle_wave_dense_p_x)
+
 static void NAME(dirac_antiparticle_wave_start_p_x)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c2a = strides[2];
@@ -6028,9 +7448,9 @@ void NAME(dirac_antiparticle_wave_loop)(char **args, const intptr_t *dimensions,
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}, {8, 1, 3, {8}}};
     static const struct form forms[] = {{5, 2, NAME(dirac_antiparticle_wave_start_p_x),
-        WIDTHS(dirac_antiparticle_wave_block_p_x), {NULL}}, {1, 2, NAME(dirac_antiparticle_wave_start_p),
-        WIDTHS(dirac_antiparticle_wave_block_p), {NULL}}, {3, 2, NAME(dirac_antiparticle_wave_start_p_spin),
-        WIDTHS(dirac_antiparticle_wave_block_p_spin), {NULL}}};
+        WIDTHS(dirac_antiparticle_wave_block_p_x), WIDTH(dirac_antiparticle_wave_dense_p_x)}, {1, 2,
+        NAME(dirac_antiparticle_wave_start_p), WIDTHS(dirac_antiparticle_wave_block_p), {NULL}}, {3, 2,
+        NAME(dirac_antiparticle_wave_start_p_spin), WIDTHS(dirac_antiparticle_wave_block_p_spin), {NULL}}};
     static const struct kernel kernel = {WIDTHS(dirac_antiparticle_wave_block), {NULL}, (any_function
         *)NAME(dirac_antiparticle_wave), NAME(call_aaar), 3, 4, 3, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
@@ -6093,11 +7513,37 @@ static INLINE void NAME(dirac_density_block)(intptr_t n, char **args, const intp
 }
 LOOPS(dirac_density_block)
 
+static INLINE void NAME(dirac_density_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r1[1 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[1];
+            REAL x2[1];
+            NAME(load_8)(x0, (char *)a0 + (first + i) * 8 * w, w);
+            NAME(dirac_density)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_few)(a1 + first * 1, r1, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+    }
+}
+LOOPS(dirac_density_dense)
+
 void NAME(dirac_density_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {1, 0, 1, {0}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(dirac_density_block), {NULL}, (any_function *)NAME(dirac_density),
-        NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(dirac_density_block), WIDTHS(dirac_density_dense), (any_function
+        *)NAME(dirac_density), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6191,11 +7637,34 @@ static INLINE void NAME(dirac_spin_bivector_block)(intptr_t n, char **args, cons
 }
 LOOPS(dirac_spin_bivector_block)
 
+static INLINE void NAME(dirac_spin_bivector_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[6];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(dirac_spin_bivector)(x0, x1);
+            NAME(store_6)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_6)(a1 + first * 6, r1, TILE);
+    }
+}
+LOOP(dirac_spin_bivector_dense)
+
 void NAME(dirac_spin_bivector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {WIDTHS(dirac_spin_bivector_block), {NULL}, (any_function
-        *)NAME(dirac_spin_bivector), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(dirac_spin_bivector_block), WIDTH(dirac_spin_bivector_dense),
+        (any_function *)NAME(dirac_spin_bivector), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7621,6 +9090,30 @@ static INLINE void NAME(dirac_residual_block_dt_dx_dy_psi_a_mass)(intptr_t n, ch
 }
 LOOPS(dirac_residual_block_dt_dx_dy_psi_a_mass)
 
+static INLINE void NAME(dirac_residual_dense_dt_dx_dy_psi_a_mass)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a3 = (REAL *)args[3];
+    REAL *a7 = (REAL *)args[7];
+    _Alignas(64) REAL r3[8 * TILE];
+    _Alignas(64) REAL r7[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r3, TILE, a3 + first * 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x3[8];
+            REAL x7[8];
+            NAME(load_8)(x3, (char *)(r3 + i), TILE * w);
+            NAME(dirac_residual_apply_dt_dx_dy_psi_a_mass)(prepared, x3, x7);
+            NAME(store_8)((char *)(r7 + i), TILE * w, x7);
+        }
+        NAME(store_tile_8)(a7 + first * 8, r7, TILE);
+    }
+}
+LOOP(dirac_residual_dense_dt_dx_dy_psi_a_mass)
+
 static void NAME(dirac_residual_start_dt_dx_dy_psi_a_mass)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c4a = strides[4], c5a = strides[5];
@@ -7656,6 +9149,30 @@ static INLINE void NAME(dirac_residual_block_dt_dx_dz_psi_a_mass)(intptr_t n, ch
     }
 }
 LOOPS(dirac_residual_block_dt_dx_dz_psi_a_mass)
+
+static INLINE void NAME(dirac_residual_dense_dt_dx_dz_psi_a_mass)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a2 = (REAL *)args[2];
+    REAL *a7 = (REAL *)args[7];
+    _Alignas(64) REAL r2[8 * TILE];
+    _Alignas(64) REAL r7[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r2, TILE, a2 + first * 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x2[8];
+            REAL x7[8];
+            NAME(load_8)(x2, (char *)(r2 + i), TILE * w);
+            NAME(dirac_residual_apply_dt_dx_dz_psi_a_mass)(prepared, x2, x7);
+            NAME(store_8)((char *)(r7 + i), TILE * w, x7);
+        }
+        NAME(store_tile_8)(a7 + first * 8, r7, TILE);
+    }
+}
+LOOP(dirac_residual_dense_dt_dx_dz_psi_a_mass)
 
 static void NAME(dirac_residual_start_dt_dx_dz_psi_a_mass)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -7693,6 +9210,30 @@ static INLINE void NAME(dirac_residual_block_dt_dy_dz_psi_a_mass)(intptr_t n, ch
 }
 LOOPS(dirac_residual_block_dt_dy_dz_psi_a_mass)
 
+static INLINE void NAME(dirac_residual_dense_dt_dy_dz_psi_a_mass)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a1 = (REAL *)args[1];
+    REAL *a7 = (REAL *)args[7];
+    _Alignas(64) REAL r1[8 * TILE];
+    _Alignas(64) REAL r7[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r1, TILE, a1 + first * 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x1[8];
+            REAL x7[8];
+            NAME(load_8)(x1, (char *)(r1 + i), TILE * w);
+            NAME(dirac_residual_apply_dt_dy_dz_psi_a_mass)(prepared, x1, x7);
+            NAME(store_8)((char *)(r7 + i), TILE * w, x7);
+        }
+        NAME(store_tile_8)(a7 + first * 8, r7, TILE);
+    }
+}
+LOOP(dirac_residual_dense_dt_dy_dz_psi_a_mass)
+
 static void NAME(dirac_residual_start_dt_dy_dz_psi_a_mass)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c2a = strides[2], c3a = strides[3], c4a = strides[4], c5a = strides[5];
@@ -7729,6 +9270,30 @@ static INLINE void NAME(dirac_residual_block_dx_dy_dz_psi_a_mass)(intptr_t n, ch
 }
 LOOPS(dirac_residual_block_dx_dy_dz_psi_a_mass)
 
+static INLINE void NAME(dirac_residual_dense_dx_dy_dz_psi_a_mass)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a7 = (REAL *)args[7];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r7[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x7[8];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(dirac_residual_apply_dx_dy_dz_psi_a_mass)(prepared, x0, x7);
+            NAME(store_8)((char *)(r7 + i), TILE * w, x7);
+        }
+        NAME(store_tile_8)(a7 + first * 8, r7, TILE);
+    }
+}
+LOOP(dirac_residual_dense_dx_dy_dz_psi_a_mass)
+
 static void NAME(dirac_residual_start_dx_dy_dz_psi_a_mass)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1], c2a = strides[2], c3a = strides[3], c4a = strides[4], c5a = strides[5];
@@ -7764,6 +9329,30 @@ static INLINE void NAME(dirac_residual_block_dt_dx_dy_dz_psi_a)(intptr_t n, char
     }
 }
 LOOPS(dirac_residual_block_dt_dx_dy_dz_psi_a)
+
+static INLINE void NAME(dirac_residual_dense_dt_dx_dy_dz_psi_a)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a6 = (REAL *)args[6];
+    REAL *a7 = (REAL *)args[7];
+    _Alignas(64) REAL r6[1 * TILE];
+    _Alignas(64) REAL r7[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_1)(r6, TILE, a6 + first * 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x6[1];
+            REAL x7[8];
+            NAME(load_scalar)(x6, (char *)(r6 + i));
+            NAME(dirac_residual_apply_dt_dx_dy_dz_psi_a)(prepared, x6[0], x7);
+            NAME(store_8)((char *)(r7 + i), TILE * w, x7);
+        }
+        NAME(store_tile_8)(a7 + first * 8, r7, TILE);
+    }
+}
+LOOP(dirac_residual_dense_dt_dx_dy_dz_psi_a)
 
 static void NAME(dirac_residual_start_dt_dx_dy_dz_psi_a)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -7838,6 +9427,30 @@ static INLINE void NAME(dirac_residual_block_dt_dx_dy_dz_a_mass)(intptr_t n, cha
 }
 LOOPS(dirac_residual_block_dt_dx_dy_dz_a_mass)
 
+static INLINE void NAME(dirac_residual_dense_dt_dx_dy_dz_a_mass)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a4 = (REAL *)args[4];
+    REAL *a7 = (REAL *)args[7];
+    _Alignas(64) REAL r4[8 * TILE];
+    _Alignas(64) REAL r7[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r4, TILE, a4 + first * 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x4[8];
+            REAL x7[8];
+            NAME(load_8)(x4, (char *)(r4 + i), TILE * w);
+            NAME(dirac_residual_apply_dt_dx_dy_dz_a_mass)(prepared, x4, x7);
+            NAME(store_8)((char *)(r7 + i), TILE * w, x7);
+        }
+        NAME(store_tile_8)(a7 + first * 8, r7, TILE);
+    }
+}
+LOOP(dirac_residual_dense_dt_dx_dy_dz_a_mass)
+
 static void NAME(dirac_residual_start_dt_dx_dy_dz_a_mass)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3], c5a = strides[5];
@@ -7897,15 +9510,16 @@ void NAME(dirac_residual_loop)(char **args, const intptr_t *dimensions, const in
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}, {8, 1, 3, {8}}, {8, 1, 4,
         {8}}, {4, 1, 5, {4}}, {1, 0, 6, {0}}, {8, 1, 6, {8}}};
     static const struct form forms[] = {{119, 2, NAME(dirac_residual_start_dt_dx_dy_psi_a_mass),
-        WIDTHS(dirac_residual_block_dt_dx_dy_psi_a_mass), {NULL}}, {123, 2,
-        NAME(dirac_residual_start_dt_dx_dz_psi_a_mass), WIDTHS(dirac_residual_block_dt_dx_dz_psi_a_mass), {NULL}},
-        {125, 2, NAME(dirac_residual_start_dt_dy_dz_psi_a_mass), WIDTHS(dirac_residual_block_dt_dy_dz_psi_a_mass),
-        {NULL}}, {126, 2, NAME(dirac_residual_start_dx_dy_dz_psi_a_mass),
-        WIDTHS(dirac_residual_block_dx_dy_dz_psi_a_mass), {NULL}}, {63, 2,
-        NAME(dirac_residual_start_dt_dx_dy_dz_psi_a), WIDTHS(dirac_residual_block_dt_dx_dy_dz_psi_a), {NULL}}, {95,
-        2, NAME(dirac_residual_start_dt_dx_dy_dz_psi_mass), WIDTHS(dirac_residual_block_dt_dx_dy_dz_psi_mass),
-        {NULL}}, {111, 2, NAME(dirac_residual_start_dt_dx_dy_dz_a_mass),
-        WIDTHS(dirac_residual_block_dt_dx_dy_dz_a_mass), {NULL}}};
+        WIDTHS(dirac_residual_block_dt_dx_dy_psi_a_mass), WIDTH(dirac_residual_dense_dt_dx_dy_psi_a_mass)}, {123, 2,
+        NAME(dirac_residual_start_dt_dx_dz_psi_a_mass), WIDTHS(dirac_residual_block_dt_dx_dz_psi_a_mass),
+        WIDTH(dirac_residual_dense_dt_dx_dz_psi_a_mass)}, {125, 2, NAME(dirac_residual_start_dt_dy_dz_psi_a_mass),
+        WIDTHS(dirac_residual_block_dt_dy_dz_psi_a_mass), WIDTH(dirac_residual_dense_dt_dy_dz_psi_a_mass)}, {126, 2,
+        NAME(dirac_residual_start_dx_dy_dz_psi_a_mass), WIDTHS(dirac_residual_block_dx_dy_dz_psi_a_mass),
+        WIDTH(dirac_residual_dense_dx_dy_dz_psi_a_mass)}, {63, 2, NAME(dirac_residual_start_dt_dx_dy_dz_psi_a),
+        WIDTHS(dirac_residual_block_dt_dx_dy_dz_psi_a), WIDTH(dirac_residual_dense_dt_dx_dy_dz_psi_a)}, {95, 2,
+        NAME(dirac_residual_start_dt_dx_dy_dz_psi_mass), WIDTHS(dirac_residual_block_dt_dx_dy_dz_psi_mass), {NULL}},
+        {111, 2, NAME(dirac_residual_start_dt_dx_dy_dz_a_mass), WIDTHS(dirac_residual_block_dt_dx_dy_dz_a_mass),
+        WIDTH(dirac_residual_dense_dt_dx_dy_dz_a_mass)}};
     static const struct kernel kernel = {WIDTHS(dirac_residual_block), {NULL}, (any_function *)NAME(dirac_residual),
         NAME(call_aaaaaanr), 7, 8, 7, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);

@@ -2,7 +2,7 @@
 // command: gac generate --all ur5
 // spec: cffb52f1f47f416f
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 22be473d14b232f23832d689aba50e2e64ab8c192c2b1543875ebedbb2d9a51f
+// body: d261a2c9da101d5a5f0856729b60238fd7e244d53c5b942920f50790654ef439
 
 #ifndef REAL
 #include "ur5.h"
@@ -35,20 +35,21 @@
 #if defined(__GNUC__) && __GNUC__ >= 12 && !defined(__clang__) && defined(__x86_64__) && defined(__GLIBC__)
 #define WIDE __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
 #define ON(level) __attribute__((target("arch=x86-64-" level)))
-#define LOOPS(name)                                                                     \
-    ON("v3") static void NAME(name##_v3)(intptr_t n, char **args, const intptr_t *strides) \
-    {                                                                                   \
-        NAME(name)(n, args, strides);                                                   \
-    }                                                                                   \
-    ON("v4") static void NAME(name##_v4)(intptr_t n, char **args, const intptr_t *strides) \
-    {                                                                                   \
-        NAME(name)(n, args, strides);                                                   \
+#define ONE(name, level)                                                                        \
+    ON(#level) static void NAME(name##_##level)(intptr_t n, char **args, const intptr_t *strides) \
+    {                                                                                           \
+        NAME(name)(n, args, strides);                                                           \
     }
+#define LOOP(name) ONE(name, v3)
+#define LOOPS(name) ONE(name, v3) ONE(name, v4)
+#define WIDTH(name) {NAME(name##_v3), NAME(name##_v3)}
 #define WIDTHS(name) {NAME(name##_v3), NAME(name##_v4)}
 #define CHOSEN (__builtin_cpu_supports("x86-64-v4") ? 1 : __builtin_cpu_supports("x86-64-v3") ? 0 : -1)
 #else
 #define WIDE
+#define LOOP(name)
 #define LOOPS(name)
+#define WIDTH(name) {NAME(name)}
 #define WIDTHS(name) {NAME(name)}
 #define CHOSEN 0
 #endif
@@ -63,8 +64,8 @@
 // Elements in C order go through rows of this many.
 #define SPAN 32
 
-// A vector of neighbours in memory.
-#if defined(__has_builtin)
+// A vector of neighbours in memory, where the compiler turns such of 32 bytes well.
+#if defined(__has_builtin) && (defined(ON) || defined(__clang__))
 #if __has_builtin(__builtin_shufflevector)
 #define SHUFFLE __builtin_shufflevector
 #define VECTOR(n) __attribute__((vector_size((n) * sizeof(REAL)), aligned(sizeof(REAL)), may_alias))
@@ -107,7 +108,7 @@ ON("v3") static void stream(char *to, const char *from, intptr_t bytes)
 #else
 #define PASSES(bytes) 0
 #define stream memcpy
-#define STREAM_END()
+#define STREAM_END() (void)0
 #endif
 
 typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
@@ -512,12 +513,13 @@ static void NAME(call_ar)(any_function *function, void **x)
 // Blocks of a batch, and how they get there from strides of any kind: a component of a part (an argument or a result)
 // is a row, `row` numbers long, of the elements of a block.
 
+// As many elements as fill 32 bytes, which every wide machine turns alike.
+#define TILE PRECISION(4, 8)
+
 #ifdef SHUFFLE
 typedef REAL NAME(four) VECTOR(4);
 #define AT(a, k, s) (*(NAME(four) *)((a) + (k) * (s)))
 
-// A tile is four components of as many elements as fill 32 bytes, which every wide machine turns alike.
-#define TILE PRECISION(4, 8)
 #if PRECISION(1, 0)
 // From four places, `s` bytes apart, to four, `t` bytes apart.
 static INLINE void NAME(turn)(char *a, intptr_t s, char *b, intptr_t t)
@@ -683,100 +685,363 @@ WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, REAL *x, intp
     }
 }
 
-// Rows, SPAN numbers long, of `n` elements of `size` components, in C order from element `first` on; and back.
-static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size, intptr_t n)
+// A tile of elements of each size in C order, to rows and back. Vectors are read and written in halves, the upper one
+// from half of the elements further on.
+#ifdef SHUFFLE
+typedef REAL NAME(tile) VECTOR(TILE);
+typedef REAL NAME(half) VECTOR(TILE / 2);
+#define COLUMN(k) (*(NAME(tile) *)(x + (k) * row))
+#define HALF(a, k) (((NAME(half) *)(a))[k])
+#define WHOLE(offset) (*(NAME(tile) *)(a + (offset)))
+#define UPPER(offset, size) (a + (offset) + TILE / 2 * (size))
+#define JOINED(v, w) PRECISION(SHUFFLE(v, w, 0, 1, 2, 3), SHUFFLE(v, w, 0, 1, 2, 3, 4, 5, 6, 7))
+#define LOWERS(v, w) PRECISION(SHUFFLE(v, w, 0, 1, 4, 5), SHUFFLE(v, w, 0, 1, 2, 3, 8, 9, 10, 11))
+#define UPPERS(v, w) PRECISION(SHUFFLE(v, w, 2, 3, 6, 7), SHUFFLE(v, w, 4, 5, 6, 7, 12, 13, 14, 15))
+#define READ(offset, size) JOINED(HALF(a + (offset), 0), HALF(UPPER(offset, size), 0))
+#define WRITE(offset, size, v) HALF(a + (offset), 0) = HALF(&v, 0), HALF(UPPER(offset, size), 0) = HALF(&v, 1)
+#define WRITE_BOTH(offset, size, v, w) \
+    WHOLE(offset) = LOWERS(v, w), WHOLE((offset) + TILE / 2 * (size)) = UPPERS(v, w)
+
+static INLINE void NAME(load_tile_1)(REAL *x, intptr_t row, REAL *a)
 {
-    const intptr_t w = sizeof(REAL);
-    const REAL *from = (const REAL *)(a + first * size * w);
+#if PRECISION(1, 0)
+    COLUMN(0) = WHOLE(0);
+#else
+    COLUMN(0) = WHOLE(0);
+#endif
+}
+
+static INLINE void NAME(store_tile_1)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    WHOLE(0) = COLUMN(0);
+#else
+    WHOLE(0) = COLUMN(0);
+#endif
+}
+
+static INLINE void NAME(load_tile_6)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(6);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(12);
+    const NAME(tile) a3 = WHOLE(18);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(tile) a4 = READ(4, 6);
+    const NAME(tile) a5 = READ(10, 6);
+    COLUMN(4) = SHUFFLE(a4, a5, 0, 4, 2, 6);
+    COLUMN(5) = SHUFFLE(a4, a5, 1, 5, 3, 7);
+#else
+    const NAME(tile) a0 = READ(0, 6);
+    const NAME(tile) a1 = READ(6, 6);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(12, 6);
+    const NAME(tile) a3 = READ(18, 6);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a4 = READ(2, 6);
+    const NAME(tile) a5 = READ(8, 6);
+    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = READ(14, 6);
+    const NAME(tile) a7 = READ(20, 6);
+    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(4) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(5) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_6)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 6, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
+    WRITE_BOTH(4, 6, a2, a3);
+    const NAME(tile) a4 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
+    const NAME(tile) a5 = SHUFFLE(COLUMN(4), COLUMN(5), 1, 5, 3, 7);
+    WRITE_BOTH(8, 6, a4, a5);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE(0, 6, a0);
+    const NAME(tile) b4_0 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_1 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(2, 6, a4, a1);
+    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(8, 6, a5, a2);
+    const NAME(tile) b4_2 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(14, 6, a6, a3);
+    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(20, 6, a7);
+#endif
+}
+
+static INLINE void NAME(load_tile_8)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(8);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(16);
+    const NAME(tile) a3 = WHOLE(24);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(tile) a4 = WHOLE(4);
+    const NAME(tile) a5 = WHOLE(12);
+    const NAME(tile) b4 = SHUFFLE(a4, a5, 0, 4, 2, 6);
+    const NAME(tile) b5 = SHUFFLE(a4, a5, 1, 5, 3, 7);
+    const NAME(tile) a6 = WHOLE(20);
+    const NAME(tile) a7 = WHOLE(28);
+    const NAME(tile) b6 = SHUFFLE(a6, a7, 0, 4, 2, 6);
+    const NAME(tile) b7 = SHUFFLE(a6, a7, 1, 5, 3, 7);
+    COLUMN(4) = SHUFFLE(b4, b6, 0, 1, 4, 5);
+    COLUMN(5) = SHUFFLE(b5, b7, 0, 1, 4, 5);
+    COLUMN(6) = SHUFFLE(b4, b6, 2, 3, 6, 7);
+    COLUMN(7) = SHUFFLE(b5, b7, 2, 3, 6, 7);
+#else
+    const NAME(tile) a0 = READ(0, 8);
+    const NAME(tile) a1 = READ(8, 8);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(16, 8);
+    const NAME(tile) a3 = READ(24, 8);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a4 = READ(4, 8);
+    const NAME(tile) a5 = READ(12, 8);
+    const NAME(tile) b4_0 = SHUFFLE(a4, a5, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a6 = READ(20, 8);
+    const NAME(tile) a7 = READ(28, 8);
+    const NAME(tile) b4_1 = SHUFFLE(a6, a7, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(4) = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(5) = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(6) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(7) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_8)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 8, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 4, 2, 6);
+    WRITE_BOTH(4, 8, a2, a3);
+    const NAME(tile) a4 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
+    const NAME(tile) a5 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
+    WRITE_BOTH(8, 8, a4, a5);
+    const NAME(tile) a6 = SHUFFLE(COLUMN(4), COLUMN(5), 1, 5, 3, 7);
+    const NAME(tile) a7 = SHUFFLE(COLUMN(6), COLUMN(7), 1, 5, 3, 7);
+    WRITE_BOTH(12, 8, a6, a7);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_0 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_1 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(0, 8, a0, a4);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(8, 8, a1, a5);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_2 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(COLUMN(6), COLUMN(7), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(16, 8, a2, a6);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(24, 8, a3, a7);
+#endif
+}
+#undef COLUMN
+#undef HALF
+#undef WHOLE
+#undef UPPER
+#undef JOINED
+#undef LOWERS
+#undef UPPERS
+#undef READ
+#undef WRITE
+#undef WRITE_BOTH
+#else
+
+static INLINE void NAME(load_tile_1)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 1; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 1 + k];
+}
+
+static INLINE void NAME(store_tile_1)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 1; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 1 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_6)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 6; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 6 + k];
+}
+
+static INLINE void NAME(store_tile_6)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 6; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 6 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_8)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 8; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 8 + k];
+}
+
+static INLINE void NAME(store_tile_8)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 8; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 8 + k] = x[k * row + i];
+}
+#endif
+
+// Rows, SPAN numbers long, of `n` elements of at most three numbers in C order, and back.
+static INLINE void NAME(load_few)(REAL *x, const REAL *a, intptr_t size, intptr_t n)
+{
     if (size == 1) {
-        memcpy(x, from, n * w);
+        memcpy(x, a, n * sizeof(REAL));
     } else if (size == 2) {
         for (intptr_t i = 0; i < n; ++i) {
-            x[i] = from[2 * i];
-            x[SPAN + i] = from[2 * i + 1];
-        }
-    } else if (size == 3) {
-        for (intptr_t i = 0; i < n; ++i) {
-            x[i] = from[3 * i];
-            x[SPAN + i] = from[3 * i + 1];
-            x[2 * SPAN + i] = from[3 * i + 2];
+            x[i] = a[2 * i];
+            x[SPAN + i] = a[2 * i + 1];
         }
     } else {
-        NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, n);
+        for (intptr_t i = 0; i < n; ++i) {
+            x[i] = a[3 * i];
+            x[SPAN + i] = a[3 * i + 1];
+            x[2 * SPAN + i] = a[3 * i + 2];
+        }
     }
 }
 
-static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size, intptr_t n)
+static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr_t n)
 {
-    const intptr_t w = sizeof(REAL);
-    REAL *to = (REAL *)(a + first * size * w);
     if (size == 1) {
-        memcpy(to, x, n * w);
+        memcpy(a, x, n * sizeof(REAL));
     } else if (size == 2) {
         for (intptr_t i = 0; i < n; ++i) {
-            to[2 * i] = x[i];
-            to[2 * i + 1] = x[SPAN + i];
-        }
-    } else if (size == 3) {
-        for (intptr_t i = 0; i < n; ++i) {
-            to[3 * i] = x[i];
-            to[3 * i + 1] = x[SPAN + i];
-            to[3 * i + 2] = x[2 * SPAN + i];
+            a[2 * i] = x[i];
+            a[2 * i + 1] = x[SPAN + i];
         }
     } else {
-        NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, n);
+        for (intptr_t i = 0; i < n; ++i) {
+            a[3 * i] = x[i];
+            a[3 * i + 1] = x[SPAN + i];
+            a[3 * i + 2] = x[2 * SPAN + i];
+        }
     }
 }
 
-// The same as loops, one for each size that is known: between rows and elements in C order.
+// Loops between rows and elements of each size.
 static INLINE void NAME(load_span_1)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 1, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 1, n);
 }
 LOOPS(load_span_1)
 
 static INLINE void NAME(store_span_1)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 1, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 1, n);
 }
 LOOPS(store_span_1)
 
 static INLINE void NAME(load_span_6)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 6, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_6)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 6);
 }
-LOOPS(load_span_6)
+LOOP(load_span_6)
 
 static INLINE void NAME(store_span_6)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 6, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_6)((REAL *)args[1] + i * 6, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_6)
+LOOP(store_span_6)
 
 static INLINE void NAME(load_span_8)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 8, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_8)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 8);
 }
-LOOPS(load_span_8)
+LOOP(load_span_8)
 
 static INLINE void NAME(store_span_8)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 8, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_8)((REAL *)args[1] + i * 8, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_8)
+LOOP(store_span_8)
 
 static const struct {
     loop_function *load[2], *store[2];
 } NAME(spans)[SIZES + 1] = {
     [1] = {WIDTHS(load_span_1), WIDTHS(store_span_1)},
-    [6] = {WIDTHS(load_span_6), WIDTHS(store_span_6)},
-    [8] = {WIDTHS(load_span_8), WIDTHS(store_span_8)},
+    [6] = {WIDTH(load_span_6), WIDTH(store_span_6)},
+    [8] = {WIDTH(load_span_8), WIDTH(store_span_8)},
 };
 
 // All rows of a part, from the batch or back to it; axes that lie as one are moved as one.

@@ -2,7 +2,7 @@
 // command: gac generate --all vga3
 // spec: 38c08b0ae8f8994f
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 7802a077b22fe780bd1eaaf2b2df6855739faf9c558aea351643b8196eb45e9e
+// body: fdc6cb3b51509d165fd1e02c4dbd4d0d79fe3bdf24e252a7e1c57f7b53e22d94
 
 #ifndef REAL
 #include "vga3.h"
@@ -35,20 +35,21 @@
 #if defined(__GNUC__) && __GNUC__ >= 12 && !defined(__clang__) && defined(__x86_64__) && defined(__GLIBC__)
 #define WIDE __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
 #define ON(level) __attribute__((target("arch=x86-64-" level)))
-#define LOOPS(name)                                                                     \
-    ON("v3") static void NAME(name##_v3)(intptr_t n, char **args, const intptr_t *strides) \
-    {                                                                                   \
-        NAME(name)(n, args, strides);                                                   \
-    }                                                                                   \
-    ON("v4") static void NAME(name##_v4)(intptr_t n, char **args, const intptr_t *strides) \
-    {                                                                                   \
-        NAME(name)(n, args, strides);                                                   \
+#define ONE(name, level)                                                                        \
+    ON(#level) static void NAME(name##_##level)(intptr_t n, char **args, const intptr_t *strides) \
+    {                                                                                           \
+        NAME(name)(n, args, strides);                                                           \
     }
+#define LOOP(name) ONE(name, v3)
+#define LOOPS(name) ONE(name, v3) ONE(name, v4)
+#define WIDTH(name) {NAME(name##_v3), NAME(name##_v3)}
 #define WIDTHS(name) {NAME(name##_v3), NAME(name##_v4)}
 #define CHOSEN (__builtin_cpu_supports("x86-64-v4") ? 1 : __builtin_cpu_supports("x86-64-v3") ? 0 : -1)
 #else
 #define WIDE
+#define LOOP(name)
 #define LOOPS(name)
+#define WIDTH(name) {NAME(name)}
 #define WIDTHS(name) {NAME(name)}
 #define CHOSEN 0
 #endif
@@ -63,8 +64,8 @@
 // Elements in C order go through rows of this many.
 #define SPAN 32
 
-// A vector of neighbours in memory.
-#if defined(__has_builtin)
+// A vector of neighbours in memory, where the compiler turns such of 32 bytes well.
+#if defined(__has_builtin) && (defined(ON) || defined(__clang__))
 #if __has_builtin(__builtin_shufflevector)
 #define SHUFFLE __builtin_shufflevector
 #define VECTOR(n) __attribute__((vector_size((n) * sizeof(REAL)), aligned(sizeof(REAL)), may_alias))
@@ -107,7 +108,7 @@ ON("v3") static void stream(char *to, const char *from, intptr_t bytes)
 #else
 #define PASSES(bytes) 0
 #define stream memcpy
-#define STREAM_END()
+#define STREAM_END() (void)0
 #endif
 
 typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
@@ -580,12 +581,13 @@ static void NAME(call_nnnr)(any_function *function, void **x)
 // Blocks of a batch, and how they get there from strides of any kind: a component of a part (an argument or a result)
 // is a row, `row` numbers long, of the elements of a block.
 
+// As many elements as fill 32 bytes, which every wide machine turns alike.
+#define TILE PRECISION(4, 8)
+
 #ifdef SHUFFLE
 typedef REAL NAME(four) VECTOR(4);
 #define AT(a, k, s) (*(NAME(four) *)((a) + (k) * (s)))
 
-// A tile is four components of as many elements as fill 32 bytes, which every wide machine turns alike.
-#define TILE PRECISION(4, 8)
 #if PRECISION(1, 0)
 // From four places, `s` bytes apart, to four, `t` bytes apart.
 static INLINE void NAME(turn)(char *a, intptr_t s, char *b, intptr_t t)
@@ -751,135 +753,605 @@ WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, REAL *x, intp
     }
 }
 
-// Rows, SPAN numbers long, of `n` elements of `size` components, in C order from element `first` on; and back.
-static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size, intptr_t n)
+// A tile of elements of each size in C order, to rows and back. Vectors are read and written in halves, the upper one
+// from half of the elements further on.
+#ifdef SHUFFLE
+typedef REAL NAME(tile) VECTOR(TILE);
+typedef REAL NAME(half) VECTOR(TILE / 2);
+#define COLUMN(k) (*(NAME(tile) *)(x + (k) * row))
+#define HALF(a, k) (((NAME(half) *)(a))[k])
+#define WHOLE(offset) (*(NAME(tile) *)(a + (offset)))
+#define UPPER(offset, size) (a + (offset) + TILE / 2 * (size))
+#define JOINED(v, w) PRECISION(SHUFFLE(v, w, 0, 1, 2, 3), SHUFFLE(v, w, 0, 1, 2, 3, 4, 5, 6, 7))
+#define LOWERS(v, w) PRECISION(SHUFFLE(v, w, 0, 1, 4, 5), SHUFFLE(v, w, 0, 1, 2, 3, 8, 9, 10, 11))
+#define UPPERS(v, w) PRECISION(SHUFFLE(v, w, 2, 3, 6, 7), SHUFFLE(v, w, 4, 5, 6, 7, 12, 13, 14, 15))
+#define READ(offset, size) JOINED(HALF(a + (offset), 0), HALF(UPPER(offset, size), 0))
+#define WRITE(offset, size, v) HALF(a + (offset), 0) = HALF(&v, 0), HALF(UPPER(offset, size), 0) = HALF(&v, 1)
+#define WRITE_BOTH(offset, size, v, w) \
+    WHOLE(offset) = LOWERS(v, w), WHOLE((offset) + TILE / 2 * (size)) = UPPERS(v, w)
+
+static INLINE void NAME(load_tile_1)(REAL *x, intptr_t row, REAL *a)
 {
-    const intptr_t w = sizeof(REAL);
-    const REAL *from = (const REAL *)(a + first * size * w);
+#if PRECISION(1, 0)
+    COLUMN(0) = WHOLE(0);
+#else
+    COLUMN(0) = WHOLE(0);
+#endif
+}
+
+static INLINE void NAME(store_tile_1)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    WHOLE(0) = COLUMN(0);
+#else
+    WHOLE(0) = COLUMN(0);
+#endif
+}
+
+static INLINE void NAME(load_tile_2)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = READ(0, 2);
+    const NAME(tile) a1 = READ(2, 2);
+    COLUMN(0) = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    COLUMN(1) = SHUFFLE(a0, a1, 1, 5, 3, 7);
+#else
+    const NAME(tile) a0 = READ(0, 2);
+    const NAME(tile) a1 = READ(4, 2);
+    COLUMN(0) = SHUFFLE(a0, a1, 0, 2, 8, 10, 4, 6, 12, 14);
+    COLUMN(1) = SHUFFLE(a0, a1, 1, 3, 9, 11, 5, 7, 13, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_2)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
+    WRITE_BOTH(0, 2, a0, a1);
+#else
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    WRITE_BOTH(0, 2, a0, a1);
+#endif
+}
+
+static INLINE void NAME(load_tile_3)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = READ(0, 3);
+    const NAME(tile) a1 = READ(2, 3);
+    COLUMN(0) = SHUFFLE(a0, a1, 0, 5, 2, 7);
+    const NAME(tile) a2 = READ(4, 3);
+    COLUMN(1) = SHUFFLE(a0, a2, 1, 4, 3, 6);
+    COLUMN(2) = SHUFFLE(a1, a2, 0, 5, 2, 7);
+#else
+    const NAME(tile) a1 = READ(4, 3);
+    const NAME(tile) a2 = READ(8, 3);
+    const NAME(tile) b0 = SHUFFLE(a1, a2, 2, 3, 9, 10, 6, 7, 13, 14);
+    const NAME(tile) a0 = READ(0, 3);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 2, 8, 9, 5, 6, 12, 13);
+    COLUMN(0) = SHUFFLE(a0, b0, 0, 3, 8, 10, 4, 7, 12, 14);
+    COLUMN(1) = SHUFFLE(b1, b0, 0, 2, 9, 11, 4, 6, 13, 15);
+    COLUMN(2) = SHUFFLE(b1, a2, 1, 3, 8, 11, 5, 7, 12, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_3)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(0), 0, 5, 2, 7);
+    WRITE_BOTH(0, 3, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(1), COLUMN(2), 1, 5, 3, 7);
+    WRITE(4, 3, a2);
+#else
+    const NAME(tile) b0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 2, 8, 10, 4, 6, 12, 14);
+    const NAME(tile) b2 = SHUFFLE(COLUMN(2), COLUMN(0), 0, 2, 9, 11, 4, 6, 13, 15);
+    const NAME(tile) a0 = SHUFFLE(b0, b2, 0, 2, 8, 10, 4, 6, 12, 14);
+    const NAME(tile) b1 = SHUFFLE(COLUMN(1), COLUMN(2), 1, 3, 9, 11, 5, 7, 13, 15);
+    const NAME(tile) a1 = SHUFFLE(b1, b0, 0, 2, 9, 11, 4, 6, 13, 15);
+    WRITE_BOTH(0, 3, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(b2, b1, 1, 3, 9, 11, 5, 7, 13, 15);
+    WRITE(8, 3, a2);
+#endif
+}
+
+static INLINE void NAME(load_tile_4)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(4);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(8);
+    const NAME(tile) a3 = WHOLE(12);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+#else
+    const NAME(tile) a0 = READ(0, 4);
+    const NAME(tile) a1 = READ(4, 4);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(8, 4);
+    const NAME(tile) a3 = READ(12, 4);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_4)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 4, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
+    WRITE_BOTH(4, 4, a2, a3);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(0, 4, a0, a1);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(8, 4, a2, a3);
+#endif
+}
+
+static INLINE void NAME(load_tile_8)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(8);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(16);
+    const NAME(tile) a3 = WHOLE(24);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(tile) a4 = WHOLE(4);
+    const NAME(tile) a5 = WHOLE(12);
+    const NAME(tile) b4 = SHUFFLE(a4, a5, 0, 4, 2, 6);
+    const NAME(tile) b5 = SHUFFLE(a4, a5, 1, 5, 3, 7);
+    const NAME(tile) a6 = WHOLE(20);
+    const NAME(tile) a7 = WHOLE(28);
+    const NAME(tile) b6 = SHUFFLE(a6, a7, 0, 4, 2, 6);
+    const NAME(tile) b7 = SHUFFLE(a6, a7, 1, 5, 3, 7);
+    COLUMN(4) = SHUFFLE(b4, b6, 0, 1, 4, 5);
+    COLUMN(5) = SHUFFLE(b5, b7, 0, 1, 4, 5);
+    COLUMN(6) = SHUFFLE(b4, b6, 2, 3, 6, 7);
+    COLUMN(7) = SHUFFLE(b5, b7, 2, 3, 6, 7);
+#else
+    const NAME(tile) a0 = READ(0, 8);
+    const NAME(tile) a1 = READ(8, 8);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(16, 8);
+    const NAME(tile) a3 = READ(24, 8);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a4 = READ(4, 8);
+    const NAME(tile) a5 = READ(12, 8);
+    const NAME(tile) b4_0 = SHUFFLE(a4, a5, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a6 = READ(20, 8);
+    const NAME(tile) a7 = READ(28, 8);
+    const NAME(tile) b4_1 = SHUFFLE(a6, a7, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(4) = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(5) = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(6) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(7) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_8)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 8, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 4, 2, 6);
+    WRITE_BOTH(4, 8, a2, a3);
+    const NAME(tile) a4 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
+    const NAME(tile) a5 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
+    WRITE_BOTH(8, 8, a4, a5);
+    const NAME(tile) a6 = SHUFFLE(COLUMN(4), COLUMN(5), 1, 5, 3, 7);
+    const NAME(tile) a7 = SHUFFLE(COLUMN(6), COLUMN(7), 1, 5, 3, 7);
+    WRITE_BOTH(12, 8, a6, a7);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_0 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_1 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(0, 8, a0, a4);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(8, 8, a1, a5);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_2 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(COLUMN(6), COLUMN(7), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(16, 8, a2, a6);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(24, 8, a3, a7);
+#endif
+}
+
+static INLINE void NAME(load_tile_9)(REAL *x, intptr_t row, REAL *a)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = WHOLE(0);
+    const NAME(tile) a1 = WHOLE(9);
+    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
+    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(tile) a2 = WHOLE(18);
+    const NAME(tile) a3 = WHOLE(27);
+    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
+    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(tile) a4 = WHOLE(4);
+    const NAME(tile) a5 = WHOLE(13);
+    const NAME(tile) b4 = SHUFFLE(a4, a5, 0, 4, 2, 6);
+    const NAME(tile) b5 = SHUFFLE(a4, a5, 1, 5, 3, 7);
+    const NAME(tile) a6 = WHOLE(22);
+    const NAME(tile) a7 = WHOLE(31);
+    const NAME(tile) b6 = SHUFFLE(a6, a7, 0, 4, 2, 6);
+    const NAME(tile) b7 = SHUFFLE(a6, a7, 1, 5, 3, 7);
+    COLUMN(4) = SHUFFLE(b4, b6, 0, 1, 4, 5);
+    COLUMN(5) = SHUFFLE(b5, b7, 0, 1, 4, 5);
+    COLUMN(6) = SHUFFLE(b4, b6, 2, 3, 6, 7);
+    COLUMN(7) = SHUFFLE(b5, b7, 2, 3, 6, 7);
+    const NAME(tile) a8 = READ(7, 9);
+    const NAME(tile) a9 = READ(16, 9);
+    COLUMN(8) = SHUFFLE(a8, a9, 1, 5, 3, 7);
+#else
+    const NAME(tile) a0 = READ(0, 9);
+    const NAME(tile) a1 = READ(9, 9);
+    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a2 = READ(18, 9);
+    const NAME(tile) a3 = READ(27, 9);
+    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a4 = READ(4, 9);
+    const NAME(tile) a5 = READ(13, 9);
+    const NAME(tile) b4_0 = SHUFFLE(a4, a5, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a6 = READ(22, 9);
+    const NAME(tile) a7 = READ(31, 9);
+    const NAME(tile) b4_1 = SHUFFLE(a6, a7, 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(4) = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(5) = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    COLUMN(6) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    COLUMN(7) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) a8 = READ(5, 9);
+    const NAME(tile) a9 = READ(14, 9);
+    const NAME(tile) b8_2 = SHUFFLE(a8, a9, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a10 = READ(23, 9);
+    const NAME(tile) a11 = READ(32, 9);
+    const NAME(tile) b8_3 = SHUFFLE(a10, a11, 2, 10, 3, 11, 6, 14, 7, 15);
+    COLUMN(8) = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
+#endif
+}
+
+static INLINE void NAME(store_tile_9)(REAL *a, REAL *x, intptr_t row)
+{
+#if PRECISION(1, 0)
+    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
+    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
+    WRITE_BOTH(0, 9, a0, a1);
+    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
+    const NAME(tile) a3 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 4, 2, 6);
+    WRITE_BOTH(4, 9, a2, a3);
+    const NAME(tile) a4 = SHUFFLE(COLUMN(8), COLUMN(0), 0, 5, 2, 7);
+    const NAME(tile) a5 = SHUFFLE(COLUMN(1), COLUMN(2), 1, 5, 3, 7);
+    WRITE_BOTH(8, 9, a4, a5);
+    const NAME(tile) a6 = SHUFFLE(COLUMN(3), COLUMN(4), 1, 5, 3, 7);
+    const NAME(tile) a7 = SHUFFLE(COLUMN(5), COLUMN(6), 1, 5, 3, 7);
+    WRITE_BOTH(12, 9, a6, a7);
+    const NAME(tile) a8 = SHUFFLE(COLUMN(7), COLUMN(8), 1, 5, 3, 7);
+    WRITE(16, 9, a8);
+#else
+    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) b4_0 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b4_1 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(0, 9, a0, a4);
+    const NAME(tile) b8_0 = SHUFFLE(COLUMN(5), COLUMN(6), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) b8_1 = SHUFFLE(COLUMN(7), COLUMN(8), 0, 8, 1, 9, 4, 12, 5, 13);
+    const NAME(tile) a8 = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(5, 9, a8, a1);
+    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(13, 9, a5);
+    const NAME(tile) a9 = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE_BOTH(14, 9, a9, a2);
+    const NAME(tile) b4_2 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b4_3 = SHUFFLE(COLUMN(6), COLUMN(7), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    WRITE(22, 9, a6);
+    const NAME(tile) b8_2 = SHUFFLE(COLUMN(5), COLUMN(6), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) b8_3 = SHUFFLE(COLUMN(7), COLUMN(8), 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(tile) a10 = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
+    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE_BOTH(23, 9, a10, a3);
+    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(31, 9, a7);
+    const NAME(tile) a11 = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
+    WRITE(32, 9, a11);
+#endif
+}
+#undef COLUMN
+#undef HALF
+#undef WHOLE
+#undef UPPER
+#undef JOINED
+#undef LOWERS
+#undef UPPERS
+#undef READ
+#undef WRITE
+#undef WRITE_BOTH
+#else
+
+static INLINE void NAME(load_tile_1)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 1; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 1 + k];
+}
+
+static INLINE void NAME(store_tile_1)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 1; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 1 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_2)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 2; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 2 + k];
+}
+
+static INLINE void NAME(store_tile_2)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 2; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 2 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_3)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 3; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 3 + k];
+}
+
+static INLINE void NAME(store_tile_3)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 3; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 3 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_4)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 4; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 4 + k];
+}
+
+static INLINE void NAME(store_tile_4)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 4; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 4 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_8)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 8; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 8 + k];
+}
+
+static INLINE void NAME(store_tile_8)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 8; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 8 + k] = x[k * row + i];
+}
+
+static INLINE void NAME(load_tile_9)(REAL *x, intptr_t row, const REAL *a)
+{
+    for (intptr_t k = 0; k < 9; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            x[k * row + i] = a[i * 9 + k];
+}
+
+static INLINE void NAME(store_tile_9)(REAL *a, const REAL *x, intptr_t row)
+{
+    for (intptr_t k = 0; k < 9; ++k)
+        for (intptr_t i = 0; i < TILE; ++i)
+            a[i * 9 + k] = x[k * row + i];
+}
+#endif
+
+// Rows, SPAN numbers long, of `n` elements of at most three numbers in C order, and back.
+static INLINE void NAME(load_few)(REAL *x, const REAL *a, intptr_t size, intptr_t n)
+{
     if (size == 1) {
-        memcpy(x, from, n * w);
+        memcpy(x, a, n * sizeof(REAL));
     } else if (size == 2) {
         for (intptr_t i = 0; i < n; ++i) {
-            x[i] = from[2 * i];
-            x[SPAN + i] = from[2 * i + 1];
-        }
-    } else if (size == 3) {
-        for (intptr_t i = 0; i < n; ++i) {
-            x[i] = from[3 * i];
-            x[SPAN + i] = from[3 * i + 1];
-            x[2 * SPAN + i] = from[3 * i + 2];
+            x[i] = a[2 * i];
+            x[SPAN + i] = a[2 * i + 1];
         }
     } else {
-        NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, n);
+        for (intptr_t i = 0; i < n; ++i) {
+            x[i] = a[3 * i];
+            x[SPAN + i] = a[3 * i + 1];
+            x[2 * SPAN + i] = a[3 * i + 2];
+        }
     }
 }
 
-static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size, intptr_t n)
+static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr_t n)
 {
-    const intptr_t w = sizeof(REAL);
-    REAL *to = (REAL *)(a + first * size * w);
     if (size == 1) {
-        memcpy(to, x, n * w);
+        memcpy(a, x, n * sizeof(REAL));
     } else if (size == 2) {
         for (intptr_t i = 0; i < n; ++i) {
-            to[2 * i] = x[i];
-            to[2 * i + 1] = x[SPAN + i];
-        }
-    } else if (size == 3) {
-        for (intptr_t i = 0; i < n; ++i) {
-            to[3 * i] = x[i];
-            to[3 * i + 1] = x[SPAN + i];
-            to[3 * i + 2] = x[2 * SPAN + i];
+            a[2 * i] = x[i];
+            a[2 * i + 1] = x[SPAN + i];
         }
     } else {
-        NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, n);
+        for (intptr_t i = 0; i < n; ++i) {
+            a[3 * i] = x[i];
+            a[3 * i + 1] = x[SPAN + i];
+            a[3 * i + 2] = x[2 * SPAN + i];
+        }
     }
 }
 
-// The same as loops, one for each size that is known: between rows and elements in C order.
+// Loops between rows and elements of each size.
 static INLINE void NAME(load_span_1)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 1, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 1, n);
 }
 LOOPS(load_span_1)
 
 static INLINE void NAME(store_span_1)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 1, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 1, n);
 }
 LOOPS(store_span_1)
 
 static INLINE void NAME(load_span_2)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 2, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 2, n);
 }
 LOOPS(load_span_2)
 
 static INLINE void NAME(store_span_2)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 2, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 2, n);
 }
 LOOPS(store_span_2)
 
 static INLINE void NAME(load_span_3)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 3, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 3, n);
 }
 LOOPS(load_span_3)
 
 static INLINE void NAME(store_span_3)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 3, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 3, n);
 }
 LOOPS(store_span_3)
 
 static INLINE void NAME(load_span_4)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 4, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_4)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 4);
 }
-LOOPS(load_span_4)
+LOOP(load_span_4)
 
 static INLINE void NAME(store_span_4)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 4, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_4)((REAL *)args[1] + i * 4, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_4)
+LOOP(store_span_4)
 
 static INLINE void NAME(load_span_8)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 8, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_8)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 8);
 }
-LOOPS(load_span_8)
+LOOP(load_span_8)
 
 static INLINE void NAME(store_span_8)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 8, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_8)((REAL *)args[1] + i * 8, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_8)
+LOOP(store_span_8)
 
 static INLINE void NAME(load_span_9)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_span)((REAL *)args[0], args[1], 0, 9, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(load_tile_9)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 9);
 }
-LOOPS(load_span_9)
+LOOP(load_span_9)
 
 static INLINE void NAME(store_span_9)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_span)(args[1], 0, (REAL *)args[0], 9, n);
+    NOT_UNROLLED
+    for (intptr_t i = 0; i < n; i += TILE)
+        NAME(store_tile_9)((REAL *)args[1] + i * 9, (REAL *)args[0] + i, SPAN);
 }
-LOOPS(store_span_9)
+LOOP(store_span_9)
 
 static const struct {
     loop_function *load[2], *store[2];
@@ -887,9 +1359,9 @@ static const struct {
     [1] = {WIDTHS(load_span_1), WIDTHS(store_span_1)},
     [2] = {WIDTHS(load_span_2), WIDTHS(store_span_2)},
     [3] = {WIDTHS(load_span_3), WIDTHS(store_span_3)},
-    [4] = {WIDTHS(load_span_4), WIDTHS(store_span_4)},
-    [8] = {WIDTHS(load_span_8), WIDTHS(store_span_8)},
-    [9] = {WIDTHS(load_span_9), WIDTHS(store_span_9)},
+    [4] = {WIDTH(load_span_4), WIDTH(store_span_4)},
+    [8] = {WIDTH(load_span_8), WIDTH(store_span_8)},
+    [9] = {WIDTH(load_span_9), WIDTH(store_span_9)},
 };
 
 // All rows of a part, from the batch or back to it; axes that lie as one are moved as one.
@@ -1224,11 +1696,39 @@ static INLINE void NAME(geometric_product_block)(intptr_t n, char **args, const 
 }
 LOOPS(geometric_product_block)
 
+static INLINE void NAME(geometric_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[8 * TILE];
+    _Alignas(64) REAL r2[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        NAME(load_tile_8)(r1, TILE, a1 + first * 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            REAL x2[8];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_8)(x1, (char *)(r1 + i), TILE * w);
+            NAME(geometric_product)(x0, x1, x2);
+            NAME(store_8)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_8)(a2 + first * 8, r2, TILE);
+    }
+}
+LOOP(geometric_product_dense)
+
 void NAME(geometric_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(geometric_product_block), {NULL}, (any_function
-        *)NAME(geometric_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(geometric_product_block), WIDTH(geometric_product_dense),
+        (any_function *)NAME(geometric_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1326,11 +1826,39 @@ static INLINE void NAME(outer_product_block)(intptr_t n, char **args, const intp
 }
 LOOPS(outer_product_block)
 
+static INLINE void NAME(outer_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[8 * TILE];
+    _Alignas(64) REAL r2[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        NAME(load_tile_8)(r1, TILE, a1 + first * 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            REAL x2[8];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_8)(x1, (char *)(r1 + i), TILE * w);
+            NAME(outer_product)(x0, x1, x2);
+            NAME(store_8)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_8)(a2 + first * 8, r2, TILE);
+    }
+}
+LOOP(outer_product_dense)
+
 void NAME(outer_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(outer_product_block), {NULL}, (any_function *)NAME(outer_product),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(outer_product_block), WIDTH(outer_product_dense), (any_function
+        *)NAME(outer_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1428,11 +1956,39 @@ static INLINE void NAME(regressive_product_block)(intptr_t n, char **args, const
 }
 LOOPS(regressive_product_block)
 
+static INLINE void NAME(regressive_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[8 * TILE];
+    _Alignas(64) REAL r2[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        NAME(load_tile_8)(r1, TILE, a1 + first * 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            REAL x2[8];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_8)(x1, (char *)(r1 + i), TILE * w);
+            NAME(regressive_product)(x0, x1, x2);
+            NAME(store_8)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_8)(a2 + first * 8, r2, TILE);
+    }
+}
+LOOP(regressive_product_dense)
+
 void NAME(regressive_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(regressive_product_block), {NULL}, (any_function
-        *)NAME(regressive_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(regressive_product_block), WIDTH(regressive_product_dense),
+        (any_function *)NAME(regressive_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1568,11 +2124,39 @@ static INLINE void NAME(inner_product_block)(intptr_t n, char **args, const intp
 }
 LOOPS(inner_product_block)
 
+static INLINE void NAME(inner_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[8 * TILE];
+    _Alignas(64) REAL r2[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        NAME(load_tile_8)(r1, TILE, a1 + first * 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            REAL x2[8];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_8)(x1, (char *)(r1 + i), TILE * w);
+            NAME(inner_product)(x0, x1, x2);
+            NAME(store_8)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_8)(a2 + first * 8, r2, TILE);
+    }
+}
+LOOP(inner_product_dense)
+
 void NAME(inner_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(inner_product_block), {NULL}, (any_function *)NAME(inner_product),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(inner_product_block), WIDTH(inner_product_dense), (any_function
+        *)NAME(inner_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1617,10 +2201,33 @@ static INLINE void NAME(reverse_block)(intptr_t n, char **args, const intptr_t *
 }
 LOOPS(reverse_block)
 
+static INLINE void NAME(reverse_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(reverse)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_8)(a1 + first * 8, r1, TILE);
+    }
+}
+LOOP(reverse_dense)
+
 void NAME(reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(reverse_block), {NULL}, (any_function *)NAME(reverse),
+    static const struct kernel kernel = {WIDTHS(reverse_block), WIDTH(reverse_dense), (any_function *)NAME(reverse),
         NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -1666,11 +2273,34 @@ static INLINE void NAME(grade_involution_block)(intptr_t n, char **args, const i
 }
 LOOPS(grade_involution_block)
 
+static INLINE void NAME(grade_involution_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(grade_involution)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_8)(a1 + first * 8, r1, TILE);
+    }
+}
+LOOP(grade_involution_dense)
+
 void NAME(grade_involution_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(grade_involution_block), {NULL}, (any_function
-        *)NAME(grade_involution), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(grade_involution_block), WIDTH(grade_involution_dense),
+        (any_function *)NAME(grade_involution), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1717,11 +2347,34 @@ static INLINE void NAME(clifford_conjugate_block)(intptr_t n, char **args, const
 }
 LOOPS(clifford_conjugate_block)
 
+static INLINE void NAME(clifford_conjugate_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(clifford_conjugate)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_8)(a1 + first * 8, r1, TILE);
+    }
+}
+LOOP(clifford_conjugate_dense)
+
 void NAME(clifford_conjugate_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(clifford_conjugate_block), {NULL}, (any_function
-        *)NAME(clifford_conjugate), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(clifford_conjugate_block), WIDTH(clifford_conjugate_dense),
+        (any_function *)NAME(clifford_conjugate), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1764,11 +2417,34 @@ static INLINE void NAME(dual_block)(intptr_t n, char **args, const intptr_t *str
 }
 LOOPS(dual_block)
 
+static INLINE void NAME(dual_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(dual)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_8)(a1 + first * 8, r1, TILE);
+    }
+}
+LOOP(dual_dense)
+
 void NAME(dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(dual_block), {NULL}, (any_function *)NAME(dual), NAME(call_ar), 1,
-        2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(dual_block), WIDTH(dual_dense), (any_function *)NAME(dual),
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1818,11 +2494,32 @@ static INLINE void NAME(norm_block)(intptr_t n, char **args, const intptr_t *str
 }
 LOOPS(norm_block)
 
+static INLINE void NAME(norm_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r1[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[1];
+            NAME(load_8)(x0, (char *)a0 + (first + i) * 8 * w, w);
+            NAME(norm)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_few)(a1 + first * 1, r1, 1, SPAN);
+    }
+}
+LOOPS(norm_dense)
+
 void NAME(norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(norm_block), {NULL}, (any_function *)NAME(norm), NAME(call_ar), 1,
-        2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(norm_block), WIDTHS(norm_dense), (any_function *)NAME(norm),
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1919,10 +2616,33 @@ static INLINE void NAME(inverse_block)(intptr_t n, char **args, const intptr_t *
 }
 LOOPS(inverse_block)
 
+static INLINE void NAME(inverse_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(inverse)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_8)(a1 + first * 8, r1, TILE);
+    }
+}
+LOOP(inverse_dense)
+
 void NAME(inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(inverse_block), {NULL}, (any_function *)NAME(inverse),
+    static const struct kernel kernel = {WIDTHS(inverse_block), WIDTH(inverse_dense), (any_function *)NAME(inverse),
         NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -1979,29 +2699,34 @@ static INLINE void NAME(vector_product_dense)(intptr_t n, char **args, const int
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[3];
             REAL x1[3];
             REAL x2[4];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
             NAME(vector_product)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4, SPAN);
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
     }
 }
-LOOPS(vector_product_dense)
+LOOP(vector_product_dense)
 
 void NAME(vector_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(vector_product_block), WIDTHS(vector_product_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(vector_product_block), WIDTH(vector_product_dense), (any_function
         *)NAME(vector_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -2046,8 +2771,9 @@ static INLINE void NAME(dot_product_dense)(intptr_t n, char **args, const intptr
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -2055,12 +2781,12 @@ static INLINE void NAME(dot_product_dense)(intptr_t n, char **args, const intptr
             REAL x0[3];
             REAL x1[3];
             REAL x2[1];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(dot_product)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
     }
 }
 LOOPS(dot_product_dense)
@@ -2119,8 +2845,9 @@ static INLINE void NAME(wedge_vectors_dense)(intptr_t n, char **args, const intp
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -2128,12 +2855,12 @@ static INLINE void NAME(wedge_vectors_dense)(intptr_t n, char **args, const intp
             REAL x0[3];
             REAL x1[3];
             REAL x2[3];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(wedge_vectors)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(wedge_vectors_dense)
@@ -2192,8 +2919,9 @@ static INLINE void NAME(cross_product_dense)(intptr_t n, char **args, const intp
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -2201,12 +2929,12 @@ static INLINE void NAME(cross_product_dense)(intptr_t n, char **args, const intp
             REAL x0[3];
             REAL x1[3];
             REAL x2[3];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(cross_product)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(cross_product_dense)
@@ -2274,9 +3002,10 @@ static INLINE void NAME(triple_product_dense)(intptr_t n, char **args, const int
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
     _Alignas(64) REAL r3[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -2285,13 +3014,13 @@ static INLINE void NAME(triple_product_dense)(intptr_t n, char **args, const int
             REAL x1[3];
             REAL x2[3];
             REAL x3[1];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
-            NAME(load_3)(x2, a2 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x2, (char *)a2 + (first + i) * 3 * w, w);
             NAME(triple_product)(x0, x1, x2, x3);
             NAME(store_scalar)((char *)(r3 + i), x3);
         }
-        NAME(store_span)(args[3], first, r3, 1, SPAN);
+        NAME(store_few)(a3 + first * 1, r3, 1, SPAN);
     }
 }
 LOOPS(triple_product_dense)
@@ -2336,18 +3065,19 @@ static INLINE void NAME(dual_vector_dense)(intptr_t n, char **args, const intptr
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
     _Alignas(64) REAL r1[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[3];
             REAL x1[3];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(dual_vector)(x0, x1);
             NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 3, SPAN);
+        NAME(store_few)(a1 + first * 3, r1, 3, SPAN);
     }
 }
 LOOPS(dual_vector_dense)
@@ -2392,18 +3122,19 @@ static INLINE void NAME(dual_bivector_dense)(intptr_t n, char **args, const intp
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
     _Alignas(64) REAL r1[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[3];
             REAL x1[3];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(dual_bivector)(x0, x1);
             NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 3, SPAN);
+        NAME(store_few)(a1 + first * 3, r1, 3, SPAN);
     }
 }
 LOOPS(dual_bivector_dense)
@@ -2451,18 +3182,19 @@ static INLINE void NAME(vector_norm_dense)(intptr_t n, char **args, const intptr
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
     _Alignas(64) REAL r1[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[3];
             REAL x1[1];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(vector_norm)(x0, x1);
             NAME(store_scalar)((char *)(r1 + i), x1);
         }
-        NAME(store_span)(args[1], first, r1, 1, SPAN);
+        NAME(store_few)(a1 + first * 1, r1, 1, SPAN);
     }
 }
 LOOPS(vector_norm_dense)
@@ -2510,18 +3242,19 @@ static INLINE void NAME(bivector_norm_dense)(intptr_t n, char **args, const intp
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
     _Alignas(64) REAL r1[1 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[3];
             REAL x1[1];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(bivector_norm)(x0, x1);
             NAME(store_scalar)((char *)(r1 + i), x1);
         }
-        NAME(store_span)(args[1], first, r1, 1, SPAN);
+        NAME(store_few)(a1 + first * 1, r1, 1, SPAN);
     }
 }
 LOOPS(bivector_norm_dense)
@@ -2575,18 +3308,19 @@ static INLINE void NAME(normalize_vector_dense)(intptr_t n, char **args, const i
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
     _Alignas(64) REAL r1[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[3];
             REAL x1[3];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(normalize_vector)(x0, x1);
             NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 3, SPAN);
+        NAME(store_few)(a1 + first * 3, r1, 3, SPAN);
     }
 }
 LOOPS(normalize_vector_dense)
@@ -2767,18 +3501,19 @@ static INLINE void NAME(project_vector_on_vector_dense_n)(intptr_t n, char **arg
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[3];
             REAL x2[3];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(project_vector_on_vector_apply_n)(prepared, x0, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(project_vector_on_vector_dense_n)
@@ -2815,8 +3550,9 @@ static INLINE void NAME(project_vector_on_vector_dense)(intptr_t n, char **args,
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -2824,12 +3560,12 @@ static INLINE void NAME(project_vector_on_vector_dense)(intptr_t n, char **args,
             REAL x0[3];
             REAL x1[3];
             REAL x2[3];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(project_vector_on_vector)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(project_vector_on_vector_dense)
@@ -2959,18 +3695,19 @@ static INLINE void NAME(project_vector_on_plane_dense_b)(intptr_t n, char **args
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[3];
             REAL x2[3];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(project_vector_on_plane_apply_b)(prepared, x0, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(project_vector_on_plane_dense_b)
@@ -3007,8 +3744,9 @@ static INLINE void NAME(project_vector_on_plane_dense)(intptr_t n, char **args, 
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -3016,12 +3754,12 @@ static INLINE void NAME(project_vector_on_plane_dense)(intptr_t n, char **args, 
             REAL x0[3];
             REAL x1[3];
             REAL x2[3];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(project_vector_on_plane)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(project_vector_on_plane_dense)
@@ -3152,18 +3890,19 @@ static INLINE void NAME(reflect_vector_dense_n)(intptr_t n, char **args, const i
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x0[3];
             REAL x2[3];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(reflect_vector_apply_n)(prepared, x0, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(reflect_vector_dense_n)
@@ -3200,8 +3939,9 @@ static INLINE void NAME(reflect_vector_dense)(intptr_t n, char **args, const int
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -3209,12 +3949,12 @@ static INLINE void NAME(reflect_vector_dense)(intptr_t n, char **args, const int
             REAL x0[3];
             REAL x1[3];
             REAL x2[3];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(reflect_vector)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(reflect_vector_dense)
@@ -3275,8 +4015,9 @@ static INLINE void NAME(bivector_commutator_dense)(intptr_t n, char **args, cons
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -3284,12 +4025,12 @@ static INLINE void NAME(bivector_commutator_dense)(intptr_t n, char **args, cons
             REAL x0[3];
             REAL x1[3];
             REAL x2[3];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(bivector_commutator)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(bivector_commutator_dense)
@@ -3370,29 +4111,34 @@ static INLINE void NAME(rotor_product_dense)(intptr_t n, char **args, const intp
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[4];
             REAL x1[4];
             REAL x2[4];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
             NAME(rotor_product)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4, SPAN);
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
     }
 }
-LOOPS(rotor_product_dense)
+LOOP(rotor_product_dense)
 
 void NAME(rotor_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(rotor_product_block), WIDTHS(rotor_product_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(rotor_product_block), WIDTH(rotor_product_dense), (any_function
         *)NAME(rotor_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3465,29 +4211,34 @@ static INLINE void NAME(even_product_dense)(intptr_t n, char **args, const intpt
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
+        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[4];
             REAL x1[4];
             REAL x2[4];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
             NAME(even_product)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4, SPAN);
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
     }
 }
-LOOPS(even_product_dense)
+LOOP(even_product_dense)
 
 void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(even_product_block), WIDTHS(even_product_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(even_product_block), WIDTH(even_product_dense), (any_function
         *)NAME(even_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3528,26 +4279,29 @@ static INLINE void NAME(rotor_inverse_dense)(intptr_t n, char **args, const intp
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r1[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[4];
             REAL x1[4];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
             NAME(rotor_inverse)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4, SPAN);
+        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
     }
 }
-LOOPS(rotor_inverse_dense)
+LOOP(rotor_inverse_dense)
 
 void NAME(rotor_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(rotor_inverse_block), WIDTHS(rotor_inverse_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(rotor_inverse_block), WIDTH(rotor_inverse_dense), (any_function
         *)NAME(rotor_inverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3598,26 +4352,29 @@ static INLINE void NAME(normalize_rotor_dense)(intptr_t n, char **args, const in
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r1[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[4];
             REAL x1[4];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
             NAME(normalize_rotor)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4, SPAN);
+        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
     }
 }
-LOOPS(normalize_rotor_dense)
+LOOP(normalize_rotor_dense)
 
 void NAME(normalize_rotor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(normalize_rotor_block), WIDTHS(normalize_rotor_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(normalize_rotor_block), WIDTH(normalize_rotor_dense), (any_function
         *)NAME(normalize_rotor), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3769,18 +4526,19 @@ static INLINE void NAME(rotate_vector_dense_r)(intptr_t n, char **args, const in
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x1[3];
             REAL x2[3];
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(rotate_vector_apply_r)(prepared, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(rotate_vector_dense_r)
@@ -3817,8 +4575,9 @@ static INLINE void NAME(rotate_vector_dense)(intptr_t n, char **args, const intp
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -3826,12 +4585,12 @@ static INLINE void NAME(rotate_vector_dense)(intptr_t n, char **args, const intp
             REAL x0[4];
             REAL x1[3];
             REAL x2[3];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(rotate_vector)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(rotate_vector_dense)
@@ -3993,18 +4752,19 @@ static INLINE void NAME(rotate_vector_back_dense_r)(intptr_t n, char **args, con
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x1[3];
             REAL x2[3];
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(rotate_vector_back_apply_r)(prepared, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(rotate_vector_back_dense_r)
@@ -4041,8 +4801,9 @@ static INLINE void NAME(rotate_vector_back_dense)(intptr_t n, char **args, const
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -4050,12 +4811,12 @@ static INLINE void NAME(rotate_vector_back_dense)(intptr_t n, char **args, const
             REAL x0[4];
             REAL x1[3];
             REAL x2[3];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(rotate_vector_back)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(rotate_vector_back_dense)
@@ -4217,18 +4978,19 @@ static INLINE void NAME(rotate_bivector_dense_r)(intptr_t n, char **args, const 
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
     (void)strides;
-    char *a1 = args[1];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
         for (intptr_t i = 0; i < SPAN; ++i) {
             REAL x1[3];
             REAL x2[3];
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(rotate_bivector_apply_r)(prepared, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(rotate_bivector_dense_r)
@@ -4265,8 +5027,9 @@ static INLINE void NAME(rotate_bivector_dense)(intptr_t n, char **args, const in
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
     _Alignas(64) REAL r2[3 * SPAN];
     for (intptr_t first = 0; first < n; first += SPAN) {
         ANY_ORDER
@@ -4274,12 +5037,12 @@ static INLINE void NAME(rotate_bivector_dense)(intptr_t n, char **args, const in
             REAL x0[4];
             REAL x1[3];
             REAL x2[3];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(rotate_bivector)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
     }
 }
 LOOPS(rotate_bivector_dense)
@@ -4420,21 +5183,24 @@ static INLINE void NAME(rotor_from_axis_angle_dense_angle)(intptr_t n, char **ar
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[3];
             REAL x2[4];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
             NAME(rotor_from_axis_angle_apply_angle)(prepared, x0, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4, SPAN);
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
     }
 }
-LOOPS(rotor_from_axis_angle_dense_angle)
+LOOP(rotor_from_axis_angle_dense_angle)
 
 static void NAME(rotor_from_axis_angle_start_angle)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -4518,7 +5284,7 @@ void NAME(rotor_from_axis_angle_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
     static const struct form forms[] = {{2, 2, NAME(rotor_from_axis_angle_start_angle),
-        WIDTHS(rotor_from_axis_angle_block_angle), WIDTHS(rotor_from_axis_angle_dense_angle)}, {1, 2,
+        WIDTHS(rotor_from_axis_angle_block_angle), WIDTH(rotor_from_axis_angle_dense_angle)}, {1, 2,
         NAME(rotor_from_axis_angle_start_axis), WIDTHS(rotor_from_axis_angle_block_axis), {NULL}}};
     static const struct kernel kernel = {WIDTHS(rotor_from_axis_angle_block), {NULL}, (any_function
         *)NAME(rotor_from_axis_angle), NAME(call_anr), 2, 3, 2, 1, 1, parts, forms};
@@ -4816,26 +5582,29 @@ static INLINE void NAME(rotor_square_root_dense)(intptr_t n, char **args, const 
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r1[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[4];
             REAL x1[4];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
             NAME(rotor_square_root)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4, SPAN);
+        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
     }
 }
-LOOPS(rotor_square_root_dense)
+LOOP(rotor_square_root_dense)
 
 void NAME(rotor_square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(rotor_square_root_block), WIDTHS(rotor_square_root_dense),
+    static const struct kernel kernel = {WIDTHS(rotor_square_root_block), WIDTH(rotor_square_root_dense),
         (any_function *)NAME(rotor_square_root), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -5903,26 +6672,29 @@ static INLINE void NAME(rotor_from_quaternion_dense)(intptr_t n, char **args, co
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r1[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[4];
             REAL x1[4];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
             NAME(rotor_from_quaternion)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4, SPAN);
+        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
     }
 }
-LOOPS(rotor_from_quaternion_dense)
+LOOP(rotor_from_quaternion_dense)
 
 void NAME(rotor_from_quaternion_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(rotor_from_quaternion_block), WIDTHS(rotor_from_quaternion_dense),
+    static const struct kernel kernel = {WIDTHS(rotor_from_quaternion_block), WIDTH(rotor_from_quaternion_dense),
         (any_function *)NAME(rotor_from_quaternion), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -5962,26 +6734,29 @@ static INLINE void NAME(rotor_to_quaternion_dense)(intptr_t n, char **args, cons
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r1[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < TILE; ++i) {
             REAL x0[4];
             REAL x1[4];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
             NAME(rotor_to_quaternion)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4, SPAN);
+        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
     }
 }
-LOOPS(rotor_to_quaternion_dense)
+LOOP(rotor_to_quaternion_dense)
 
 void NAME(rotor_to_quaternion_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(rotor_to_quaternion_block), WIDTHS(rotor_to_quaternion_dense),
+    static const struct kernel kernel = {WIDTHS(rotor_to_quaternion_block), WIDTH(rotor_to_quaternion_dense),
         (any_function *)NAME(rotor_to_quaternion), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -6048,10 +6823,33 @@ static INLINE void NAME(rotor_to_matrix_block)(intptr_t n, char **args, const in
 }
 LOOPS(rotor_to_matrix_block)
 
+static INLINE void NAME(rotor_to_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[9 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[4];
+            REAL x1[9];
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
+            NAME(rotor_to_matrix)(x0, x1);
+            NAME(store_3x3)((char *)(r1 + i), 3 * TILE * w, TILE * w, x1);
+        }
+        NAME(store_tile_9)(a1 + first * 9, r1, TILE);
+    }
+}
+LOOP(rotor_to_matrix_dense)
+
 void NAME(rotor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {9, 2, 1, {3, 3}}};
-    static const struct kernel kernel = {WIDTHS(rotor_to_matrix_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(rotor_to_matrix_block), WIDTH(rotor_to_matrix_dense), (any_function
         *)NAME(rotor_to_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -6138,11 +6936,34 @@ static INLINE void NAME(rotor_from_matrix_block)(intptr_t n, char **args, const 
 }
 LOOPS(rotor_from_matrix_block)
 
+static INLINE void NAME(rotor_from_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[9 * TILE];
+    _Alignas(64) REAL r1[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_9)(r0, TILE, a0 + first * 9);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[9];
+            REAL x1[4];
+            NAME(load_3x3)(x0, (char *)(r0 + i), 3 * TILE * w, TILE * w);
+            NAME(rotor_from_matrix)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
+    }
+}
+LOOP(rotor_from_matrix_dense)
+
 void NAME(rotor_from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(rotor_from_matrix_block), {NULL}, (any_function
-        *)NAME(rotor_from_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_from_matrix_block), WIDTH(rotor_from_matrix_dense),
+        (any_function *)NAME(rotor_from_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6193,12 +7014,48 @@ static INLINE void NAME(pack_field_block)(intptr_t n, char **args, const intptr_
 }
 LOOPS(pack_field_block)
 
+static INLINE void NAME(pack_field_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r1[2 * SPAN];
+    _Alignas(64) REAL r2[2 * SPAN];
+    _Alignas(64) REAL r3[2 * SPAN];
+    _Alignas(64) REAL r4[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[2];
+            REAL x2[2];
+            REAL x3[2];
+            REAL x4[2];
+            NAME(load_8)(x0, (char *)a0 + (first + i) * 8 * w, w);
+            NAME(pack_field)(x0, x1, x2, x3, x4);
+            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r3 + i), SPAN * w, x3);
+            NAME(store_2)((char *)(r4 + i), SPAN * w, x4);
+        }
+        NAME(store_few)(a1 + first * 2, r1, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
+        NAME(store_few)(a3 + first * 2, r3, 2, SPAN);
+        NAME(store_few)(a4 + first * 2, r4, 2, SPAN);
+    }
+}
+LOOPS(pack_field_dense)
+
 void NAME(pack_field_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}, {2, 1, 3, {2}}, {2, 1, 4,
         {2}}};
-    static const struct kernel kernel = {WIDTHS(pack_field_block), {NULL}, (any_function *)NAME(pack_field),
-        NAME(call_arrrr), 1, 5, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(pack_field_block), WIDTHS(pack_field_dense), (any_function
+        *)NAME(pack_field), NAME(call_arrrr), 1, 5, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6249,12 +7106,50 @@ static INLINE void NAME(unpack_field_block)(intptr_t n, char **args, const intpt
 }
 LOOPS(unpack_field_block)
 
+static INLINE void NAME(unpack_field_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r0[2 * TILE];
+    _Alignas(64) REAL r1[2 * TILE];
+    _Alignas(64) REAL r2[2 * TILE];
+    _Alignas(64) REAL r3[2 * TILE];
+    _Alignas(64) REAL r4[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_2)(r0, TILE, a0 + first * 2);
+        NAME(load_tile_2)(r1, TILE, a1 + first * 2);
+        NAME(load_tile_2)(r2, TILE, a2 + first * 2);
+        NAME(load_tile_2)(r3, TILE, a3 + first * 2);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            REAL x2[2];
+            REAL x3[2];
+            REAL x4[8];
+            NAME(load_2)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_2)(x1, (char *)(r1 + i), TILE * w);
+            NAME(load_2)(x2, (char *)(r2 + i), TILE * w);
+            NAME(load_2)(x3, (char *)(r3 + i), TILE * w);
+            NAME(unpack_field)(x0, x1, x2, x3, x4);
+            NAME(store_8)((char *)(r4 + i), TILE * w, x4);
+        }
+        NAME(store_tile_8)(a4 + first * 8, r4, TILE);
+    }
+}
+LOOP(unpack_field_dense)
+
 void NAME(unpack_field_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}, {2, 1, 3, {2}}, {8, 1, 4,
         {8}}};
-    static const struct kernel kernel = {WIDTHS(unpack_field_block), {NULL}, (any_function *)NAME(unpack_field),
-        NAME(call_aaaar), 4, 5, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(unpack_field_block), WIDTH(unpack_field_dense), (any_function
+        *)NAME(unpack_field), NAME(call_aaaar), 4, 5, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

@@ -15,8 +15,19 @@ import jinja2
 
 from ..ir.program import Program
 from ..ir.uniform import Uniform
-from .c_batch import LANES, call_helpers, load_helpers, loop_text, named_parts, parts, span_sizes, store_helpers
+from .c_batch import (
+    FEW,
+    LANES,
+    call_helpers,
+    load_helpers,
+    loop_text,
+    named_parts,
+    parts,
+    store_helpers,
+    tile_sizes,
+)
 from .c_functions import TRANSCENDENTAL, constants, has_turns, polynomial_lines
+from .c_tiles import tile_helpers
 from .documentation import c_comment, stamp
 from .module import KernelSource, ModuleSource
 from .printers import C_MACROS, C, Names
@@ -67,6 +78,7 @@ def c_body(name: str, kernels: list[tuple[Program, tuple[Uniform, ...]]]) -> str
     shapes = [[part.shape for part in parts(program)] for program in programs]
     parts_of_forms = [part for form in forms for part in (form.prepare, form.apply)]
     used = {line.op for program in (*programs, *parts_of_forms) for line in program.lines}
+    sizes = tile_sizes([prod(shape) for each in shapes for shape in each])
     template = environment().get_template("module.c.jinja")
     return template.render(
         name=name,
@@ -80,7 +92,9 @@ def c_body(name: str, kernels: list[tuple[Program, tuple[Uniform, ...]]]) -> str
         n_cores=max([1, *(sum(map(len, each)) for each in shapes)]),
         n_numbers=max([1, *(sum(map(prod, each)) for each in shapes)]),
         n_prepared=max([1, *(form.apply.arguments[0].shape[0] for form in forms)]),
-        spans=span_sizes([prod(shape) for each in shapes for shape in each]),
+        tiles=tile_helpers(sizes),
+        few=[size for size in sizes if size <= FEW],
+        many=[size for size in sizes if size > FEW],
         space=max([_SPACE, *(LANES * sum(map(prod, each)) for each in shapes)]),
         kernels=["\n".join(_wrapped(_kernel_and_loops(program, uniform))) for program, uniform in kernels],
     )

@@ -6,14 +6,14 @@ compiled for structure-of-arrays (each component contiguous over the batch), onc
 chosen from when it runs. For other strides the driver of
 ``batch.c.jinja``, which all kernels share, moves blocks of elements through buffers of that order; from C order (each
 element contiguous) by functions for each size of element. That costs one store and one load for each number: what
-computes little for each number has a second loop for C order. Both come once more for an argument that is the same for
-the whole batch, where that saves work.
+computes little for each number has a second loop for C order, in which it stays in registers. Both come once more for
+an argument that is the same for the whole batch, where that saves work.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from math import prod
 from typing import Any
@@ -32,25 +32,29 @@ FORM_PARTS = ("prepare", "apply", "start", "block", "dense")
 """What the names of a form's C functions have between the kernel's name and its arguments."""
 
 C_HELPERS = re.compile(
-    r"(load|store)_(scalar|rows|span_\d+|\d+(x\d+)*)|spans|turn(_tiles|_all)?|(load|store)_(tile|span)|four|eight"
+    r"(load|store)_(scalar|rows|(span|tile)_\d+|\d+(x\d+)*)|spans|turn(_tiles|_all)?|(load|store)_(tile|few)|tile|half|four|eight"
     r"|move_(part|element)|each|batch|call_[anr]+"
     r"|bits_of|of_bits|chosen_by|quarters_of|(sin|cos)_of_rest|(sin|cos|exp|log|atan2|acos)_of"
     r"|(sin|cos|exp|log|atan|asin)_polynomial"
 )
 """Functions and types that the kernels of a C file share."""
 
-_DENSE_NUMBERS = 24
+_DENSE_NUMBERS = 32
 _DENSE_LINES = 40
-"""Kernels of at most so many numbers and operations, whose elements are read as they lie, have a loop of their own for
-C order. For others the driver's rows cost about a tenth more, and loops for all would be two fifths of the build."""
+_LINES_OF_NUMBER = 5
+"""Kernels of at most so many numbers, and of so many operations or so many for each number, have a loop of their own
+for C order. Others gain less from what they would add to the build."""
 
-_SPAN_NUMBERS = 32
+FEW = 3
+"""As in the template: what compilers turn well without tiles has at most so many numbers."""
+
+_TILE_NUMBERS = 32
 """Elements of at most so many numbers have functions of their own between C order and rows."""
 
 
-def span_sizes(sizes: Sequence[int]) -> list[int]:
+def tile_sizes(sizes: Sequence[int]) -> list[int]:
     """The sizes of parts, ascending, for which there are functions between C order and rows."""
-    return sorted({1, *(size for size in sizes if size <= _SPAN_NUMBERS)})
+    return sorted({1, *(size for size in sizes if size <= _TILE_NUMBERS)})
 
 
 def parts(program: Program) -> list[Argument | Result]:
@@ -114,16 +118,16 @@ def named_parts(program: Program, form: Uniform) -> tuple[Program, Program]:
 
 def _loops(program: Program, form: Uniform | None, lines: list[str]) -> list[str]:
     """The loops over rows and in C order for each width, whose text is added to `lines`; NULL where there is none."""
+    kinds = [("block", _one_loop, "LOOPS", "WIDTHS")]
+    if _has_dense(program, form):
+        direct = ("dense", _direct_loop, "LOOPS", "WIDTHS")
+        kinds.append(direct if _is_direct(program, form) else ("dense", _tile_loop, "LOOP", "WIDTH"))
     names = []
-    for order in ("block", "dense"):
-        if order == "dense" and not _has_dense(program, form):
-            names.append("{NULL}")
-            continue
+    for order, loop, compiled, named in kinds:
         own = form_name(program, form, order) if form else f"{program.name}_{order}"
-        names.append(f"WIDTHS({own})")
-        loop = (_dense_loop if order == "dense" else _one_loop)(program, f"NAME({own})", form)
-        lines += [*loop, f"LOOPS({own})", ""]
-    return names
+        lines += [*loop(program, f"NAME({own})", form), f"{compiled}({own})", ""]
+        names.append(f"{named}({own})")
+    return [*names, "{NULL}"][:2]
 
 
 def _cores(program: Program) -> list[list[str]]:
@@ -185,35 +189,60 @@ def _one_loop(program: Program, name: str, form: Uniform | None) -> list[str]:
     return [*lines, *(f"    {text}" for text in (head, *(f"    {text}" for text in inner), "}")), "}"]
 
 
-def _dense_loop(program: Program, name: str, form: Uniform | None) -> list[str]:
-    """The loop over elements in C order: results, and arguments of many numbers, go through rows of a few elements.
+def _tile_loop(program: Program, name: str, form: Uniform | None) -> list[str]:
+    """The loop over elements in C order, which become tiles: vectors of as many elements as fill 32 bytes.
+
+    The inner loop is one step of vectors, which stay in registers; wider ones would need more turns and gain nothing.
+    """
+    n_inputs, sizes = len(program.arguments), _changing(program, form)
+    inner = [f"NAME(load_tile_{sizes[k]})(r{k}, TILE, a{k} + first * {sizes[k]});" for k in sizes if k < n_inputs]
+    places = {k: f"(char *)(r{k} + i)" for k in sizes}
+    cores = [_core_steps(part, "TILE * w") for part in parts(program)]
+    inner += ["ANY_ORDER", "for (intptr_t i = 0; i < TILE; ++i) {"]
+    inner += _elements(program, form, places, cores, near=True)
+    inner += [f"NAME(store_tile_{sizes[k]})(a{k} + first * {sizes[k]}, r{k}, TILE);" for k in sizes if k >= n_inputs]
+    return _in_order(name, "TILE", sizes, sizes, _same(program, form), inner)
+
+
+def _direct_loop(program: Program, name: str, form: Uniform | None) -> list[str]:
+    """The same where compilers turn elements as they read them; results go through rows of a few elements.
 
     Results of neighbours are never written side by side: compilers that make one vector of the sums and differences of
     an element may fuse them with products, whatever they are told of contraction (gcc 12 does).
     """
-    n_inputs, same = len(program.arguments), _same(program, form)
-    sizes = {k: prod(part.shape) for k, part in enumerate(parts(program)) if k not in same}
-    direct = _is_direct(set(sizes.values()))
-    rows = [k for k in sizes if k >= n_inputs or not direct]
-    places = {k: f"(char *)(r{k} + i)" if k in rows else f"a{k} + (first + i) * {_times(sizes[k])}" for k in sizes}
-    cores = []
-    for k, part in enumerate(parts(program)):
-        step = "SPAN * w" if k in rows else "w"
-        cores.append([_times(prod(part.shape[axis + 1 :]), step) for axis in range(len(part.shape))])
-    lines = [f"static INLINE void {name}(intptr_t n, char **args, const intptr_t *strides)", "{"]
-    lines += ["    const intptr_t w = sizeof(REAL);", *_prepared(same), "    (void)strides;"]
-    lines += [f"    char *a{k} = args[{k}];" for k in sizes if k not in rows]
-    lines += [f"    _Alignas(64) REAL r{k}[{sizes[k]} * SPAN];" for k in rows]
-    inner = [f"NAME(load_span)(r{k}, args[{k}], first, {sizes[k]}, SPAN);" for k in rows if k < n_inputs]
-    inner += ["ANY_ORDER", "for (intptr_t i = 0; i < SPAN; ++i) {", *_elements(program, form, places, cores, near=True)]
-    inner += [f"NAME(store_span)(args[{k}], first, r{k}, {sizes[k]}, SPAN);" for k in rows if k >= n_inputs]
-    head = "for (intptr_t first = 0; first < n; first += SPAN) {"
-    return [*lines, *(f"    {text}" for text in (head, *(f"    {text}" for text in inner), "}")), "}"]
+    n_inputs, sizes = len(program.arguments), _changing(program, form)
+    rows = [k for k in sizes if k >= n_inputs]
+    places = {
+        k: f"(char *)(r{k} + i)" if k in rows else f"(char *)a{k} + (first + i) * {_times(sizes[k])}" for k in sizes
+    }
+    cores = [_core_steps(part, "SPAN * w" if k in rows else "w") for k, part in enumerate(parts(program))]
+    inner = ["ANY_ORDER", "for (intptr_t i = 0; i < SPAN; ++i) {", *_elements(program, form, places, cores, near=True)]
+    inner += [f"NAME(store_few)(a{k} + first * {sizes[k]}, r{k}, {sizes[k]}, SPAN);" for k in rows]
+    return _in_order(name, "SPAN", sizes, rows, _same(program, form), inner)
 
 
-def _is_direct(sizes: set[int]) -> bool:
-    """Whether compilers read elements of these sizes as well as tiles do, which take four numbers."""
-    return sizes <= {1, 2, 3, 4, 8} and (3 in sizes or max(sizes) <= 4)
+def _in_order(
+    name: str, length: str, sizes: Mapping[int, int], rows: Collection[int], same: Sequence[int], inner: Sequence[str]
+) -> list[str]:
+    """A loop over elements in C order, `length` at a time."""
+    return [
+        f"static INLINE void {name}(intptr_t n, char **args, const intptr_t *strides)",
+        "{",
+        "    const intptr_t w = sizeof(REAL);",
+        *_prepared(same),
+        "    (void)strides;",
+        *(f"    REAL *a{k} = (REAL *)args[{k}];" for k in sizes),
+        *(f"    _Alignas(64) REAL r{k}[{sizes[k]} * {length}];" for k in rows),
+        f"    for (intptr_t first = 0; first < n; first += {length}) {{",
+        *(f"        {text}" for text in inner),
+        "    }",
+        "}",
+    ]
+
+
+def _core_steps(part: Argument | Result, step: str) -> list[str]:
+    """Strides within an element whose components are `step` apart, in C order."""
+    return [_times(prod(part.shape[axis + 1 :]), step) for axis in range(len(part.shape))]
 
 
 def _same(program: Program, form: Uniform | None) -> list[int]:
@@ -256,11 +285,22 @@ def _elements(
     return [f"    {text}" for text in (*arrays, *loads, f"NAME({name})({', '.join(passed)});", *stores)] + ["}"]
 
 
+def _changing(program: Program, form: Uniform | None) -> dict[int, int]:
+    """The sizes of the parts that a loop reads and writes for each element."""
+    same = _same(program, form)
+    return {k: prod(part.shape) for k, part in enumerate(parts(program)) if k not in same}
+
+
 def _has_dense(program: Program, form: Uniform | None) -> bool:
-    run, same = _run(program, form), _same(program, form)
-    counts = [prod(part.shape) for k, part in enumerate(parts(program)) if k not in same]
-    small = sum(counts) <= _DENSE_NUMBERS and len(run.lines) <= _DENSE_LINES and not is_long(run)
-    return max(counts) > 1 and small and _is_direct(set(counts))
+    run, counts = _run(program, form), _changing(program, form).values()
+    few = sum(counts) <= _DENSE_NUMBERS and len(run.lines) <= max(_DENSE_LINES, _LINES_OF_NUMBER * sum(counts))
+    return max(counts) > 1 and few and not is_long(run)
+
+
+def _is_direct(program: Program, form: Uniform | None) -> bool:
+    """Whether compilers read the elements as well as tiles do."""
+    sizes = list(_changing(program, form).values())
+    return set(sizes) <= {1, 2, 3, 4, 8} and max(sizes[-len(program.results) :]) <= FEW
 
 
 def _times(count: int, step: str = "w") -> str:
