@@ -2,7 +2,7 @@
 // command: gac generate --all quaternion
 // spec: 7c099cdb8aa07718
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 4424ef7887b8ba5559ac6e596fa2ff8c1cad164181d82890e02d6e40dc7dceb0
+// body: 4b879cb74ff6ede82537e7bcb6dab58eb395b80af12fbaa3ef26f7ac60fbf66f
 
 #ifndef REAL
 #include "quaternion.h"
@@ -1930,8 +1930,8 @@ static void NAME(each)(const struct kernel *kernel, char **args, intptr_t n, con
     }
 }
 
-// Runs a kernel over a batch in blocks. What lies at unit stride, or is hoisted, is used where it lies, and so is a
-// whole batch in C order if there is a loop for it; everything else goes through rows.
+// Runs a kernel over a batch. What lies at unit stride, or is hoisted, is used where it lies, and so is a whole batch
+// in C order if there is a loop for it; everything else goes through rows, in blocks.
 static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, const intptr_t *steps)
 {
     const intptr_t w = sizeof(REAL), *strides = steps + kernel->n_parts;
@@ -1939,9 +1939,9 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     enum { SAME, HOISTED, UNIT, ANY } kinds[PARTS];
     _Alignas(64) REAL space[SPACE], prepared[PREPARED];
     REAL *rows[PARTS];
-    char *starts[PARTS];
+    char *starts[PARTS], *rest[PARTS];
     intptr_t cores[CORES], row_cores[CORES], total = 0, numbers = 0, bytes = 0;
-    unsigned still = 0, hoisted = 0;
+    unsigned still = 0, units = 0, hoisted = 0;
     int in_place = 1, ordered = 1, known = 1;
     if (width < 0 || n == 1) {
         NAME(each)(kernel, args, n, steps);
@@ -1960,6 +1960,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         numbers += same ? 0 : part->size;
         bytes += steps[p] < 0 ? -steps[p] : steps[p];
         still |= (unsigned)same << p;
+        units |= (unsigned)(steps[p] == w) << p;
     }
     for (int f = 0; f < kernel->n_forms && !hoisted; ++f) {
         const struct form *form = &kernel->forms[f];
@@ -1968,8 +1969,6 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
             hoisted = form->same, in_rows = form->block[width], in_order = form->dense[width];
         }
     }
-    const int dense = ordered && still == hoisted && in_order;
-    const int spans = ordered && !dense && known && total * SPAN <= SPACE;
     // Results that no cache holds go past the caches, where that is what takes the time and all rows start lines alike.
     int past = PASSES(n * numbers * w) && !kernel->busy && !ordered;
     for (int p = n_inputs; past && p < n_parts; ++p) {
@@ -1978,6 +1977,22 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         for (int q = part->first; past && q < part->first + part->rank; ++q)
             past = strides[q] % LINE == 0;
     }
+    // All that lies as a loop reads it is run at once, but for what is less than a vector.
+    loop_function *const at_once = ordered && still == hoisted && in_order ? in_order
+        : (units | hoisted) == (1u << n_parts) - 1 && !past && !kernel->repeats ? in_rows : NULL;
+    if (at_once) {
+        const intptr_t whole = n & -(at_once == in_order ? SPAN : LANES);
+        for (int p = 0; p < n_parts; ++p) {
+            starts[p] = hoisted >> p & 1 ? (char *)prepared : args[p];
+            rest[p] = args[p] + whole * steps[p];
+        }
+        if (whole)
+            at_once(whole, starts, strides);
+        args = rest, n -= whole;
+        if (n == 0)
+            return;
+    }
+    const int spans = ordered && known && total * SPAN <= SPACE;
     // Long rows spare calls; beyond the last cache, short turns keep reading and writing going side by side.
     const int near = n < (1 << 24) / (bytes + 1);
     intptr_t row = spans ? SPAN : near || past ? 512 / w : LANES;
@@ -1999,7 +2014,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
             cores[q] = kinds[p] == SAME || kinds[p] == ANY ? row_step : strides[q];
             row_cores[q] = row_step;
         }
-        if (dense || kinds[p] == HOISTED || kinds[p] == UNIT)
+        if (kinds[p] == HOISTED || kinds[p] == UNIT)
             continue;
         starts[p] = (char *)rows[p];
         loads[p] = spans ? NAME(spans)[part->size].load[width] : NULL;
@@ -2025,11 +2040,6 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
                 stores[p](turn, (char *[]){starts[p], args[p] + i * steps[p]}, NULL);
     }
     for (intptr_t m; i < n; i += m) {
-        if (dense && n - i >= SPAN) {
-            m = n & -SPAN;
-            in_order(m, starts, cores);
-            continue;
-        }
         m = i < head ? head - i : n - i < LANES ? n - i : in_place || n - i < row ? (n - i) & -LANES : row;
         const int few = m < LANES;
         for (int p = 0; p < n_parts; ++p) {
