@@ -7,12 +7,13 @@ import json
 import os
 import sys
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import click
+from rich import progress as bars
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 from rich.table import Table
 
 from .algebra.catalog import CATALOG, orthogonal
@@ -21,6 +22,7 @@ from .errors import GacError, SpecError, StaleError
 from .frontend.kernel import Kernel
 from .generate import (
     TARGETS,
+    Progress,
     Spec,
     compare,
     compile_kernels,
@@ -40,6 +42,7 @@ from .passes.record import Compilation
 from .prove import Verdict, verify_module
 from .robot_specs import robot_spec
 from .runtime import load_module
+from .workers import Order, each_spec, processors
 
 
 class Commands(click.Group):
@@ -80,6 +83,13 @@ _algebra = click.option(
     "--algebra", "algebra", default=None, help="Of scripts (.clu): cga, 3dpga, ..., or a folder with definition.csv."
 )
 _json = click.option("--json", "as_json", is_flag=True, help="Print JSON instead of a table.")
+_jobs = click.option(
+    "-j",
+    "--jobs",
+    type=click.IntRange(min=1),
+    default=processors,
+    help="Compile so many modules at a time [default: as many as there are processors].",
+)
 
 
 @main.command(
@@ -106,6 +116,7 @@ _json = click.option("--json", "as_json", is_flag=True, help="Print JSON instead
     show_default=True,
     help="A language to write; may be given again. c is C with the Python module; the others are one file for a spec.",
 )
+@_jobs
 @_algebra
 def generate(
     specs: tuple[str, ...],
@@ -113,6 +124,7 @@ def generate(
     own: bool,
     no_build: bool,
     targets: tuple[str, ...],
+    jobs: int,
     algebra: str | None,
 ) -> None:
     """Write a module (.py, .c, .h) for each spec file, and compile its C if a compiler is there.
@@ -124,9 +136,10 @@ def generate(
         raise click.UsageError("name at least one spec file, or give --all")
     others = [target for target in TARGETS if target in targets]
     elsewhere = output or Path("out")
-    found = _own(specs) if own else [load_spec(Path(spec), algebra=algebra) for spec in specs]
+    orders = _own(specs) if own else [Order(Path(spec), None, algebra) for spec in specs]
+    found = [load_spec(*order) for order in orders]
     with _progress(sum(len(spec.kernels) for spec in found)) as advance:
-        modules = [compile_spec(spec, advance) for spec in found]
+        modules = each_spec(compile_spec, orders, advance, jobs)
     in_others = [render_targets(module, others) for module in modules]
     in_c = [render(module) for module in modules] if "c" in targets else []
     for spec, files in zip(found, in_others, strict=True):
@@ -166,17 +179,16 @@ def build(folder: Path | None, force: bool) -> None:
 @main.command(epilog=_examples("gac check", "gac check pga3", "gac check --prove"))
 @click.argument("names", nargs=-1)
 @click.option("--prove", is_flag=True, help="Also prove the files, as `gac verify` does.")
-def check(names: tuple[str, ...], prove: bool) -> None:
+@_jobs
+def check(names: tuple[str, ...], prove: bool, jobs: int) -> None:
     """Compare generated/ with what the specs give now; print the differences and exit 1 if there are any."""
     folder = generated_folder()
-    found = _own(names)
-    files: dict[str, str] = {}
-    verdicts: list[tuple[str, Verdict]] = []
-    with _progress(sum(len(spec.kernels) for spec in found)) as advance:
-        for spec in found:
-            records = compile_kernels(spec, advance)
-            files |= render(source_of(spec, records))
-            verdicts += _verdicts(spec, records, folder) if prove else []
+    orders = _own(names)
+    work = partial(_rendered_and_proved, folder=folder if prove else None)
+    with _progress(sum(len(load_spec(*order).kernels) for order in orders)) as advance:
+        found = each_spec(work, orders, advance, jobs)
+    files = {name: text for texts, _ in found for name, text in texts.items()}
+    verdicts = [verdict for _, rows in found for verdict in rows]
     diffs = compare(files, folder)
     known = {f"{path.stem}.{ending}" for path in own_specs() for ending in ("py", "c", "h")} | {"__init__.py"}
     orphans = sorted(
@@ -268,7 +280,7 @@ def verify(specs: tuple[str, ...], output: Path | None, own: bool, as_json: bool
     Exact rational points that satisfy the relations decide; what runs is then measured in ulp. Exit status 1 if any
     kernel is not proved.
     """
-    found = _own(()) if own else [_spec(spec, algebra) for spec in specs]
+    found = [load_spec(*order) for order in _own(())] if own else [_spec(spec, algebra) for spec in specs]
     if not found:
         raise click.UsageError("name at least one spec, or give --all")
     rows: list[tuple[str, Verdict]] = []
@@ -286,6 +298,14 @@ def verify(specs: tuple[str, ...], output: Path | None, own: bool, as_json: bool
             ],
         )
     _end_with(rows)
+
+
+def _rendered_and_proved(
+    spec: Spec, progress: Progress, folder: Path | None
+) -> tuple[dict[str, str], list[tuple[str, Verdict]]]:
+    """The files of a spec, and what is known of those in a folder if one is given."""
+    records = compile_kernels(spec, progress)
+    return render(source_of(spec, records)), _verdicts(spec, records, folder) if folder else []
 
 
 def _verdicts(spec: Spec, records: Sequence[Compilation], folder: Path) -> list[tuple[str, Verdict]]:
@@ -469,12 +489,12 @@ def _near(path: Path) -> str:
     return os.path.relpath(path) if path.is_absolute() else str(path)
 
 
-def _own(names: tuple[str, ...]) -> list[Spec]:
+def _own(names: tuple[str, ...]) -> list[Order]:
     known = {path.stem: path for path in own_specs()}
     unknown = [name for name in names if name not in known]
     if unknown:
         raise SpecError(unknown[0], "no such module", "one of " + " ".join(known))
-    return [load_spec(known[name], f"gac generate --all {name}") for name in (names or known)]
+    return [Order(known[name], f"gac generate --all {name}") for name in (names or known)]
 
 
 def _is_own(spec: Spec) -> bool:
@@ -484,7 +504,8 @@ def _is_own(spec: Spec) -> bool:
 def _spec(text: str, algebra: str | None = None) -> Spec:
     """A spec by path, or a checked-in module by name."""
     own = {path.stem for path in own_specs()}
-    return _own((text,))[0] if text in own and not Path(text).is_file() else load_spec(Path(text), algebra=algebra)
+    order = _own((text,))[0] if text in own and not Path(text).is_file() else Order(Path(text), None, algebra)
+    return load_spec(*order)
 
 
 def _kernel(target: str, algebra: str | None = None) -> Kernel:
@@ -512,10 +533,10 @@ class _progress:
 
     def __enter__(self) -> Any:
         console = Console(stderr=True)
-        self._bar = Progress(
-            TextColumn("{task.description}"),
-            BarColumn(),
-            MofNCompleteColumn(),
+        self._bar = bars.Progress(
+            bars.TextColumn("{task.description}"),
+            bars.BarColumn(),
+            bars.MofNCompleteColumn(),
             console=console,
             transient=True,
             disable=not console.is_terminal,

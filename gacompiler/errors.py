@@ -27,6 +27,9 @@ class GacError(Exception):
             message += f"; {remedy}"
         super().__init__(message)
 
+    def __reduce__(self) -> tuple[type[GacError], tuple[str, str, str, str]]:
+        return type(self), (self.where, self.found, self.expected, self.remedy)
+
 
 class AlgebraError(GacError):
     """A blade, metric or operation that the algebra does not have."""

@@ -1,0 +1,98 @@
+"""Specs in processes of their own: the same results, in order, and the same errors as in one."""
+
+from __future__ import annotations
+
+import os
+import pickle
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from gacompiler.cli import main
+from gacompiler.errors import BackendError, GacError, KernelError, SpecError
+from gacompiler.generate import Progress, Spec, compile_spec, render
+from gacompiler.workers import Order, each_spec
+
+SPEC = '''
+from gacompiler import kernel, {operation}
+from gacompiler.algebra.catalog import PGA3
+
+@kernel(a=PGA3.{layout}, b=PGA3.{layout})
+def combined(a, b):
+    """The {operation} of `a` and `b`."""
+    return {operation}(a, b)
+'''
+
+
+@pytest.fixture
+def orders(tmp_path: Path) -> list[Order]:
+    texts = {
+        "points": ("regressive_product", "POINT"),
+        "planes": ("outer_product", "PLANE"),
+        "motors": ("geometric_product", "MOTOR"),
+    }
+    for name, (operation, layout) in texts.items():
+        (tmp_path / f"{name}.py").write_text(SPEC.format(operation=operation, layout=layout))
+    return [Order(tmp_path / f"{name}.py") for name in texts]
+
+
+def named(spec: Spec, progress: Progress) -> tuple[str, int]:
+    progress(spec.name)
+    return spec.name, os.getpid()
+
+
+def failing(spec: Spec, progress: Progress) -> str:
+    if spec.name == "planes":
+        raise KernelError(spec.name, "a reason", "another", "a remedy")
+    return spec.name
+
+
+def ending(spec: Spec, progress: Progress) -> str:
+    os._exit(1)
+
+
+def test_every_spec_has_a_process(orders: list[Order]) -> None:
+    told: list[str] = []
+    results = each_spec(named, orders, told.append, jobs=2)
+    assert [name for name, _ in results] == ["points", "planes", "motors"]
+    assert sorted(told) == ["motors", "planes", "points"]
+    assert os.getpid() not in {process for _, process in results}
+
+
+@pytest.mark.parametrize("jobs, n_specs", [(1, 3), (8, 1)])
+def test_one_needs_no_other_process(orders: list[Order], jobs: int, n_specs: int) -> None:
+    results = each_spec(named, orders[:n_specs], lambda name: None, jobs)
+    assert {process for _, process in results} == {os.getpid()}
+
+
+def test_texts_are_the_same(orders: list[Order]) -> None:
+    alone, together = (each_spec(compile_spec, orders, lambda name: None, jobs) for jobs in (1, 3))
+    assert list(map(render, alone)) == list(map(render, together))
+
+
+def test_errors_come_back_whole(orders: list[Order], tmp_path: Path) -> None:
+    with pytest.raises(KernelError, match="planes: a reason; expected another; a remedy") as caught:
+        each_spec(failing, orders, lambda name: None, jobs=2)
+    assert caught.value.remedy == "a remedy"
+    with pytest.raises(BackendError, match="ended before its work was done; try with --jobs 1"):
+        each_spec(ending, orders, lambda name: None, jobs=2)
+    (tmp_path / "planes.py").write_text("no Python")
+    with pytest.raises(SpecError, match="syntax error"):
+        each_spec(named, orders, lambda name: None, jobs=2)
+
+
+@pytest.mark.parametrize("kind", [GacError, *GacError.__subclasses__()])
+def test_errors_are_pickled(kind: type[GacError]) -> None:
+    error = kind("here", "this", "that", "do so")
+    copy = pickle.loads(pickle.dumps(error))
+    assert type(copy) is kind and str(copy) == str(error) and copy.expected == "that"
+
+
+def test_generate_takes_a_number_of_jobs(orders: list[Order], tmp_path: Path) -> None:
+    paths = [str(order.path) for order in orders]
+    result = CliRunner().invoke(main, ["generate", *paths, "-o", str(tmp_path / "out"), "--no-build", "-j", "2"])
+    assert result.exit_code == 0, result.output
+    assert result.output.count("1 kernels") == 3 and (tmp_path / "out" / "motors.c").is_file()
+    result = CliRunner().invoke(main, ["generate", *paths, "-j", "0"])
+    assert result.exit_code == 2 and "x>=1" in result.output
