@@ -17,7 +17,7 @@ from backend_programs import DISTANCE, MOVE_POINT, NORMALIZE, expected, inputs, 
 __all__ = ["module_fixture", "modules_fixture"]
 
 PROGRAMS = (MOVE_POINT, NORMALIZE, DISTANCE)
-LARGE = 40_001
+LARGE = 120_001
 """More elements than wake threads, and no multiple of anything."""
 
 

@@ -6,6 +6,7 @@ Copied into every generated module as it is, with the other ``runtime_`` files.
 from __future__ import annotations
 
 import importlib.util
+import math
 import os
 import threading
 from collections.abc import Callable
@@ -133,7 +134,7 @@ def _c_loop(kernel: Any, dtype: np.dtype[Any]) -> Callable[..., None]:
                 moved = [start + offset for start, offset in zip(starts, offsets, strict=True)]
                 function(new(integers, moved), dimensions, strides)
 
-        _in_threads(piece, sizes[inner], n_threads)
+        _in_threads(piece, sizes[inner], n_threads, math.prod(sizes) * kernel._work)
 
     return run
 
@@ -158,7 +159,7 @@ def _c_plan(
             moved = [address + first * step for address, step in zip(addresses, outer)]  # noqa: B905
             function(new(integers, moved), new(integers, (count,)), strides)
 
-        _in_threads(piece, size, n_threads)
+        _in_threads(piece, size, n_threads, size * kernel._work)
 
     return run
 

@@ -259,7 +259,7 @@ def _numba_loop(kernel: Any, dtype: np.dtype[Any]) -> Callable[..., None]:
                 moved = [start + offset for start, offset in zip(starts, offsets, strict=True)]
                 loop([_foreign().cast("void *", start) for start in moved], count)
 
-        _in_threads(piece, size, n_threads)
+        _in_threads(piece, size, n_threads, math.prod(sizes) * kernel._work)
 
     return run
 
@@ -282,7 +282,7 @@ def _numba_plan(
             moved = [address + first * step for address, step in zip(addresses, outer)]  # noqa: B905
             loop([cast("void *", address) for address in moved], count)
 
-        _in_threads(piece, size, n_threads)
+        _in_threads(piece, size, n_threads, size * kernel._work)
 
     return run
 

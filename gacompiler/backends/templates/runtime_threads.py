@@ -6,13 +6,19 @@ Copied into every generated module as it is, with the other ``runtime_`` files.
 from __future__ import annotations
 
 import os
+from collections import deque
 from collections.abc import Callable
 from typing import Any
 
 _PIECE = 64
 """Pieces are multiples of so many elements, so that none shares a cache line of results with another."""
-_LEAST_WORK = 1 << 20
+_LEAST_WORK = 1 << 23
 """Bytes and operations, in bytes, of a batch that is worth waking threads for: about a tenth of a millisecond."""
+_LARGE_WORK = 1 << 27
+"""The same of a batch of which each thread has one piece, as large as can be: loops write past the caches what these
+do not hold."""
+_TURNS = 4
+"""Pieces for each thread of other batches. Threads wake late, and whoever is awake takes the next."""
 
 
 def _threads_wanted() -> int:
@@ -37,11 +43,11 @@ def _checked_threads(name: str, wanted: Any) -> int:
     return int(wanted)
 
 
-def _in_threads(piece: Callable[[int, int], None], size: int, n_threads: int) -> None:
-    """Run ``piece(first, count)`` over a batch, one piece a thread, the first one on this thread."""
-    share = -(-size // n_threads)
+def _in_threads(piece: Callable[[int, int], None], size: int, n_threads: int, work: int) -> None:
+    """Run ``piece(first, count)`` over a batch of so much work, on this thread and on others."""
+    share = -(-size // (n_threads if work > _LARGE_WORK else n_threads * _TURNS))
     share += -share % _PIECE
-    if share >= size:
+    if n_threads == 1 or share >= size:
         piece(0, size)
         return
     # A pool does not survive a fork, and one of another size is another pool.
@@ -51,7 +57,20 @@ def _in_threads(piece: Callable[[int, int], None], size: int, n_threads: int) ->
         from concurrent.futures import ThreadPoolExecutor
 
         pool = _pools.setdefault(key, ThreadPoolExecutor(n_threads - 1, "gacompiler"))
-    rest = [pool.submit(piece, first, min(share, size - first)) for first in range(share, size, share)]
-    piece(0, share)
-    for each in rest:
-        each.result()
+    pieces = deque(range(0, size, share))
+
+    def take() -> None:
+        while pieces:
+            try:
+                first = pieces.popleft()
+            except IndexError:
+                return
+            piece(first, min(share, size - first))
+
+    helpers = [pool.submit(take) for _ in range(n_threads - 1)]
+    try:
+        take()
+    finally:
+        # Who has not begun has nothing left to do.
+        for helper in helpers:
+            helper.cancel() or helper.result()
