@@ -2,7 +2,7 @@
 // command: gac generate --all arms
 // spec: d016df18dd5ec9e0
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 9855590756af46b00fc4c11642795fe8b7532290f0ceb1e3c33a2b4360435777
+// body: 20052df384f7a637bb99f38edb9e9a1bbdb2068239cc2d64081051c2ecd8469c
 
 #ifndef REAL
 #include "arms.h"
@@ -64,6 +64,9 @@
 // Elements in C order go through rows of this many.
 #define SPAN 32
 
+// As many elements are run one after the other.
+#define ALONE 2
+
 // A vector of neighbours in memory, where the compiler turns such of 32 bytes well.
 #if defined(__has_builtin) && (defined(ON) || defined(__clang__))
 #if __has_builtin(__builtin_shufflevector)
@@ -121,12 +124,15 @@ struct form {
     intptr_t least;
     void (*start)(char **args, const intptr_t *strides, void *prepared);
     loop_function *block[2], *dense[2];
+    int together;
 };
 
-// The loops of a kernel, over rows and in C order, its plain function and how that is called, and its forms. A kernel
-// that repeats reads its inputs again after it has written: its outputs cannot lie where they do.
+// The loops of a kernel, over rows and in C order, which takes so many elements together; its plain function and how
+// that is called; and its forms. A kernel that repeats reads its inputs again after it has written: its outputs cannot
+// lie where they do.
 struct kernel {
     loop_function *block[2], *dense[2];
+    int together;
     any_function *function;
     void (*call)(any_function *function, void **parts);
     int n_inputs, n_parts, n_forms, repeats, busy;
@@ -1486,39 +1492,39 @@ static INLINE void NAME(store_tile_14)(REAL *a, const REAL *x, intptr_t row)
 }
 #endif
 
-// Rows, SPAN numbers long, of `n` elements of at most three numbers in C order, and back.
-static INLINE void NAME(load_few)(REAL *x, const REAL *a, intptr_t size, intptr_t n)
+// Rows, `row` numbers long, of `n` elements of at most three numbers in C order, and back.
+static INLINE void NAME(load_few)(REAL *x, const REAL *a, intptr_t size, intptr_t row, intptr_t n)
 {
     if (size == 1) {
         memcpy(x, a, n * sizeof(REAL));
     } else if (size == 2) {
         for (intptr_t i = 0; i < n; ++i) {
             x[i] = a[2 * i];
-            x[SPAN + i] = a[2 * i + 1];
+            x[row + i] = a[2 * i + 1];
         }
     } else {
         for (intptr_t i = 0; i < n; ++i) {
             x[i] = a[3 * i];
-            x[SPAN + i] = a[3 * i + 1];
-            x[2 * SPAN + i] = a[3 * i + 2];
+            x[row + i] = a[3 * i + 1];
+            x[2 * row + i] = a[3 * i + 2];
         }
     }
 }
 
-static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr_t n)
+static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr_t row, intptr_t n)
 {
     if (size == 1) {
         memcpy(a, x, n * sizeof(REAL));
     } else if (size == 2) {
         for (intptr_t i = 0; i < n; ++i) {
             a[2 * i] = x[i];
-            a[2 * i + 1] = x[SPAN + i];
+            a[2 * i + 1] = x[row + i];
         }
     } else {
         for (intptr_t i = 0; i < n; ++i) {
             a[3 * i] = x[i];
-            a[3 * i + 1] = x[SPAN + i];
-            a[3 * i + 2] = x[2 * SPAN + i];
+            a[3 * i + 1] = x[row + i];
+            a[3 * i + 2] = x[2 * row + i];
         }
     }
 }
@@ -1527,42 +1533,42 @@ static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr
 static INLINE void NAME(load_span_1)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 1, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 1, SPAN, n);
 }
 LOOPS(load_span_1)
 
 static INLINE void NAME(store_span_1)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 1, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 1, SPAN, n);
 }
 LOOPS(store_span_1)
 
 static INLINE void NAME(load_span_2)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 2, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 2, SPAN, n);
 }
 LOOPS(load_span_2)
 
 static INLINE void NAME(store_span_2)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 2, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 2, SPAN, n);
 }
 LOOPS(store_span_2)
 
 static INLINE void NAME(load_span_3)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 3, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 3, SPAN, n);
 }
 LOOPS(load_span_3)
 
 static INLINE void NAME(store_span_3)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 3, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 3, SPAN, n);
 }
 LOOPS(store_span_3)
 
@@ -1725,11 +1731,12 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     intptr_t cores[CORES], row_cores[CORES], total = 0, numbers = 0, bytes = 0;
     unsigned still = 0, units = 0, hoisted = 0;
     int in_place = 1, ordered = 1, known = 1;
-    if (width < 0 || n == 1) {
+    if (width < 0 || n <= 1) {
         NAME(each)(kernel, args, n, steps);
         return;
     }
     loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width], *loads[PARTS], *stores[PARTS];
+    int together = kernel->together;
     for (int p = 0; p < n_parts; ++p) {
         const struct part *part = &kernel->parts[p];
         const int same = p < n_inputs && steps[p] == 0;
@@ -1748,7 +1755,8 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         const struct form *form = &kernel->forms[f];
         if ((still & form->same) == form->same && n >= form->least) {
             form->start(args, strides, prepared);
-            hoisted = form->same, in_rows = form->block[width], in_order = form->dense[width];
+            hoisted = form->same, together = form->together;
+            in_rows = form->block[width], in_order = form->dense[width];
         }
     }
     // Results that no cache holds go past the caches, where that is what takes the time and all rows start lines alike.
@@ -1763,7 +1771,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     loop_function *const at_once = ordered && still == hoisted && in_order ? in_order
         : (units | hoisted) == (1u << n_parts) - 1 && !past && !kernel->repeats ? in_rows : NULL;
     if (at_once) {
-        const intptr_t whole = n & -(at_once == in_order ? SPAN : LANES);
+        const intptr_t whole = n & -(at_once == in_order ? together : LANES);
         for (int p = 0; p < n_parts; ++p) {
             starts[p] = hoisted >> p & 1 ? (char *)prepared : args[p];
             rest[p] = args[p] + whole * steps[p];
@@ -1773,6 +1781,11 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         args = rest, n -= whole;
         if (n == 0)
             return;
+    }
+    // Rows cost more than a few elements do.
+    if (n <= ALONE && !hoisted) {
+        NAME(each)(kernel, args, n, steps);
+        return;
     }
     const int spans = ordered && known && total * SPAN <= SPACE;
     // Long rows spare calls; beyond the last cache, short turns keep reading and writing going side by side.
@@ -1914,7 +1927,7 @@ void NAME(turns_of_sum_loop)(char **args, const intptr_t *dimensions, const intp
 {
     static const struct part parts[] = {{1, 0, 0, {0}}, {1, 0, 0, {0}}, {1, 0, 0, {0}}, {2, 1, 0, {2}}, {1, 0, 1,
         {0}}};
-    static const struct kernel kernel = {WIDTHS(turns_of_sum_block), {NULL}, (any_function *)NAME(turns_of_sum),
+    static const struct kernel kernel = {WIDTHS(turns_of_sum_block), {NULL}, 0, (any_function *)NAME(turns_of_sum),
         NAME(call_nnnrr), 3, 5, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -2074,7 +2087,7 @@ LOOPS(turns_of_two_sums_block)
 void NAME(turns_of_two_sums_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 2, 0, {2, 3}}, {6, 2, 2, {2, 3}}, {8, 2, 4, {4, 2}}, {4, 1, 6, {4}}};
-    static const struct kernel kernel = {WIDTHS(turns_of_two_sums_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(turns_of_two_sums_block), {NULL}, 0, (any_function
         *)NAME(turns_of_two_sums), NAME(call_aarr), 2, 4, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -2230,21 +2243,21 @@ static INLINE void NAME(slides_of_quadratic_dense_a_b)(intptr_t n, char **args, 
     REAL *a2 = (REAL *)args[2];
     REAL *a3 = (REAL *)args[3];
     REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r3[2 * SPAN];
-    _Alignas(64) REAL r4[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r3[2 * LANES];
+    _Alignas(64) REAL r4[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x2[1];
             REAL x3[2];
             REAL x4[1];
             NAME(load_scalar)(x2, (char *)a2 + (first + i) * w);
             NAME(slides_of_quadratic_apply_a_b)(prepared, x2[0], x3, x4);
-            NAME(store_2)((char *)(r3 + i), SPAN * w, x3);
+            NAME(store_2)((char *)(r3 + i), LANES * w, x3);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_few)(a3 + first * 2, r3, 2, SPAN);
-        NAME(store_few)(a4 + first * 1, r4, 1, SPAN);
+        NAME(store_few)(a3 + first * 2, r3, 2, LANES, LANES);
+        NAME(store_few)(a4 + first * 1, r4, 1, LANES, LANES);
     }
 }
 LOOPS(slides_of_quadratic_dense_a_b)
@@ -2290,8 +2303,8 @@ void NAME(slides_of_quadratic_loop)(char **args, const intptr_t *dimensions, con
     static const struct part parts[] = {{1, 0, 0, {0}}, {1, 0, 0, {0}}, {1, 0, 0, {0}}, {2, 1, 0, {2}}, {1, 0, 1,
         {0}}};
     static const struct form forms[] = {{3, 2, NAME(slides_of_quadratic_start_a_b),
-        WIDTHS(slides_of_quadratic_block_a_b), WIDTHS(slides_of_quadratic_dense_a_b)}};
-    static const struct kernel kernel = {WIDTHS(slides_of_quadratic_block), {NULL}, (any_function
+        WIDTHS(slides_of_quadratic_block_a_b), WIDTHS(slides_of_quadratic_dense_a_b), LANES}};
+    static const struct kernel kernel = {WIDTHS(slides_of_quadratic_block), {NULL}, 0, (any_function
         *)NAME(slides_of_quadratic), NAME(call_nnnrr), 3, 5, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3166,7 +3179,7 @@ LOOPS(turns_of_ellipse_block)
 void NAME(turns_of_ellipse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 2, 0, {2, 2}}, {2, 1, 2, {2}}, {4, 1, 3, {4}}, {4, 1, 4, {4}}};
-    static const struct kernel kernel = {WIDTHS(turns_of_ellipse_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(turns_of_ellipse_block), {NULL}, 0, (any_function
         *)NAME(turns_of_ellipse), NAME(call_aarr), 2, 4, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3484,9 +3497,9 @@ void NAME(turn_between_points_loop)(char **args, const intptr_t *dimensions, con
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {1, 0, 3, {0}}};
     static const struct form forms[] = {{3, 2, NAME(turn_between_points_start_line_a),
-        WIDTHS(turn_between_points_block_line_a), {NULL}}, {5, 2, NAME(turn_between_points_start_line_b),
-        WIDTHS(turn_between_points_block_line_b), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(turn_between_points_block), {NULL}, (any_function
+        WIDTHS(turn_between_points_block_line_a), {NULL}, 0}, {5, 2, NAME(turn_between_points_start_line_b),
+        WIDTHS(turn_between_points_block_line_b), {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(turn_between_points_block), {NULL}, 0, (any_function
         *)NAME(turn_between_points), NAME(call_aaar), 3, 4, 2, 0, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3848,17 +3861,17 @@ static INLINE void NAME(turned_point_dense_line_q)(intptr_t n, char **args, cons
     (void)strides;
     REAL *a1 = (REAL *)args[1];
     REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r3[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r3[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x1[3];
             REAL x3[3];
             NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(turned_point_apply_line_q)(prepared, x1, x3);
-            NAME(store_3)((char *)(r3 + i), SPAN * w, x3);
+            NAME(store_3)((char *)(r3 + i), LANES * w, x3);
         }
-        NAME(store_few)(a3 + first * 3, r3, 3, SPAN);
+        NAME(store_few)(a3 + first * 3, r3, 3, LANES, LANES);
     }
 }
 LOOPS(turned_point_dense_line_q)
@@ -4025,10 +4038,10 @@ void NAME(turned_point_loop)(char **args, const intptr_t *dimensions, const intp
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{5, 2, NAME(turned_point_start_line_q), WIDTHS(turned_point_block_line_q),
-        WIDTHS(turned_point_dense_line_q)}, {6, 2, NAME(turned_point_start_p_q), WIDTHS(turned_point_block_p_q),
-        WIDTH(turned_point_dense_p_q)}, {4, 2, NAME(turned_point_start_q), WIDTHS(turned_point_block_q),
-        WIDTH(turned_point_dense_q)}};
-    static const struct kernel kernel = {WIDTHS(turned_point_block), {NULL}, (any_function *)NAME(turned_point),
+        WIDTHS(turned_point_dense_line_q), LANES}, {6, 2, NAME(turned_point_start_p_q),
+        WIDTHS(turned_point_block_p_q), WIDTH(turned_point_dense_p_q), TILE}, {4, 2, NAME(turned_point_start_q),
+        WIDTHS(turned_point_block_q), WIDTH(turned_point_dense_q), TILE}};
+    static const struct kernel kernel = {WIDTHS(turned_point_block), {NULL}, 0, (any_function *)NAME(turned_point),
         NAME(call_aanr), 3, 4, 3, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -4102,7 +4115,7 @@ LOOPS(turn_between_lines_block)
 void NAME(turn_between_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}, {1, 0, 3, {0}}};
-    static const struct kernel kernel = {WIDTHS(turn_between_lines_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(turn_between_lines_block), {NULL}, 0, (any_function
         *)NAME(turn_between_lines), NAME(call_aaar), 3, 4, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -4384,9 +4397,9 @@ void NAME(turns_to_plane_loop)(char **args, const intptr_t *dimensions, const in
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}, {2, 1, 3, {2}}, {1, 0, 4,
         {0}}};
     static const struct form forms[] = {{3, 2, NAME(turns_to_plane_start_line_p),
-        WIDTHS(turns_to_plane_block_line_p), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(turns_to_plane_block), {NULL}, (any_function *)NAME(turns_to_plane),
-        NAME(call_aaarr), 3, 5, 1, 0, 1, parts, forms};
+        WIDTHS(turns_to_plane_block_line_p), {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(turns_to_plane_block), {NULL}, 0, (any_function
+        *)NAME(turns_to_plane), NAME(call_aaarr), 3, 5, 1, 0, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4858,9 +4871,9 @@ void NAME(turns_to_sphere_loop)(char **args, const intptr_t *dimensions, const i
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {1, 0, 3, {0}}, {2, 1, 3,
         {2}}, {1, 0, 4, {0}}};
     static const struct form forms[] = {{7, 2, NAME(turns_to_sphere_start_line_p_centre),
-        WIDTHS(turns_to_sphere_block_line_p_centre), {NULL}}, {11, 2, NAME(turns_to_sphere_start_line_p_distance),
-        WIDTHS(turns_to_sphere_block_line_p_distance), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(turns_to_sphere_block), {NULL}, (any_function
+        WIDTHS(turns_to_sphere_block_line_p_centre), {NULL}, 0}, {11, 2,
+        NAME(turns_to_sphere_start_line_p_distance), WIDTHS(turns_to_sphere_block_line_p_distance), {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(turns_to_sphere_block), {NULL}, 0, (any_function
         *)NAME(turns_to_sphere), NAME(call_aaanrr), 4, 6, 2, 0, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -5697,12 +5710,12 @@ void NAME(circle_profile_loop)(char **args, const intptr_t *dimensions, const in
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}, {3, 1, 3, {3}}, {6, 2, 4,
         {2, 3}}};
     static const struct form forms[] = {{14, 2, NAME(circle_profile_start_base_line_p),
-        WIDTHS(circle_profile_block_base_line_p), WIDTH(circle_profile_dense_base_line_p)}, {13, 2,
+        WIDTHS(circle_profile_block_base_line_p), WIDTH(circle_profile_dense_base_line_p), TILE}, {13, 2,
         NAME(circle_profile_start_axis_line_p), WIDTHS(circle_profile_block_axis_line_p),
-        WIDTH(circle_profile_dense_axis_line_p)}, {7, 4, NAME(circle_profile_start_axis_base_line),
-        WIDTHS(circle_profile_block_axis_base_line), WIDTH(circle_profile_dense_axis_base_line)}};
-    static const struct kernel kernel = {WIDTHS(circle_profile_block), WIDTH(circle_profile_dense), (any_function
-        *)NAME(circle_profile), NAME(call_aaaar), 4, 5, 3, 0, 0, parts, forms};
+        WIDTH(circle_profile_dense_axis_line_p), TILE}, {7, 4, NAME(circle_profile_start_axis_base_line),
+        WIDTHS(circle_profile_block_axis_base_line), WIDTH(circle_profile_dense_axis_base_line), TILE}};
+    static const struct kernel kernel = {WIDTHS(circle_profile_block), WIDTH(circle_profile_dense), TILE,
+        (any_function *)NAME(circle_profile), NAME(call_aaaar), 4, 5, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6331,14 +6344,14 @@ void NAME(segment_profile_loop)(char **args, const intptr_t *dimensions, const i
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}, {3, 1, 3, {3}}, {6, 2, 4,
         {2, 3}}};
     static const struct form forms[] = {{11, 3, NAME(segment_profile_start_axis_base_p),
-        WIDTHS(segment_profile_block_axis_base_p), WIDTH(segment_profile_dense_axis_base_p)}, {14, 2,
+        WIDTHS(segment_profile_block_axis_base_p), WIDTH(segment_profile_dense_axis_base_p), TILE}, {14, 2,
         NAME(segment_profile_start_base_line_p), WIDTHS(segment_profile_block_base_line_p),
-        WIDTH(segment_profile_dense_base_line_p)}, {7, 2, NAME(segment_profile_start_axis_base_line),
-        WIDTHS(segment_profile_block_axis_base_line), WIDTH(segment_profile_dense_axis_base_line)}, {13, 2,
+        WIDTH(segment_profile_dense_base_line_p), TILE}, {7, 2, NAME(segment_profile_start_axis_base_line),
+        WIDTHS(segment_profile_block_axis_base_line), WIDTH(segment_profile_dense_axis_base_line), TILE}, {13, 2,
         NAME(segment_profile_start_axis_line_p), WIDTHS(segment_profile_block_axis_line_p),
-        WIDTH(segment_profile_dense_axis_line_p)}};
-    static const struct kernel kernel = {WIDTHS(segment_profile_block), WIDTH(segment_profile_dense), (any_function
-        *)NAME(segment_profile), NAME(call_aaaar), 4, 5, 4, 0, 0, parts, forms};
+        WIDTH(segment_profile_dense_axis_line_p), TILE}};
+    static const struct kernel kernel = {WIDTHS(segment_profile_block), WIDTH(segment_profile_dense), TILE,
+        (any_function *)NAME(segment_profile), NAME(call_aaaar), 4, 5, 4, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7079,12 +7092,12 @@ void NAME(circle_shadow_loop)(char **args, const intptr_t *dimensions, const int
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}, {3, 1, 3, {3}}, {6, 2, 4,
         {2, 3}}};
     static const struct form forms[] = {{13, 2, NAME(circle_shadow_start_first_line_p),
-        WIDTHS(circle_shadow_block_first_line_p), WIDTH(circle_shadow_dense_first_line_p)}, {14, 2,
+        WIDTHS(circle_shadow_block_first_line_p), WIDTH(circle_shadow_dense_first_line_p), TILE}, {14, 2,
         NAME(circle_shadow_start_second_line_p), WIDTHS(circle_shadow_block_second_line_p),
-        WIDTH(circle_shadow_dense_second_line_p)}, {7, 3, NAME(circle_shadow_start_first_second_line),
-        WIDTHS(circle_shadow_block_first_second_line), WIDTH(circle_shadow_dense_first_second_line)}};
-    static const struct kernel kernel = {WIDTHS(circle_shadow_block), WIDTH(circle_shadow_dense), (any_function
-        *)NAME(circle_shadow), NAME(call_aaaar), 4, 5, 3, 0, 0, parts, forms};
+        WIDTH(circle_shadow_dense_second_line_p), TILE}, {7, 3, NAME(circle_shadow_start_first_second_line),
+        WIDTHS(circle_shadow_block_first_second_line), WIDTH(circle_shadow_dense_first_second_line), TILE}};
+    static const struct kernel kernel = {WIDTHS(circle_shadow_block), WIDTH(circle_shadow_dense), TILE,
+        (any_function *)NAME(circle_shadow), NAME(call_aaaar), 4, 5, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7668,14 +7681,14 @@ void NAME(segment_shadow_loop)(char **args, const intptr_t *dimensions, const in
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}, {3, 1, 3, {3}}, {6, 2, 4,
         {2, 3}}};
     static const struct form forms[] = {{7, 2, NAME(segment_shadow_start_first_second_line),
-        WIDTHS(segment_shadow_block_first_second_line), WIDTH(segment_shadow_dense_first_second_line)}, {11, 2,
-        NAME(segment_shadow_start_first_second_p), WIDTHS(segment_shadow_block_first_second_p),
-        WIDTH(segment_shadow_dense_first_second_p)}, {13, 2, NAME(segment_shadow_start_first_line_p),
-        WIDTHS(segment_shadow_block_first_line_p), WIDTH(segment_shadow_dense_first_line_p)}, {14, 2,
+        WIDTHS(segment_shadow_block_first_second_line), WIDTH(segment_shadow_dense_first_second_line), TILE}, {11,
+        2, NAME(segment_shadow_start_first_second_p), WIDTHS(segment_shadow_block_first_second_p),
+        WIDTH(segment_shadow_dense_first_second_p), TILE}, {13, 2, NAME(segment_shadow_start_first_line_p),
+        WIDTHS(segment_shadow_block_first_line_p), WIDTH(segment_shadow_dense_first_line_p), TILE}, {14, 2,
         NAME(segment_shadow_start_second_line_p), WIDTHS(segment_shadow_block_second_line_p),
-        WIDTH(segment_shadow_dense_second_line_p)}};
-    static const struct kernel kernel = {WIDTHS(segment_shadow_block), WIDTH(segment_shadow_dense), (any_function
-        *)NAME(segment_shadow), NAME(call_aaaar), 4, 5, 4, 0, 0, parts, forms};
+        WIDTH(segment_shadow_dense_second_line_p), TILE}};
+    static const struct kernel kernel = {WIDTHS(segment_shadow_block), WIDTH(segment_shadow_dense), TILE,
+        (any_function *)NAME(segment_shadow), NAME(call_aaaar), 4, 5, 4, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7913,7 +7926,7 @@ void NAME(turns_about_two_axes_loop)(char **args, const intptr_t *dimensions, co
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}, {6, 1, 3, {6}}, {2, 1, 4,
         {2}}, {2, 1, 5, {2}}, {1, 0, 6, {0}}};
-    static const struct kernel kernel = {WIDTHS(turns_about_two_axes_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(turns_about_two_axes_block), {NULL}, 0, (any_function
         *)NAME(turns_about_two_axes), NAME(call_aaaarrr), 4, 7, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -8529,7 +8542,7 @@ void NAME(wrist_turns_loop)(char **args, const intptr_t *dimensions, const intpt
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}, {8, 1, 3, {8}}, {6, 2, 4,
         {2, 3}}, {1, 0, 6, {0}}};
-    static const struct kernel kernel = {WIDTHS(wrist_turns_block), {NULL}, (any_function *)NAME(wrist_turns),
+    static const struct kernel kernel = {WIDTHS(wrist_turns_block), {NULL}, 0, (any_function *)NAME(wrist_turns),
         NAME(call_aaaarr), 4, 6, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -8944,7 +8957,7 @@ void NAME(planar_turns_loop)(char **args, const intptr_t *dimensions, const intp
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}, {8, 1, 3, {8}}, {6, 2, 4,
         {2, 3}}, {1, 0, 6, {0}}};
-    static const struct kernel kernel = {WIDTHS(planar_turns_block), {NULL}, (any_function *)NAME(planar_turns),
+    static const struct kernel kernel = {WIDTHS(planar_turns_block), {NULL}, 0, (any_function *)NAME(planar_turns),
         NAME(call_aaaarr), 4, 6, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -9131,7 +9144,7 @@ LOOPS(elbow_frame_block)
 void NAME(elbow_frame_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}, {8, 1, 3, {8}}};
-    static const struct kernel kernel = {WIDTHS(elbow_frame_block), {NULL}, (any_function *)NAME(elbow_frame),
+    static const struct kernel kernel = {WIDTHS(elbow_frame_block), {NULL}, 0, (any_function *)NAME(elbow_frame),
         NAME(call_aaar), 3, 4, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -10419,11 +10432,11 @@ void NAME(motion_of_three_turns_loop)(char **args, const intptr_t *dimensions, c
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}, {3, 1, 3, {3}}, {8, 1, 4,
         {8}}};
     static const struct form forms[] = {{11, 2, NAME(motion_of_three_turns_start_first_second_q),
-        WIDTHS(motion_of_three_turns_block_first_second_q), {NULL}}, {13, 2,
-        NAME(motion_of_three_turns_start_first_third_q), WIDTHS(motion_of_three_turns_block_first_third_q), {NULL}},
-        {14, 2, NAME(motion_of_three_turns_start_second_third_q),
-        WIDTHS(motion_of_three_turns_block_second_third_q), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(motion_of_three_turns_block), {NULL}, (any_function
+        WIDTHS(motion_of_three_turns_block_first_second_q), {NULL}, 0}, {13, 2,
+        NAME(motion_of_three_turns_start_first_third_q), WIDTHS(motion_of_three_turns_block_first_third_q), {NULL},
+        0}, {14, 2, NAME(motion_of_three_turns_start_second_third_q),
+        WIDTHS(motion_of_three_turns_block_second_third_q), {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(motion_of_three_turns_block), {NULL}, 0, (any_function
         *)NAME(motion_of_three_turns), NAME(call_aaaar), 4, 5, 3, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -11091,9 +11104,9 @@ void NAME(distance_to_goal_loop)(char **args, const intptr_t *dimensions, const 
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}, {1, 0, 3, {0}}, {1, 0, 3,
         {0}}};
     static const struct form forms[] = {{7, 2, NAME(distance_to_goal_start_m_n_goal),
-        WIDTHS(distance_to_goal_block_m_n_goal), {NULL}}, {11, 2, NAME(distance_to_goal_start_m_n_size),
-        WIDTHS(distance_to_goal_block_m_n_size), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(distance_to_goal_block), {NULL}, (any_function
+        WIDTHS(distance_to_goal_block_m_n_goal), {NULL}, 0}, {11, 2, NAME(distance_to_goal_start_m_n_size),
+        WIDTHS(distance_to_goal_block_m_n_size), {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(distance_to_goal_block), {NULL}, 0, (any_function
         *)NAME(distance_to_goal), NAME(call_aaanr), 4, 5, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -11324,8 +11337,8 @@ void NAME(point_and_tangent_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {14, 1, 2, {14}}};
     static const struct form forms[] = {{1, 2, NAME(point_and_tangent_start_p), WIDTHS(point_and_tangent_block_p),
-        WIDTH(point_and_tangent_dense_p)}};
-    static const struct kernel kernel = {WIDTHS(point_and_tangent_block), WIDTH(point_and_tangent_dense),
+        WIDTH(point_and_tangent_dense_p), TILE}};
+    static const struct kernel kernel = {WIDTHS(point_and_tangent_block), WIDTH(point_and_tangent_dense), TILE,
         (any_function *)NAME(point_and_tangent), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -11436,7 +11449,7 @@ LOOPS(constraint_of_points_block)
 void NAME(constraint_of_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {64, 2, 2, {8, 8}}};
-    static const struct kernel kernel = {WIDTHS(constraint_of_points_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(constraint_of_points_block), {NULL}, 0, (any_function
         *)NAME(constraint_of_points), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -11565,7 +11578,7 @@ LOOPS(constraint_of_lines_block)
 void NAME(constraint_of_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {64, 2, 2, {8, 8}}};
-    static const struct kernel kernel = {WIDTHS(constraint_of_lines_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(constraint_of_lines_block), {NULL}, 0, (any_function
         *)NAME(constraint_of_lines), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -11683,7 +11696,7 @@ LOOPS(constraint_of_planes_block)
 void NAME(constraint_of_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {64, 2, 2, {8, 8}}};
-    static const struct kernel kernel = {WIDTHS(constraint_of_planes_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(constraint_of_planes_block), {NULL}, 0, (any_function
         *)NAME(constraint_of_planes), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }

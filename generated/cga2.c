@@ -2,7 +2,7 @@
 // command: gac generate --all cga2
 // spec: f14887bc6fa2bdb2
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 15a9c7b763aab7a1171576ccd4d371919d134bff68735c5e8998d53ac37cc6bf
+// body: 2bfe8ab8dff68491478fd01ce9fdf9a72977cceefb2ee30d56770de762ec6ae2
 
 #ifndef REAL
 #include "cga2.h"
@@ -64,6 +64,9 @@
 // Elements in C order go through rows of this many.
 #define SPAN 32
 
+// As many elements are run one after the other.
+#define ALONE 2
+
 // A vector of neighbours in memory, where the compiler turns such of 32 bytes well.
 #if defined(__has_builtin) && (defined(ON) || defined(__clang__))
 #if __has_builtin(__builtin_shufflevector)
@@ -121,12 +124,15 @@ struct form {
     intptr_t least;
     void (*start)(char **args, const intptr_t *strides, void *prepared);
     loop_function *block[2], *dense[2];
+    int together;
 };
 
-// The loops of a kernel, over rows and in C order, its plain function and how that is called, and its forms. A kernel
-// that repeats reads its inputs again after it has written: its outputs cannot lie where they do.
+// The loops of a kernel, over rows and in C order, which takes so many elements together; its plain function and how
+// that is called; and its forms. A kernel that repeats reads its inputs again after it has written: its outputs cannot
+// lie where they do.
 struct kernel {
     loop_function *block[2], *dense[2];
+    int together;
     any_function *function;
     void (*call)(any_function *function, void **parts);
     int n_inputs, n_parts, n_forms, repeats, busy;
@@ -1557,39 +1563,39 @@ static INLINE void NAME(store_tile_16)(REAL *a, const REAL *x, intptr_t row)
 }
 #endif
 
-// Rows, SPAN numbers long, of `n` elements of at most three numbers in C order, and back.
-static INLINE void NAME(load_few)(REAL *x, const REAL *a, intptr_t size, intptr_t n)
+// Rows, `row` numbers long, of `n` elements of at most three numbers in C order, and back.
+static INLINE void NAME(load_few)(REAL *x, const REAL *a, intptr_t size, intptr_t row, intptr_t n)
 {
     if (size == 1) {
         memcpy(x, a, n * sizeof(REAL));
     } else if (size == 2) {
         for (intptr_t i = 0; i < n; ++i) {
             x[i] = a[2 * i];
-            x[SPAN + i] = a[2 * i + 1];
+            x[row + i] = a[2 * i + 1];
         }
     } else {
         for (intptr_t i = 0; i < n; ++i) {
             x[i] = a[3 * i];
-            x[SPAN + i] = a[3 * i + 1];
-            x[2 * SPAN + i] = a[3 * i + 2];
+            x[row + i] = a[3 * i + 1];
+            x[2 * row + i] = a[3 * i + 2];
         }
     }
 }
 
-static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr_t n)
+static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr_t row, intptr_t n)
 {
     if (size == 1) {
         memcpy(a, x, n * sizeof(REAL));
     } else if (size == 2) {
         for (intptr_t i = 0; i < n; ++i) {
             a[2 * i] = x[i];
-            a[2 * i + 1] = x[SPAN + i];
+            a[2 * i + 1] = x[row + i];
         }
     } else {
         for (intptr_t i = 0; i < n; ++i) {
             a[3 * i] = x[i];
-            a[3 * i + 1] = x[SPAN + i];
-            a[3 * i + 2] = x[2 * SPAN + i];
+            a[3 * i + 1] = x[row + i];
+            a[3 * i + 2] = x[2 * row + i];
         }
     }
 }
@@ -1598,42 +1604,42 @@ static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr
 static INLINE void NAME(load_span_1)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 1, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 1, SPAN, n);
 }
 LOOPS(load_span_1)
 
 static INLINE void NAME(store_span_1)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 1, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 1, SPAN, n);
 }
 LOOPS(store_span_1)
 
 static INLINE void NAME(load_span_2)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 2, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 2, SPAN, n);
 }
 LOOPS(load_span_2)
 
 static INLINE void NAME(store_span_2)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 2, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 2, SPAN, n);
 }
 LOOPS(store_span_2)
 
 static INLINE void NAME(load_span_3)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 3, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 3, SPAN, n);
 }
 LOOPS(load_span_3)
 
 static INLINE void NAME(store_span_3)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 3, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 3, SPAN, n);
 }
 LOOPS(store_span_3)
 
@@ -1815,11 +1821,12 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     intptr_t cores[CORES], row_cores[CORES], total = 0, numbers = 0, bytes = 0;
     unsigned still = 0, units = 0, hoisted = 0;
     int in_place = 1, ordered = 1, known = 1;
-    if (width < 0 || n == 1) {
+    if (width < 0 || n <= 1) {
         NAME(each)(kernel, args, n, steps);
         return;
     }
     loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width], *loads[PARTS], *stores[PARTS];
+    int together = kernel->together;
     for (int p = 0; p < n_parts; ++p) {
         const struct part *part = &kernel->parts[p];
         const int same = p < n_inputs && steps[p] == 0;
@@ -1838,7 +1845,8 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         const struct form *form = &kernel->forms[f];
         if ((still & form->same) == form->same && n >= form->least) {
             form->start(args, strides, prepared);
-            hoisted = form->same, in_rows = form->block[width], in_order = form->dense[width];
+            hoisted = form->same, together = form->together;
+            in_rows = form->block[width], in_order = form->dense[width];
         }
     }
     // Results that no cache holds go past the caches, where that is what takes the time and all rows start lines alike.
@@ -1853,7 +1861,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     loop_function *const at_once = ordered && still == hoisted && in_order ? in_order
         : (units | hoisted) == (1u << n_parts) - 1 && !past && !kernel->repeats ? in_rows : NULL;
     if (at_once) {
-        const intptr_t whole = n & -(at_once == in_order ? SPAN : LANES);
+        const intptr_t whole = n & -(at_once == in_order ? together : LANES);
         for (int p = 0; p < n_parts; ++p) {
             starts[p] = hoisted >> p & 1 ? (char *)prepared : args[p];
             rest[p] = args[p] + whole * steps[p];
@@ -1863,6 +1871,11 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         args = rest, n -= whole;
         if (n == 0)
             return;
+    }
+    // Rows cost more than a few elements do.
+    if (n <= ALONE && !hoisted) {
+        NAME(each)(kernel, args, n, steps);
+        return;
     }
     const int spans = ordered && known && total * SPAN <= SPACE;
     // Long rows spare calls; beyond the last cache, short turns keep reading and writing going side by side.
@@ -2239,7 +2252,7 @@ LOOPS(geometric_product_block)
 void NAME(geometric_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {WIDTHS(geometric_product_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(geometric_product_block), {NULL}, 0, (any_function
         *)NAME(geometric_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -2465,8 +2478,8 @@ LOOPS(outer_product_block)
 void NAME(outer_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {WIDTHS(outer_product_block), {NULL}, (any_function *)NAME(outer_product),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(outer_product_block), {NULL}, 0, (any_function
+        *)NAME(outer_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2691,7 +2704,7 @@ LOOPS(regressive_product_block)
 void NAME(regressive_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {WIDTHS(regressive_product_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(regressive_product_block), {NULL}, 0, (any_function
         *)NAME(regressive_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3031,8 +3044,8 @@ LOOPS(inner_product_block)
 void NAME(inner_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {WIDTHS(inner_product_block), {NULL}, (any_function *)NAME(inner_product),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(inner_product_block), {NULL}, 0, (any_function
+        *)NAME(inner_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3197,7 +3210,7 @@ LOOP(even_product_dense)
 void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(even_product_block), WIDTH(even_product_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(even_product_block), WIDTH(even_product_dense), TILE, (any_function
         *)NAME(even_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3291,8 +3304,8 @@ LOOP(reverse_dense)
 void NAME(reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {WIDTHS(reverse_block), WIDTH(reverse_dense), (any_function *)NAME(reverse),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(reverse_block), WIDTH(reverse_dense), TILE, (any_function
+        *)NAME(reverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3365,7 +3378,7 @@ LOOP(even_reverse_dense)
 void NAME(even_reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(even_reverse_block), WIDTH(even_reverse_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(even_reverse_block), WIDTH(even_reverse_dense), TILE, (any_function
         *)NAME(even_reverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3457,7 +3470,7 @@ LOOP(grade_involution_dense)
 void NAME(grade_involution_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {WIDTHS(grade_involution_block), WIDTH(grade_involution_dense),
+    static const struct kernel kernel = {WIDTHS(grade_involution_block), WIDTH(grade_involution_dense), TILE,
         (any_function *)NAME(grade_involution), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3547,7 +3560,7 @@ LOOP(dual_dense)
 void NAME(dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {WIDTHS(dual_block), WIDTH(dual_dense), (any_function *)NAME(dual),
+    static const struct kernel kernel = {WIDTHS(dual_block), WIDTH(dual_dense), TILE, (any_function *)NAME(dual),
         NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3637,8 +3650,8 @@ LOOP(undual_dense)
 void NAME(undual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {WIDTHS(undual_block), WIDTH(undual_dense), (any_function *)NAME(undual),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(undual_block), WIDTH(undual_dense), TILE, (any_function
+        *)NAME(undual), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3729,7 +3742,7 @@ LOOP(polarity_dense)
 void NAME(polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {WIDTHS(polarity_block), WIDTH(polarity_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(polarity_block), WIDTH(polarity_dense), TILE, (any_function
         *)NAME(polarity), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3791,7 +3804,7 @@ LOOP(embed_point_dense)
 void NAME(embed_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(embed_point_block), WIDTH(embed_point_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(embed_point_block), WIDTH(embed_point_dense), TILE, (any_function
         *)NAME(embed_point), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3831,17 +3844,17 @@ static INLINE void NAME(extract_point_dense)(intptr_t n, char **args, const intp
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x1[2];
             NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(extract_point)(x0, x1);
-            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
         }
-        NAME(store_few)(a1 + first * 2, r1, 2, SPAN);
+        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
     }
 }
 LOOPS(extract_point_dense)
@@ -3849,8 +3862,8 @@ LOOPS(extract_point_dense)
 void NAME(extract_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(extract_point_block), WIDTHS(extract_point_dense), (any_function
-        *)NAME(extract_point), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(extract_point_block), WIDTHS(extract_point_dense), LANES,
+        (any_function *)NAME(extract_point), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3913,7 +3926,7 @@ LOOP(normalize_vector_dense)
 void NAME(normalize_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(normalize_vector_block), WIDTH(normalize_vector_dense),
+    static const struct kernel kernel = {WIDTHS(normalize_vector_block), WIDTH(normalize_vector_dense), TILE,
         (any_function *)NAME(normalize_vector), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3961,10 +3974,10 @@ static INLINE void NAME(inner_product_of_points_dense)(intptr_t n, char **args, 
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[2];
             REAL x2[1];
@@ -3973,7 +3986,7 @@ static INLINE void NAME(inner_product_of_points_dense)(intptr_t n, char **args, 
             NAME(inner_product_of_points)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(inner_product_of_points_dense)
@@ -3982,8 +3995,8 @@ void NAME(inner_product_of_points_loop)(char **args, const intptr_t *dimensions,
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(inner_product_of_points_block),
-        WIDTHS(inner_product_of_points_dense), (any_function *)NAME(inner_product_of_points), NAME(call_aar), 2, 3,
-        0, 0, 0, parts, NULL};
+        WIDTHS(inner_product_of_points_dense), LANES, (any_function *)NAME(inner_product_of_points), NAME(call_aar),
+        2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4028,10 +4041,10 @@ static INLINE void NAME(distance_squared_points_dense)(intptr_t n, char **args, 
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[2];
             REAL x2[1];
@@ -4040,7 +4053,7 @@ static INLINE void NAME(distance_squared_points_dense)(intptr_t n, char **args, 
             NAME(distance_squared_points)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(distance_squared_points_dense)
@@ -4049,8 +4062,8 @@ void NAME(distance_squared_points_loop)(char **args, const intptr_t *dimensions,
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(distance_squared_points_block),
-        WIDTHS(distance_squared_points_dense), (any_function *)NAME(distance_squared_points), NAME(call_aar), 2, 3,
-        0, 0, 0, parts, NULL};
+        WIDTHS(distance_squared_points_dense), LANES, (any_function *)NAME(distance_squared_points), NAME(call_aar),
+        2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4096,10 +4109,10 @@ static INLINE void NAME(distance_points_dense)(intptr_t n, char **args, const in
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[2];
             REAL x2[1];
@@ -4108,7 +4121,7 @@ static INLINE void NAME(distance_points_dense)(intptr_t n, char **args, const in
             NAME(distance_points)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(distance_points_dense)
@@ -4116,8 +4129,8 @@ LOOPS(distance_points_dense)
 void NAME(distance_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(distance_points_block), WIDTHS(distance_points_dense), (any_function
-        *)NAME(distance_points), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(distance_points_block), WIDTHS(distance_points_dense), LANES,
+        (any_function *)NAME(distance_points), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4168,10 +4181,10 @@ static INLINE void NAME(inner_product_of_vectors_dense)(intptr_t n, char **args,
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x1[4];
             REAL x2[1];
@@ -4180,7 +4193,7 @@ static INLINE void NAME(inner_product_of_vectors_dense)(intptr_t n, char **args,
             NAME(inner_product_of_vectors)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(inner_product_of_vectors_dense)
@@ -4189,8 +4202,8 @@ void NAME(inner_product_of_vectors_loop)(char **args, const intptr_t *dimensions
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(inner_product_of_vectors_block),
-        WIDTHS(inner_product_of_vectors_dense), (any_function *)NAME(inner_product_of_vectors), NAME(call_aar), 2,
-        3, 0, 0, 0, parts, NULL};
+        WIDTHS(inner_product_of_vectors_dense), LANES, (any_function *)NAME(inner_product_of_vectors),
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4226,17 +4239,17 @@ static INLINE void NAME(flat_point_from_point_dense)(intptr_t n, char **args, co
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[3];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(flat_point_from_point)(x0, x1);
-            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_3)((char *)(r1 + i), LANES * w, x1);
         }
-        NAME(store_few)(a1 + first * 3, r1, 3, SPAN);
+        NAME(store_few)(a1 + first * 3, r1, 3, LANES, LANES);
     }
 }
 LOOPS(flat_point_from_point_dense)
@@ -4245,7 +4258,7 @@ void NAME(flat_point_from_point_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {WIDTHS(flat_point_from_point_block), WIDTHS(flat_point_from_point_dense),
-        (any_function *)NAME(flat_point_from_point), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+        LANES, (any_function *)NAME(flat_point_from_point), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4284,17 +4297,17 @@ static INLINE void NAME(point_from_flat_point_dense)(intptr_t n, char **args, co
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[2];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(point_from_flat_point)(x0, x1);
-            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
         }
-        NAME(store_few)(a1 + first * 2, r1, 2, SPAN);
+        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
     }
 }
 LOOPS(point_from_flat_point_dense)
@@ -4303,7 +4316,7 @@ void NAME(point_from_flat_point_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {2, 1, 1, {2}}};
     static const struct kernel kernel = {WIDTHS(point_from_flat_point_block), WIDTHS(point_from_flat_point_dense),
-        (any_function *)NAME(point_from_flat_point), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+        LANES, (any_function *)NAME(point_from_flat_point), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4350,19 +4363,19 @@ static INLINE void NAME(line_from_points_dense)(intptr_t n, char **args, const i
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[2];
             REAL x2[3];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(line_from_points)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(line_from_points_dense)
@@ -4370,7 +4383,7 @@ LOOPS(line_from_points_dense)
 void NAME(line_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(line_from_points_block), WIDTHS(line_from_points_dense),
+    static const struct kernel kernel = {WIDTHS(line_from_points_block), WIDTHS(line_from_points_dense), LANES,
         (any_function *)NAME(line_from_points), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -4418,19 +4431,19 @@ static INLINE void NAME(line_from_point_direction_dense)(intptr_t n, char **args
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[2];
             REAL x2[3];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(line_from_point_direction)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(line_from_point_direction_dense)
@@ -4439,8 +4452,8 @@ void NAME(line_from_point_direction_loop)(char **args, const intptr_t *dimension
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(line_from_point_direction_block),
-        WIDTHS(line_from_point_direction_dense), (any_function *)NAME(line_from_point_direction), NAME(call_aar), 2,
-        3, 0, 0, 0, parts, NULL};
+        WIDTHS(line_from_point_direction_dense), LANES, (any_function *)NAME(line_from_point_direction),
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4482,19 +4495,19 @@ static INLINE void NAME(line_from_normal_dense)(intptr_t n, char **args, const i
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[1];
             REAL x2[3];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(load_scalar)(x1, (char *)a1 + (first + i) * w);
             NAME(line_from_normal)(x0, x1[0], x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(line_from_normal_dense)
@@ -4502,7 +4515,7 @@ LOOPS(line_from_normal_dense)
 void NAME(line_from_normal_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(line_from_normal_block), WIDTHS(line_from_normal_dense),
+    static const struct kernel kernel = {WIDTHS(line_from_normal_block), WIDTHS(line_from_normal_dense), LANES,
         (any_function *)NAME(line_from_normal), NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -4550,19 +4563,19 @@ static INLINE void NAME(line_from_point_normal_dense)(intptr_t n, char **args, c
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[2];
             REAL x2[3];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(line_from_point_normal)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(line_from_point_normal_dense)
@@ -4571,7 +4584,7 @@ void NAME(line_from_point_normal_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(line_from_point_normal_block), WIDTHS(line_from_point_normal_dense),
-        (any_function *)NAME(line_from_point_normal), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+        LANES, (any_function *)NAME(line_from_point_normal), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4623,19 +4636,19 @@ static INLINE void NAME(bisector_line_dense)(intptr_t n, char **args, const intp
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[2];
             REAL x2[3];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(bisector_line)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(bisector_line_dense)
@@ -4643,8 +4656,8 @@ LOOPS(bisector_line_dense)
 void NAME(bisector_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(bisector_line_block), WIDTHS(bisector_line_dense), (any_function
-        *)NAME(bisector_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(bisector_line_block), WIDTHS(bisector_line_dense), LANES,
+        (any_function *)NAME(bisector_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4684,19 +4697,19 @@ static INLINE void NAME(dual_line_from_normal_dense)(intptr_t n, char **args, co
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[1];
             REAL x2[3];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(load_scalar)(x1, (char *)a1 + (first + i) * w);
             NAME(dual_line_from_normal)(x0, x1[0], x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(dual_line_from_normal_dense)
@@ -4705,7 +4718,7 @@ void NAME(dual_line_from_normal_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {WIDTHS(dual_line_from_normal_block), WIDTHS(dual_line_from_normal_dense),
-        (any_function *)NAME(dual_line_from_normal), NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
+        LANES, (any_function *)NAME(dual_line_from_normal), NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4744,17 +4757,17 @@ static INLINE void NAME(line_polarity_dense)(intptr_t n, char **args, const intp
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[3];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(line_polarity)(x0, x1);
-            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_3)((char *)(r1 + i), LANES * w, x1);
         }
-        NAME(store_few)(a1 + first * 3, r1, 3, SPAN);
+        NAME(store_few)(a1 + first * 3, r1, 3, LANES, LANES);
     }
 }
 LOOPS(line_polarity_dense)
@@ -4762,8 +4775,8 @@ LOOPS(line_polarity_dense)
 void NAME(line_polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(line_polarity_block), WIDTHS(line_polarity_dense), (any_function
-        *)NAME(line_polarity), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_polarity_block), WIDTHS(line_polarity_dense), LANES,
+        (any_function *)NAME(line_polarity), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4802,17 +4815,17 @@ static INLINE void NAME(line_from_dual_dense)(intptr_t n, char **args, const int
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[3];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(line_from_dual)(x0, x1);
-            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_3)((char *)(r1 + i), LANES * w, x1);
         }
-        NAME(store_few)(a1 + first * 3, r1, 3, SPAN);
+        NAME(store_few)(a1 + first * 3, r1, 3, LANES, LANES);
     }
 }
 LOOPS(line_from_dual_dense)
@@ -4820,8 +4833,8 @@ LOOPS(line_from_dual_dense)
 void NAME(line_from_dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(line_from_dual_block), WIDTHS(line_from_dual_dense), (any_function
-        *)NAME(line_from_dual), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_from_dual_block), WIDTHS(line_from_dual_dense), LANES,
+        (any_function *)NAME(line_from_dual), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4879,7 +4892,7 @@ LOOP(circle_from_line_dense)
 void NAME(circle_from_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(circle_from_line_block), WIDTH(circle_from_line_dense),
+    static const struct kernel kernel = {WIDTHS(circle_from_line_block), WIDTH(circle_from_line_dense), TILE,
         (any_function *)NAME(circle_from_line), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -5158,11 +5171,11 @@ void NAME(point_pair_from_points_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {6, 1, 2, {6}}};
     static const struct form forms[] = {{1, 2, NAME(point_pair_from_points_start_a),
-        WIDTHS(point_pair_from_points_block_a), WIDTH(point_pair_from_points_dense_a)}, {2, 2,
+        WIDTHS(point_pair_from_points_block_a), WIDTH(point_pair_from_points_dense_a), TILE}, {2, 2,
         NAME(point_pair_from_points_start_b), WIDTHS(point_pair_from_points_block_b),
-        WIDTH(point_pair_from_points_dense_b)}};
+        WIDTH(point_pair_from_points_dense_b), TILE}};
     static const struct kernel kernel = {WIDTHS(point_pair_from_points_block), WIDTH(point_pair_from_points_dense),
-        (any_function *)NAME(point_pair_from_points), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
+        TILE, (any_function *)NAME(point_pair_from_points), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5466,11 +5479,11 @@ void NAME(point_pair_from_centre_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}, {6, 1, 2, {6}}};
     static const struct form forms[] = {{3, 2, NAME(point_pair_from_centre_start_0_1),
-        WIDTHS(point_pair_from_centre_block_0_1), WIDTH(point_pair_from_centre_dense_0_1)}, {5, 2,
+        WIDTHS(point_pair_from_centre_block_0_1), WIDTH(point_pair_from_centre_dense_0_1), TILE}, {5, 2,
         NAME(point_pair_from_centre_start_0_2), WIDTHS(point_pair_from_centre_block_0_2),
-        WIDTH(point_pair_from_centre_dense_0_2)}};
+        WIDTH(point_pair_from_centre_dense_0_2), TILE}};
     static const struct kernel kernel = {WIDTHS(point_pair_from_centre_block), WIDTH(point_pair_from_centre_dense),
-        (any_function *)NAME(point_pair_from_centre), NAME(call_aanr), 3, 4, 2, 0, 0, parts, forms};
+        TILE, (any_function *)NAME(point_pair_from_centre), NAME(call_aanr), 3, 4, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5979,11 +5992,11 @@ void NAME(circle_from_points_loop)(char **args, const intptr_t *dimensions, cons
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}, {4, 1, 3, {4}}};
     static const struct form forms[] = {{3, 3, NAME(circle_from_points_start_a_b),
-        WIDTHS(circle_from_points_block_a_b), WIDTH(circle_from_points_dense_a_b)}, {5, 3,
+        WIDTHS(circle_from_points_block_a_b), WIDTH(circle_from_points_dense_a_b), TILE}, {5, 3,
         NAME(circle_from_points_start_a_c), WIDTHS(circle_from_points_block_a_c),
-        WIDTH(circle_from_points_dense_a_c)}, {6, 3, NAME(circle_from_points_start_b_c),
-        WIDTHS(circle_from_points_block_b_c), WIDTH(circle_from_points_dense_b_c)}};
-    static const struct kernel kernel = {WIDTHS(circle_from_points_block), WIDTH(circle_from_points_dense),
+        WIDTH(circle_from_points_dense_a_c), TILE}, {6, 3, NAME(circle_from_points_start_b_c),
+        WIDTHS(circle_from_points_block_b_c), WIDTH(circle_from_points_dense_b_c), TILE}};
+    static const struct kernel kernel = {WIDTHS(circle_from_points_block), WIDTH(circle_from_points_dense), TILE,
         (any_function *)NAME(circle_from_points), NAME(call_aaar), 3, 4, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -6056,8 +6069,8 @@ void NAME(dual_circle_from_centre_loop)(char **args, const intptr_t *dimensions,
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(dual_circle_from_centre_block),
-        WIDTH(dual_circle_from_centre_dense), (any_function *)NAME(dual_circle_from_centre), NAME(call_anr), 2, 3,
-        0, 0, 0, parts, NULL};
+        WIDTH(dual_circle_from_centre_dense), TILE, (any_function *)NAME(dual_circle_from_centre), NAME(call_anr),
+        2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6132,8 +6145,8 @@ void NAME(dual_circle_through_point_loop)(char **args, const intptr_t *dimension
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(dual_circle_through_point_block),
-        WIDTH(dual_circle_through_point_dense), (any_function *)NAME(dual_circle_through_point), NAME(call_aar), 2,
-        3, 0, 0, 0, parts, NULL};
+        WIDTH(dual_circle_through_point_dense), TILE, (any_function *)NAME(dual_circle_through_point),
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6205,7 +6218,7 @@ LOOP(circle_from_centre_dense)
 void NAME(circle_from_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(circle_from_centre_block), WIDTH(circle_from_centre_dense),
+    static const struct kernel kernel = {WIDTHS(circle_from_centre_block), WIDTH(circle_from_centre_dense), TILE,
         (any_function *)NAME(circle_from_centre), NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -6278,8 +6291,8 @@ void NAME(circle_from_centre_radius_squared_loop)(char **args, const intptr_t *d
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(circle_from_centre_radius_squared_block),
-        WIDTH(circle_from_centre_radius_squared_dense), (any_function *)NAME(circle_from_centre_radius_squared),
-        NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
+        WIDTH(circle_from_centre_radius_squared_dense), TILE, (any_function
+        *)NAME(circle_from_centre_radius_squared), NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6340,8 +6353,8 @@ LOOP(circle_polarity_dense)
 void NAME(circle_polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(circle_polarity_block), WIDTH(circle_polarity_dense), (any_function
-        *)NAME(circle_polarity), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(circle_polarity_block), WIDTH(circle_polarity_dense), TILE,
+        (any_function *)NAME(circle_polarity), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6402,7 +6415,7 @@ LOOP(circle_from_dual_dense)
 void NAME(circle_from_dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(circle_from_dual_block), WIDTH(circle_from_dual_dense),
+    static const struct kernel kernel = {WIDTHS(circle_from_dual_block), WIDTH(circle_from_dual_dense), TILE,
         (any_function *)NAME(circle_from_dual), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -6458,19 +6471,19 @@ static INLINE void NAME(tangent_line_of_circle_dense)(intptr_t n, char **args, c
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x1[2];
             REAL x2[3];
             NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(tangent_line_of_circle)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(tangent_line_of_circle_dense)
@@ -6479,7 +6492,7 @@ void NAME(tangent_line_of_circle_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(tangent_line_of_circle_block), WIDTHS(tangent_line_of_circle_dense),
-        (any_function *)NAME(tangent_line_of_circle), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+        LANES, (any_function *)NAME(tangent_line_of_circle), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6516,17 +6529,17 @@ static INLINE void NAME(line_direction_dense)(intptr_t n, char **args, const int
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[2];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(line_direction)(x0, x1);
-            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
         }
-        NAME(store_few)(a1 + first * 2, r1, 2, SPAN);
+        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
     }
 }
 LOOPS(line_direction_dense)
@@ -6534,8 +6547,8 @@ LOOPS(line_direction_dense)
 void NAME(line_direction_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(line_direction_block), WIDTHS(line_direction_dense), (any_function
-        *)NAME(line_direction), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_direction_block), WIDTHS(line_direction_dense), LANES,
+        (any_function *)NAME(line_direction), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6586,21 +6599,21 @@ static INLINE void NAME(line_to_normal_dense)(intptr_t n, char **args, const int
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r1[2 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[2 * LANES];
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[2];
             REAL x2[1];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(line_to_normal)(x0, x1, x2);
-            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a1 + first * 2, r1, 2, SPAN);
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(line_to_normal_dense)
@@ -6608,8 +6621,8 @@ LOOPS(line_to_normal_dense)
 void NAME(line_to_normal_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(line_to_normal_block), WIDTHS(line_to_normal_dense), (any_function
-        *)NAME(line_to_normal), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_to_normal_block), WIDTHS(line_to_normal_dense), LANES,
+        (any_function *)NAME(line_to_normal), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6656,17 +6669,17 @@ static INLINE void NAME(line_support_dense)(intptr_t n, char **args, const intpt
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[2];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(line_support)(x0, x1);
-            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
         }
-        NAME(store_few)(a1 + first * 2, r1, 2, SPAN);
+        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
     }
 }
 LOOPS(line_support_dense)
@@ -6674,8 +6687,8 @@ LOOPS(line_support_dense)
 void NAME(line_support_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(line_support_block), WIDTHS(line_support_dense), (any_function
-        *)NAME(line_support), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_support_block), WIDTHS(line_support_dense), LANES,
+        (any_function *)NAME(line_support), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6715,17 +6728,17 @@ static INLINE void NAME(circle_centre_dense)(intptr_t n, char **args, const intp
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x1[2];
             NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(circle_centre)(x0, x1);
-            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
         }
-        NAME(store_few)(a1 + first * 2, r1, 2, SPAN);
+        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
     }
 }
 LOOPS(circle_centre_dense)
@@ -6733,8 +6746,8 @@ LOOPS(circle_centre_dense)
 void NAME(circle_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(circle_centre_block), WIDTHS(circle_centre_dense), (any_function
-        *)NAME(circle_centre), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(circle_centre_block), WIDTHS(circle_centre_dense), LANES,
+        (any_function *)NAME(circle_centre), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6780,17 +6793,17 @@ static INLINE void NAME(circle_radius_squared_dense)(intptr_t n, char **args, co
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x1[1];
             NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(circle_radius_squared)(x0, x1);
             NAME(store_scalar)((char *)(r1 + i), x1);
         }
-        NAME(store_few)(a1 + first * 1, r1, 1, SPAN);
+        NAME(store_few)(a1 + first * 1, r1, 1, LANES, LANES);
     }
 }
 LOOPS(circle_radius_squared_dense)
@@ -6799,7 +6812,7 @@ void NAME(circle_radius_squared_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}};
     static const struct kernel kernel = {WIDTHS(circle_radius_squared_block), WIDTHS(circle_radius_squared_dense),
-        (any_function *)NAME(circle_radius_squared), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+        LANES, (any_function *)NAME(circle_radius_squared), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6843,17 +6856,17 @@ static INLINE void NAME(dual_circle_radius_squared_dense)(intptr_t n, char **arg
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x1[1];
             NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(dual_circle_radius_squared)(x0, x1);
             NAME(store_scalar)((char *)(r1 + i), x1);
         }
-        NAME(store_few)(a1 + first * 1, r1, 1, SPAN);
+        NAME(store_few)(a1 + first * 1, r1, 1, LANES, LANES);
     }
 }
 LOOPS(dual_circle_radius_squared_dense)
@@ -6862,8 +6875,8 @@ void NAME(dual_circle_radius_squared_loop)(char **args, const intptr_t *dimensio
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}};
     static const struct kernel kernel = {WIDTHS(dual_circle_radius_squared_block),
-        WIDTHS(dual_circle_radius_squared_dense), (any_function *)NAME(dual_circle_radius_squared), NAME(call_ar),
-        1, 2, 0, 0, 0, parts, NULL};
+        WIDTHS(dual_circle_radius_squared_dense), LANES, (any_function *)NAME(dual_circle_radius_squared),
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6896,17 +6909,17 @@ static INLINE void NAME(circle_weight_dense)(intptr_t n, char **args, const intp
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x1[1];
             NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(circle_weight)(x0, x1);
             NAME(store_scalar)((char *)(r1 + i), x1);
         }
-        NAME(store_few)(a1 + first * 1, r1, 1, SPAN);
+        NAME(store_few)(a1 + first * 1, r1, 1, LANES, LANES);
     }
 }
 LOOPS(circle_weight_dense)
@@ -6914,8 +6927,8 @@ LOOPS(circle_weight_dense)
 void NAME(circle_weight_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(circle_weight_block), WIDTHS(circle_weight_dense), (any_function
-        *)NAME(circle_weight), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(circle_weight_block), WIDTHS(circle_weight_dense), LANES,
+        (any_function *)NAME(circle_weight), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6974,17 +6987,17 @@ static INLINE void NAME(circle_kind_dense)(intptr_t n, char **args, const intptr
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x1[1];
             NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(circle_kind)(x0, x1);
             NAME(store_scalar)((char *)(r1 + i), x1);
         }
-        NAME(store_few)(a1 + first * 1, r1, 1, SPAN);
+        NAME(store_few)(a1 + first * 1, r1, 1, LANES, LANES);
     }
 }
 LOOPS(circle_kind_dense)
@@ -6992,7 +7005,7 @@ LOOPS(circle_kind_dense)
 void NAME(circle_kind_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(circle_kind_block), WIDTHS(circle_kind_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(circle_kind_block), WIDTHS(circle_kind_dense), LANES, (any_function
         *)NAME(circle_kind), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -7065,7 +7078,7 @@ LOOP(point_pair_centre_dense)
 void NAME(point_pair_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_centre_block), WIDTH(point_pair_centre_dense),
+    static const struct kernel kernel = {WIDTHS(point_pair_centre_block), WIDTH(point_pair_centre_dense), TILE,
         (any_function *)NAME(point_pair_centre), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -7137,8 +7150,8 @@ void NAME(point_pair_radius_squared_loop)(char **args, const intptr_t *dimension
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}};
     static const struct kernel kernel = {WIDTHS(point_pair_radius_squared_block),
-        WIDTH(point_pair_radius_squared_dense), (any_function *)NAME(point_pair_radius_squared), NAME(call_ar), 1,
-        2, 0, 0, 0, parts, NULL};
+        WIDTH(point_pair_radius_squared_dense), TILE, (any_function *)NAME(point_pair_radius_squared),
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7242,7 +7255,7 @@ LOOP(point_pair_points_dense)
 void NAME(point_pair_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_points_block), WIDTH(point_pair_points_dense),
+    static const struct kernel kernel = {WIDTHS(point_pair_points_block), WIDTH(point_pair_points_dense), TILE,
         (any_function *)NAME(point_pair_points), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -7308,7 +7321,7 @@ void NAME(point_pair_direction_loop)(char **args, const intptr_t *dimensions, co
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {2, 1, 1, {2}}};
     static const struct kernel kernel = {WIDTHS(point_pair_direction_block), WIDTH(point_pair_direction_dense),
-        (any_function *)NAME(point_pair_direction), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+        TILE, (any_function *)NAME(point_pair_direction), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7366,7 +7379,7 @@ LOOP(point_pair_weight_dense)
 void NAME(point_pair_weight_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_weight_block), WIDTH(point_pair_weight_dense),
+    static const struct kernel kernel = {WIDTHS(point_pair_weight_block), WIDTH(point_pair_weight_dense), TILE,
         (any_function *)NAME(point_pair_weight), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -7424,8 +7437,8 @@ LOOP(point_pair_line_dense)
 void NAME(point_pair_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_line_block), WIDTH(point_pair_line_dense), (any_function
-        *)NAME(point_pair_line), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(point_pair_line_block), WIDTH(point_pair_line_dense), TILE,
+        (any_function *)NAME(point_pair_line), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7516,8 +7529,8 @@ void NAME(point_pair_surround_circle_loop)(char **args, const intptr_t *dimensio
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(point_pair_surround_circle_block),
-        WIDTH(point_pair_surround_circle_dense), (any_function *)NAME(point_pair_surround_circle), NAME(call_ar), 1,
-        2, 0, 0, 0, parts, NULL};
+        WIDTH(point_pair_surround_circle_dense), TILE, (any_function *)NAME(point_pair_surround_circle),
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7602,8 +7615,8 @@ LOOP(point_pair_kind_dense)
 void NAME(point_pair_kind_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_kind_block), WIDTH(point_pair_kind_dense), (any_function
-        *)NAME(point_pair_kind), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(point_pair_kind_block), WIDTH(point_pair_kind_dense), TILE,
+        (any_function *)NAME(point_pair_kind), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7686,17 +7699,17 @@ static INLINE void NAME(signed_distance_point_line_dense_line)(intptr_t n, char 
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x2[1];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(signed_distance_point_line_apply_line)(prepared, x0, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(signed_distance_point_line_dense_line)
@@ -7736,10 +7749,10 @@ static INLINE void NAME(signed_distance_point_line_dense)(intptr_t n, char **arg
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[3];
             REAL x2[1];
@@ -7748,7 +7761,7 @@ static INLINE void NAME(signed_distance_point_line_dense)(intptr_t n, char **arg
             NAME(signed_distance_point_line)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(signed_distance_point_line_dense)
@@ -7757,10 +7770,10 @@ void NAME(signed_distance_point_line_loop)(char **args, const intptr_t *dimensio
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{2, 2, NAME(signed_distance_point_line_start_line),
-        WIDTHS(signed_distance_point_line_block_line), WIDTHS(signed_distance_point_line_dense_line)}};
+        WIDTHS(signed_distance_point_line_block_line), WIDTHS(signed_distance_point_line_dense_line), LANES}};
     static const struct kernel kernel = {WIDTHS(signed_distance_point_line_block),
-        WIDTHS(signed_distance_point_line_dense), (any_function *)NAME(signed_distance_point_line), NAME(call_aar),
-        2, 3, 1, 0, 0, parts, forms};
+        WIDTHS(signed_distance_point_line_dense), LANES, (any_function *)NAME(signed_distance_point_line),
+        NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7863,17 +7876,17 @@ static INLINE void NAME(signed_distance_point_circle_dense_circle)(intptr_t n, c
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x2[1];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(signed_distance_point_circle_apply_circle)(prepared, x0, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(signed_distance_point_circle_dense_circle)
@@ -7913,10 +7926,10 @@ static INLINE void NAME(signed_distance_point_circle_dense)(intptr_t n, char **a
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[4];
             REAL x2[1];
@@ -7925,7 +7938,7 @@ static INLINE void NAME(signed_distance_point_circle_dense)(intptr_t n, char **a
             NAME(signed_distance_point_circle)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(signed_distance_point_circle_dense)
@@ -7934,9 +7947,10 @@ void NAME(signed_distance_point_circle_loop)(char **args, const intptr_t *dimens
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{2, 2, NAME(signed_distance_point_circle_start_circle),
-        WIDTHS(signed_distance_point_circle_block_circle), WIDTHS(signed_distance_point_circle_dense_circle)}};
+        WIDTHS(signed_distance_point_circle_block_circle), WIDTHS(signed_distance_point_circle_dense_circle),
+        LANES}};
     static const struct kernel kernel = {WIDTHS(signed_distance_point_circle_block),
-        WIDTHS(signed_distance_point_circle_dense), (any_function *)NAME(signed_distance_point_circle),
+        WIDTHS(signed_distance_point_circle_dense), LANES, (any_function *)NAME(signed_distance_point_circle),
         NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -8018,17 +8032,17 @@ static INLINE void NAME(power_of_point_dense_s)(intptr_t n, char **args, const i
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x2[1];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(power_of_point_apply_s)(prepared, x0, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(power_of_point_dense_s)
@@ -8068,10 +8082,10 @@ static INLINE void NAME(power_of_point_dense)(intptr_t n, char **args, const int
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[4];
             REAL x2[1];
@@ -8080,7 +8094,7 @@ static INLINE void NAME(power_of_point_dense)(intptr_t n, char **args, const int
             NAME(power_of_point)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(power_of_point_dense)
@@ -8089,9 +8103,9 @@ void NAME(power_of_point_loop)(char **args, const intptr_t *dimensions, const in
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{2, 2, NAME(power_of_point_start_s), WIDTHS(power_of_point_block_s),
-        WIDTHS(power_of_point_dense_s)}};
-    static const struct kernel kernel = {WIDTHS(power_of_point_block), WIDTHS(power_of_point_dense), (any_function
-        *)NAME(power_of_point), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+        WIDTHS(power_of_point_dense_s), LANES}};
+    static const struct kernel kernel = {WIDTHS(power_of_point_block), WIDTHS(power_of_point_dense), LANES,
+        (any_function *)NAME(power_of_point), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8262,17 +8276,17 @@ static INLINE void NAME(signed_distance_lines_dense_a)(intptr_t n, char **args, 
     (void)strides;
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x1[3];
             REAL x2[1];
             NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(signed_distance_lines_apply_a)(prepared, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(signed_distance_lines_dense_a)
@@ -8310,17 +8324,17 @@ static INLINE void NAME(signed_distance_lines_dense_b)(intptr_t n, char **args, 
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x2[1];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(signed_distance_lines_apply_b)(prepared, x0, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(signed_distance_lines_dense_b)
@@ -8360,10 +8374,10 @@ static INLINE void NAME(signed_distance_lines_dense)(intptr_t n, char **args, co
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[3];
             REAL x2[1];
@@ -8372,7 +8386,7 @@ static INLINE void NAME(signed_distance_lines_dense)(intptr_t n, char **args, co
             NAME(signed_distance_lines)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(signed_distance_lines_dense)
@@ -8381,11 +8395,11 @@ void NAME(signed_distance_lines_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{1, 2, NAME(signed_distance_lines_start_a),
-        WIDTHS(signed_distance_lines_block_a), WIDTHS(signed_distance_lines_dense_a)}, {2, 2,
+        WIDTHS(signed_distance_lines_block_a), WIDTHS(signed_distance_lines_dense_a), LANES}, {2, 2,
         NAME(signed_distance_lines_start_b), WIDTHS(signed_distance_lines_block_b),
-        WIDTHS(signed_distance_lines_dense_b)}};
+        WIDTHS(signed_distance_lines_dense_b), LANES}};
     static const struct kernel kernel = {WIDTHS(signed_distance_lines_block), WIDTHS(signed_distance_lines_dense),
-        (any_function *)NAME(signed_distance_lines), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
+        LANES, (any_function *)NAME(signed_distance_lines), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8557,17 +8571,17 @@ static INLINE void NAME(distance_line_circle_dense_circle)(intptr_t n, char **ar
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x2[1];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(distance_line_circle_apply_circle)(prepared, x0, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(distance_line_circle_dense_circle)
@@ -8605,17 +8619,17 @@ static INLINE void NAME(distance_line_circle_dense_line)(intptr_t n, char **args
     (void)strides;
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x1[4];
             REAL x2[1];
             NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
             NAME(distance_line_circle_apply_line)(prepared, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(distance_line_circle_dense_line)
@@ -8655,10 +8669,10 @@ static INLINE void NAME(distance_line_circle_dense)(intptr_t n, char **args, con
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[4];
             REAL x2[1];
@@ -8667,7 +8681,7 @@ static INLINE void NAME(distance_line_circle_dense)(intptr_t n, char **args, con
             NAME(distance_line_circle)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(distance_line_circle_dense)
@@ -8676,11 +8690,11 @@ void NAME(distance_line_circle_loop)(char **args, const intptr_t *dimensions, co
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{2, 2, NAME(distance_line_circle_start_circle),
-        WIDTHS(distance_line_circle_block_circle), WIDTHS(distance_line_circle_dense_circle)}, {1, 2,
+        WIDTHS(distance_line_circle_block_circle), WIDTHS(distance_line_circle_dense_circle), LANES}, {1, 2,
         NAME(distance_line_circle_start_line), WIDTHS(distance_line_circle_block_line),
-        WIDTHS(distance_line_circle_dense_line)}};
+        WIDTHS(distance_line_circle_dense_line), LANES}};
     static const struct kernel kernel = {WIDTHS(distance_line_circle_block), WIDTHS(distance_line_circle_dense),
-        (any_function *)NAME(distance_line_circle), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
+        LANES, (any_function *)NAME(distance_line_circle), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8891,17 +8905,17 @@ static INLINE void NAME(distance_circles_dense_a)(intptr_t n, char **args, const
     (void)strides;
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x1[4];
             REAL x2[1];
             NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
             NAME(distance_circles_apply_a)(prepared, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(distance_circles_dense_a)
@@ -8939,17 +8953,17 @@ static INLINE void NAME(distance_circles_dense_b)(intptr_t n, char **args, const
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x2[1];
             NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(distance_circles_apply_b)(prepared, x0, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(distance_circles_dense_b)
@@ -8989,10 +9003,10 @@ static INLINE void NAME(distance_circles_dense)(intptr_t n, char **args, const i
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x1[4];
             REAL x2[1];
@@ -9001,7 +9015,7 @@ static INLINE void NAME(distance_circles_dense)(intptr_t n, char **args, const i
             NAME(distance_circles)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(distance_circles_dense)
@@ -9010,9 +9024,9 @@ void NAME(distance_circles_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{1, 2, NAME(distance_circles_start_a), WIDTHS(distance_circles_block_a),
-        WIDTHS(distance_circles_dense_a)}, {2, 2, NAME(distance_circles_start_b), WIDTHS(distance_circles_block_b),
-        WIDTHS(distance_circles_dense_b)}};
-    static const struct kernel kernel = {WIDTHS(distance_circles_block), WIDTHS(distance_circles_dense),
+        WIDTHS(distance_circles_dense_a), LANES}, {2, 2, NAME(distance_circles_start_b),
+        WIDTHS(distance_circles_block_b), WIDTHS(distance_circles_dense_b), LANES}};
+    static const struct kernel kernel = {WIDTHS(distance_circles_block), WIDTHS(distance_circles_dense), LANES,
         (any_function *)NAME(distance_circles), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -9056,7 +9070,7 @@ LOOPS(angle_between_lines_block)
 void NAME(angle_between_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(angle_between_lines_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(angle_between_lines_block), {NULL}, 0, (any_function
         *)NAME(angle_between_lines), NAME(call_aar), 2, 3, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -9123,10 +9137,10 @@ static INLINE void NAME(inversive_distance_dense)(intptr_t n, char **args, const
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x1[4];
             REAL x2[1];
@@ -9135,7 +9149,7 @@ static INLINE void NAME(inversive_distance_dense)(intptr_t n, char **args, const
             NAME(inversive_distance)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(inversive_distance_dense)
@@ -9143,7 +9157,7 @@ LOOPS(inversive_distance_dense)
 void NAME(inversive_distance_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(inversive_distance_block), WIDTHS(inversive_distance_dense),
+    static const struct kernel kernel = {WIDTHS(inversive_distance_block), WIDTHS(inversive_distance_dense), LANES,
         (any_function *)NAME(inversive_distance), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -9228,7 +9242,7 @@ void NAME(inner_product_of_point_pairs_loop)(char **args, const intptr_t *dimens
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(inner_product_of_point_pairs_block),
-        WIDTH(inner_product_of_point_pairs_dense), (any_function *)NAME(inner_product_of_point_pairs),
+        WIDTH(inner_product_of_point_pairs_dense), TILE, (any_function *)NAME(inner_product_of_point_pairs),
         NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -9292,7 +9306,7 @@ LOOPS(angle_between_dual_circles_block)
 void NAME(angle_between_dual_circles_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(angle_between_dual_circles_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(angle_between_dual_circles_block), {NULL}, 0, (any_function
         *)NAME(angle_between_dual_circles), NAME(call_aar), 2, 3, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -9386,17 +9400,17 @@ static INLINE void NAME(project_point_on_line_dense_line)(intptr_t n, char **arg
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x2[2];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(project_point_on_line_apply_line)(prepared, x0, x2);
-            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
     }
 }
 LOOPS(project_point_on_line_dense_line)
@@ -9436,19 +9450,19 @@ static INLINE void NAME(project_point_on_line_dense)(intptr_t n, char **args, co
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[3];
             REAL x2[2];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(project_point_on_line)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
     }
 }
 LOOPS(project_point_on_line_dense)
@@ -9457,9 +9471,9 @@ void NAME(project_point_on_line_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {2, 1, 2, {2}}};
     static const struct form forms[] = {{2, 2, NAME(project_point_on_line_start_line),
-        WIDTHS(project_point_on_line_block_line), WIDTHS(project_point_on_line_dense_line)}};
+        WIDTHS(project_point_on_line_block_line), WIDTHS(project_point_on_line_dense_line), LANES}};
     static const struct kernel kernel = {WIDTHS(project_point_on_line_block), WIDTHS(project_point_on_line_dense),
-        (any_function *)NAME(project_point_on_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+        LANES, (any_function *)NAME(project_point_on_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9572,17 +9586,17 @@ static INLINE void NAME(project_point_on_circle_dense_circle)(intptr_t n, char *
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x2[2];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(project_point_on_circle_apply_circle)(prepared, x0, x2);
-            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
     }
 }
 LOOPS(project_point_on_circle_dense_circle)
@@ -9622,19 +9636,19 @@ static INLINE void NAME(project_point_on_circle_dense)(intptr_t n, char **args, 
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[4];
             REAL x2[2];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
             NAME(project_point_on_circle)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
     }
 }
 LOOPS(project_point_on_circle_dense)
@@ -9643,10 +9657,10 @@ void NAME(project_point_on_circle_loop)(char **args, const intptr_t *dimensions,
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {4, 1, 1, {4}}, {2, 1, 2, {2}}};
     static const struct form forms[] = {{2, 2, NAME(project_point_on_circle_start_circle),
-        WIDTHS(project_point_on_circle_block_circle), WIDTHS(project_point_on_circle_dense_circle)}};
+        WIDTHS(project_point_on_circle_block_circle), WIDTHS(project_point_on_circle_dense_circle), LANES}};
     static const struct kernel kernel = {WIDTHS(project_point_on_circle_block),
-        WIDTHS(project_point_on_circle_dense), (any_function *)NAME(project_point_on_circle), NAME(call_aar), 2, 3,
-        1, 0, 0, parts, forms};
+        WIDTHS(project_point_on_circle_dense), LANES, (any_function *)NAME(project_point_on_circle), NAME(call_aar),
+        2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9746,17 +9760,17 @@ static INLINE void NAME(reflect_point_dense_line)(intptr_t n, char **args, const
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x2[2];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(reflect_point_apply_line)(prepared, x0, x2);
-            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
     }
 }
 LOOPS(reflect_point_dense_line)
@@ -9796,19 +9810,19 @@ static INLINE void NAME(reflect_point_dense)(intptr_t n, char **args, const intp
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[3];
             REAL x2[2];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(reflect_point)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
     }
 }
 LOOPS(reflect_point_dense)
@@ -9817,9 +9831,9 @@ void NAME(reflect_point_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {2, 1, 2, {2}}};
     static const struct form forms[] = {{2, 2, NAME(reflect_point_start_line), WIDTHS(reflect_point_block_line),
-        WIDTHS(reflect_point_dense_line)}};
-    static const struct kernel kernel = {WIDTHS(reflect_point_block), WIDTHS(reflect_point_dense), (any_function
-        *)NAME(reflect_point), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+        WIDTHS(reflect_point_dense_line), LANES}};
+    static const struct kernel kernel = {WIDTHS(reflect_point_block), WIDTHS(reflect_point_dense), LANES,
+        (any_function *)NAME(reflect_point), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9874,19 +9888,19 @@ static INLINE void NAME(meet_lines_dense)(intptr_t n, char **args, const intptr_
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[3];
             REAL x2[2];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(meet_lines)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
     }
 }
 LOOPS(meet_lines_dense)
@@ -9894,7 +9908,7 @@ LOOPS(meet_lines_dense)
 void NAME(meet_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(meet_lines_block), WIDTHS(meet_lines_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(meet_lines_block), WIDTHS(meet_lines_dense), LANES, (any_function
         *)NAME(meet_lines), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -9982,7 +9996,7 @@ LOOP(meet_line_circle_dense)
 void NAME(meet_line_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(meet_line_circle_block), WIDTH(meet_line_circle_dense),
+    static const struct kernel kernel = {WIDTHS(meet_line_circle_block), WIDTH(meet_line_circle_dense), TILE,
         (any_function *)NAME(meet_line_circle), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -10074,7 +10088,7 @@ LOOP(meet_circles_dense)
 void NAME(meet_circles_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(meet_circles_block), WIDTH(meet_circles_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(meet_circles_block), WIDTH(meet_circles_dense), TILE, (any_function
         *)NAME(meet_circles), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -10217,7 +10231,7 @@ LOOPS(meet_dual_circles_kind_block)
 void NAME(meet_dual_circles_kind_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(meet_dual_circles_kind_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(meet_dual_circles_kind_block), {NULL}, 0, (any_function
         *)NAME(meet_dual_circles_kind), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -10499,17 +10513,17 @@ static INLINE void NAME(hit_ray_circle_dense_d_circle)(intptr_t n, char **args, 
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r3[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r3[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x3[1];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(hit_ray_circle_apply_d_circle)(prepared, x0, x3);
             NAME(store_scalar)((char *)(r3 + i), x3);
         }
-        NAME(store_few)(a3 + first * 1, r3, 1, SPAN);
+        NAME(store_few)(a3 + first * 1, r3, 1, LANES, LANES);
     }
 }
 LOOPS(hit_ray_circle_dense_d_circle)
@@ -10549,17 +10563,17 @@ static INLINE void NAME(hit_ray_circle_dense_p_circle)(intptr_t n, char **args, 
     (void)strides;
     REAL *a1 = (REAL *)args[1];
     REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r3[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r3[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x1[2];
             REAL x3[1];
             NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(hit_ray_circle_apply_p_circle)(prepared, x1, x3);
             NAME(store_scalar)((char *)(r3 + i), x3);
         }
-        NAME(store_few)(a3 + first * 1, r3, 1, SPAN);
+        NAME(store_few)(a3 + first * 1, r3, 1, LANES, LANES);
     }
 }
 LOOPS(hit_ray_circle_dense_p_circle)
@@ -10603,10 +10617,10 @@ static INLINE void NAME(hit_ray_circle_dense_circle)(intptr_t n, char **args, co
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r3[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r3[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[2];
             REAL x3[1];
@@ -10615,7 +10629,7 @@ static INLINE void NAME(hit_ray_circle_dense_circle)(intptr_t n, char **args, co
             NAME(hit_ray_circle_apply_circle)(prepared, x0, x1, x3);
             NAME(store_scalar)((char *)(r3 + i), x3);
         }
-        NAME(store_few)(a3 + first * 1, r3, 1, SPAN);
+        NAME(store_few)(a3 + first * 1, r3, 1, LANES, LANES);
     }
 }
 LOOPS(hit_ray_circle_dense_circle)
@@ -10659,10 +10673,10 @@ static INLINE void NAME(hit_ray_circle_dense)(intptr_t n, char **args, const int
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
     REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r3[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r3[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[2];
             REAL x2[4];
@@ -10673,7 +10687,7 @@ static INLINE void NAME(hit_ray_circle_dense)(intptr_t n, char **args, const int
             NAME(hit_ray_circle)(x0, x1, x2, x3);
             NAME(store_scalar)((char *)(r3 + i), x3);
         }
-        NAME(store_few)(a3 + first * 1, r3, 1, SPAN);
+        NAME(store_few)(a3 + first * 1, r3, 1, LANES, LANES);
     }
 }
 LOOPS(hit_ray_circle_dense)
@@ -10682,12 +10696,12 @@ void NAME(hit_ray_circle_loop)(char **args, const intptr_t *dimensions, const in
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {4, 1, 2, {4}}, {1, 0, 3, {0}}};
     static const struct form forms[] = {{6, 2, NAME(hit_ray_circle_start_d_circle),
-        WIDTHS(hit_ray_circle_block_d_circle), WIDTHS(hit_ray_circle_dense_d_circle)}, {5, 2,
+        WIDTHS(hit_ray_circle_block_d_circle), WIDTHS(hit_ray_circle_dense_d_circle), LANES}, {5, 2,
         NAME(hit_ray_circle_start_p_circle), WIDTHS(hit_ray_circle_block_p_circle),
-        WIDTHS(hit_ray_circle_dense_p_circle)}, {4, 2, NAME(hit_ray_circle_start_circle),
-        WIDTHS(hit_ray_circle_block_circle), WIDTHS(hit_ray_circle_dense_circle)}};
-    static const struct kernel kernel = {WIDTHS(hit_ray_circle_block), WIDTHS(hit_ray_circle_dense), (any_function
-        *)NAME(hit_ray_circle), NAME(call_aaar), 3, 4, 3, 0, 0, parts, forms};
+        WIDTHS(hit_ray_circle_dense_p_circle), LANES}, {4, 2, NAME(hit_ray_circle_start_circle),
+        WIDTHS(hit_ray_circle_block_circle), WIDTHS(hit_ray_circle_dense_circle), LANES}};
+    static const struct kernel kernel = {WIDTHS(hit_ray_circle_block), WIDTHS(hit_ray_circle_dense), LANES,
+        (any_function *)NAME(hit_ray_circle), NAME(call_aaar), 3, 4, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10737,7 +10751,7 @@ LOOPS(rotor_from_angle_block)
 void NAME(rotor_from_angle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{1, 0, 0, {0}}, {2, 1, 0, {2}}};
-    static const struct kernel kernel = {WIDTHS(rotor_from_angle_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(rotor_from_angle_block), {NULL}, 0, (any_function
         *)NAME(rotor_from_angle), NAME(call_nr), 1, 2, 0, 1, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -10772,8 +10786,8 @@ LOOPS(rotor_to_angle_block)
 void NAME(rotor_to_angle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(rotor_to_angle_block), {NULL}, (any_function *)NAME(rotor_to_angle),
-        NAME(call_ar), 1, 2, 0, 0, 1, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_to_angle_block), {NULL}, 0, (any_function
+        *)NAME(rotor_to_angle), NAME(call_ar), 1, 2, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10913,8 +10927,8 @@ void NAME(motor_from_point_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
     static const struct form forms[] = {{2, 2, NAME(motor_from_point_start_angle),
-        WIDTHS(motor_from_point_block_angle), WIDTH(motor_from_point_dense_angle)}};
-    static const struct kernel kernel = {WIDTHS(motor_from_point_block), {NULL}, (any_function
+        WIDTHS(motor_from_point_block_angle), WIDTH(motor_from_point_dense_angle), TILE}};
+    static const struct kernel kernel = {WIDTHS(motor_from_point_block), {NULL}, 0, (any_function
         *)NAME(motor_from_point), NAME(call_anr), 2, 3, 1, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -10954,17 +10968,17 @@ static INLINE void NAME(translator_from_vector_dense)(intptr_t n, char **args, c
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[2];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(translator_from_vector)(x0, x1);
-            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
         }
-        NAME(store_few)(a1 + first * 2, r1, 2, SPAN);
+        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
     }
 }
 LOOPS(translator_from_vector_dense)
@@ -10973,7 +10987,7 @@ void NAME(translator_from_vector_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
     static const struct kernel kernel = {WIDTHS(translator_from_vector_block), WIDTHS(translator_from_vector_dense),
-        (any_function *)NAME(translator_from_vector), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+        LANES, (any_function *)NAME(translator_from_vector), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11012,17 +11026,17 @@ static INLINE void NAME(dilator_from_scale_dense)(intptr_t n, char **args, const
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[1];
             REAL x1[2];
             NAME(load_scalar)(x0, (char *)a0 + (first + i) * w);
             NAME(dilator_from_scale)(x0[0], x1);
-            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
         }
-        NAME(store_few)(a1 + first * 2, r1, 2, SPAN);
+        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
     }
 }
 LOOPS(dilator_from_scale_dense)
@@ -11030,7 +11044,7 @@ LOOPS(dilator_from_scale_dense)
 void NAME(dilator_from_scale_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{1, 0, 0, {0}}, {2, 1, 0, {2}}};
-    static const struct kernel kernel = {WIDTHS(dilator_from_scale_block), WIDTHS(dilator_from_scale_dense),
+    static const struct kernel kernel = {WIDTHS(dilator_from_scale_block), WIDTHS(dilator_from_scale_dense), LANES,
         (any_function *)NAME(dilator_from_scale), NAME(call_nr), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -11067,17 +11081,17 @@ static INLINE void NAME(dilator_to_scale_dense)(intptr_t n, char **args, const i
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[1];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(dilator_to_scale)(x0, x1);
             NAME(store_scalar)((char *)(r1 + i), x1);
         }
-        NAME(store_few)(a1 + first * 1, r1, 1, SPAN);
+        NAME(store_few)(a1 + first * 1, r1, 1, LANES, LANES);
     }
 }
 LOOPS(dilator_to_scale_dense)
@@ -11085,7 +11099,7 @@ LOOPS(dilator_to_scale_dense)
 void NAME(dilator_to_scale_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(dilator_to_scale_block), WIDTHS(dilator_to_scale_dense),
+    static const struct kernel kernel = {WIDTHS(dilator_to_scale_block), WIDTHS(dilator_to_scale_dense), LANES,
         (any_function *)NAME(dilator_to_scale), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -11121,17 +11135,17 @@ static INLINE void NAME(transversor_from_vector_dense)(intptr_t n, char **args, 
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[2];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(transversor_from_vector)(x0, x1);
-            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
         }
-        NAME(store_few)(a1 + first * 2, r1, 2, SPAN);
+        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
     }
 }
 LOOPS(transversor_from_vector_dense)
@@ -11140,8 +11154,8 @@ void NAME(transversor_from_vector_loop)(char **args, const intptr_t *dimensions,
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
     static const struct kernel kernel = {WIDTHS(transversor_from_vector_block),
-        WIDTHS(transversor_from_vector_dense), (any_function *)NAME(transversor_from_vector), NAME(call_ar), 1, 2,
-        0, 0, 0, parts, NULL};
+        WIDTHS(transversor_from_vector_dense), LANES, (any_function *)NAME(transversor_from_vector), NAME(call_ar),
+        1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11218,7 +11232,7 @@ void NAME(motor_from_rotor_translation_loop)(char **args, const intptr_t *dimens
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(motor_from_rotor_translation_block),
-        WIDTH(motor_from_rotor_translation_dense), (any_function *)NAME(motor_from_rotor_translation),
+        WIDTH(motor_from_rotor_translation_dense), TILE, (any_function *)NAME(motor_from_rotor_translation),
         NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -11271,21 +11285,21 @@ static INLINE void NAME(motor_to_rotor_translation_dense)(intptr_t n, char **arg
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r1[2 * SPAN];
-    _Alignas(64) REAL r2[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[2 * LANES];
+    _Alignas(64) REAL r2[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x1[2];
             REAL x2[2];
             NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(motor_to_rotor_translation)(x0, x1, x2);
-            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
-            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
+            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a1 + first * 2, r1, 2, SPAN);
-        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
+        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
+        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
     }
 }
 LOOPS(motor_to_rotor_translation_dense)
@@ -11294,8 +11308,8 @@ void NAME(motor_to_rotor_translation_loop)(char **args, const intptr_t *dimensio
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
     static const struct kernel kernel = {WIDTHS(motor_to_rotor_translation_block),
-        WIDTHS(motor_to_rotor_translation_dense), (any_function *)NAME(motor_to_rotor_translation), NAME(call_arr),
-        1, 3, 0, 0, 0, parts, NULL};
+        WIDTHS(motor_to_rotor_translation_dense), LANES, (any_function *)NAME(motor_to_rotor_translation),
+        NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11372,8 +11386,8 @@ LOOP(motor_to_matrix_dense)
 void NAME(motor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {9, 2, 1, {3, 3}}};
-    static const struct kernel kernel = {WIDTHS(motor_to_matrix_block), WIDTH(motor_to_matrix_dense), (any_function
-        *)NAME(motor_to_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_to_matrix_block), WIDTH(motor_to_matrix_dense), TILE,
+        (any_function *)NAME(motor_to_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11464,8 +11478,8 @@ LOOP(motor_product_dense)
 void NAME(motor_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(motor_product_block), WIDTH(motor_product_dense), (any_function
-        *)NAME(motor_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_product_block), WIDTH(motor_product_dense), TILE,
+        (any_function *)NAME(motor_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11527,8 +11541,8 @@ LOOP(motor_inverse_dense)
 void NAME(motor_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(motor_inverse_block), WIDTH(motor_inverse_dense), (any_function
-        *)NAME(motor_inverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_inverse_block), WIDTH(motor_inverse_dense), TILE,
+        (any_function *)NAME(motor_inverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11589,7 +11603,7 @@ LOOPS(motor_exponential_block)
 void NAME(motor_exponential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(motor_exponential_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(motor_exponential_block), {NULL}, 0, (any_function
         *)NAME(motor_exponential), NAME(call_ar), 1, 2, 0, 1, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -11638,7 +11652,7 @@ LOOPS(motor_logarithm_block)
 void NAME(motor_logarithm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(motor_logarithm_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(motor_logarithm_block), {NULL}, 0, (any_function
         *)NAME(motor_logarithm), NAME(call_ar), 1, 2, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -11711,7 +11725,7 @@ LOOP(motor_square_root_dense)
 void NAME(motor_square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(motor_square_root_block), WIDTH(motor_square_root_dense),
+    static const struct kernel kernel = {WIDTHS(motor_square_root_block), WIDTH(motor_square_root_dense), TILE,
         (any_function *)NAME(motor_square_root), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -11878,8 +11892,8 @@ LOOPS(motor_power_block)
 void NAME(motor_power_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
-    static const struct form forms[] = {{1, 2, NAME(motor_power_start_m), WIDTHS(motor_power_block_m), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(motor_power_block), {NULL}, (any_function *)NAME(motor_power),
+    static const struct form forms[] = {{1, 2, NAME(motor_power_start_m), WIDTHS(motor_power_block_m), {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(motor_power_block), {NULL}, 0, (any_function *)NAME(motor_power),
         NAME(call_anr), 2, 3, 1, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -12150,8 +12164,8 @@ void NAME(interpolate_motors_loop)(char **args, const intptr_t *dimensions, cons
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{3, 2, NAME(interpolate_motors_start_a_b),
-        WIDTHS(interpolate_motors_block_a_b), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(interpolate_motors_block), {NULL}, (any_function
+        WIDTHS(interpolate_motors_block_a_b), {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(interpolate_motors_block), {NULL}, 0, (any_function
         *)NAME(interpolate_motors), NAME(call_aanr), 3, 4, 1, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -12322,7 +12336,7 @@ LOOPS(versor_exponential_block)
 void NAME(versor_exponential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(versor_exponential_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(versor_exponential_block), {NULL}, 0, (any_function
         *)NAME(versor_exponential), NAME(call_ar), 1, 2, 0, 1, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -12506,7 +12520,7 @@ LOOPS(versor_logarithm_block)
 void NAME(versor_logarithm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {WIDTHS(versor_logarithm_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(versor_logarithm_block), {NULL}, 0, (any_function
         *)NAME(versor_logarithm), NAME(call_ar), 1, 2, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -12631,7 +12645,7 @@ LOOP(versor_square_root_dense)
 void NAME(versor_square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(versor_square_root_block), WIDTH(versor_square_root_dense),
+    static const struct kernel kernel = {WIDTHS(versor_square_root_block), WIDTH(versor_square_root_dense), TILE,
         (any_function *)NAME(versor_square_root), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -12754,7 +12768,7 @@ LOOP(normalize_versor_dense)
 void NAME(normalize_versor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(normalize_versor_block), WIDTH(normalize_versor_dense),
+    static const struct kernel kernel = {WIDTHS(normalize_versor_block), WIDTH(normalize_versor_dense), TILE,
         (any_function *)NAME(normalize_versor), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -12818,7 +12832,7 @@ LOOP(versor_from_motor_dense)
 void NAME(versor_from_motor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(versor_from_motor_block), WIDTH(versor_from_motor_dense),
+    static const struct kernel kernel = {WIDTHS(versor_from_motor_block), WIDTH(versor_from_motor_dense), TILE,
         (any_function *)NAME(versor_from_motor), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -12880,7 +12894,7 @@ LOOP(versor_from_dilator_dense)
 void NAME(versor_from_dilator_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(versor_from_dilator_block), WIDTH(versor_from_dilator_dense),
+    static const struct kernel kernel = {WIDTHS(versor_from_dilator_block), WIDTH(versor_from_dilator_dense), TILE,
         (any_function *)NAME(versor_from_dilator), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -12943,8 +12957,8 @@ void NAME(versor_from_transversor_loop)(char **args, const intptr_t *dimensions,
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {8, 1, 1, {8}}};
     static const struct kernel kernel = {WIDTHS(versor_from_transversor_block),
-        WIDTH(versor_from_transversor_dense), (any_function *)NAME(versor_from_transversor), NAME(call_ar), 1, 2, 0,
-        0, 0, parts, NULL};
+        WIDTH(versor_from_transversor_dense), TILE, (any_function *)NAME(versor_from_transversor), NAME(call_ar), 1,
+        2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12991,19 +13005,19 @@ static INLINE void NAME(translator_between_points_dense)(intptr_t n, char **args
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[2];
             REAL x2[2];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(translator_between_points)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
     }
 }
 LOOPS(translator_between_points_dense)
@@ -13012,8 +13026,8 @@ void NAME(translator_between_points_loop)(char **args, const intptr_t *dimension
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
     static const struct kernel kernel = {WIDTHS(translator_between_points_block),
-        WIDTHS(translator_between_points_dense), (any_function *)NAME(translator_between_points), NAME(call_aar), 2,
-        3, 0, 0, 0, parts, NULL};
+        WIDTHS(translator_between_points_dense), LANES, (any_function *)NAME(translator_between_points),
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13115,13 +13129,13 @@ static INLINE void NAME(versor_decomposition_dense)(intptr_t n, char **args, con
     REAL *a2 = (REAL *)args[2];
     REAL *a3 = (REAL *)args[3];
     REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r1[1 * SPAN];
-    _Alignas(64) REAL r2[2 * SPAN];
-    _Alignas(64) REAL r3[2 * SPAN];
-    _Alignas(64) REAL r4[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[1 * LANES];
+    _Alignas(64) REAL r2[2 * LANES];
+    _Alignas(64) REAL r3[2 * LANES];
+    _Alignas(64) REAL r4[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[8];
             REAL x1[1];
             REAL x2[2];
@@ -13130,14 +13144,14 @@ static INLINE void NAME(versor_decomposition_dense)(intptr_t n, char **args, con
             NAME(load_8)(x0, (char *)a0 + (first + i) * 8 * w, w);
             NAME(versor_decomposition)(x0, x1, x2, x3, x4);
             NAME(store_scalar)((char *)(r1 + i), x1);
-            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
-            NAME(store_2)((char *)(r3 + i), SPAN * w, x3);
-            NAME(store_2)((char *)(r4 + i), SPAN * w, x4);
+            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
+            NAME(store_2)((char *)(r3 + i), LANES * w, x3);
+            NAME(store_2)((char *)(r4 + i), LANES * w, x4);
         }
-        NAME(store_few)(a1 + first * 1, r1, 1, SPAN);
-        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
-        NAME(store_few)(a3 + first * 2, r3, 2, SPAN);
-        NAME(store_few)(a4 + first * 2, r4, 2, SPAN);
+        NAME(store_few)(a1 + first * 1, r1, 1, LANES, LANES);
+        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
+        NAME(store_few)(a3 + first * 2, r3, 2, LANES, LANES);
+        NAME(store_few)(a4 + first * 2, r4, 2, LANES, LANES);
     }
 }
 LOOPS(versor_decomposition_dense)
@@ -13147,7 +13161,7 @@ void NAME(versor_decomposition_loop)(char **args, const intptr_t *dimensions, co
     static const struct part parts[] = {{8, 1, 0, {8}}, {1, 0, 1, {0}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}, {2, 1, 3,
         {2}}};
     static const struct kernel kernel = {WIDTHS(versor_decomposition_block), WIDTHS(versor_decomposition_dense),
-        (any_function *)NAME(versor_decomposition), NAME(call_arrrr), 1, 5, 0, 0, 0, parts, NULL};
+        LANES, (any_function *)NAME(versor_decomposition), NAME(call_arrrr), 1, 5, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13204,19 +13218,19 @@ static INLINE void NAME(move_point_dense)(intptr_t n, char **args, const intptr_
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x1[2];
             REAL x2[2];
             NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(move_point)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
     }
 }
 LOOPS(move_point_dense)
@@ -13224,7 +13238,7 @@ LOOPS(move_point_dense)
 void NAME(move_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(move_point_block), WIDTHS(move_point_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(move_point_block), WIDTHS(move_point_dense), LANES, (any_function
         *)NAME(move_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -13277,19 +13291,19 @@ static INLINE void NAME(rotate_point_dense)(intptr_t n, char **args, const intpt
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[2];
             REAL x2[2];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(rotate_point)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
     }
 }
 LOOPS(rotate_point_dense)
@@ -13297,8 +13311,8 @@ LOOPS(rotate_point_dense)
 void NAME(rotate_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(rotate_point_block), WIDTHS(rotate_point_dense), (any_function
-        *)NAME(rotate_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotate_point_block), WIDTHS(rotate_point_dense), LANES,
+        (any_function *)NAME(rotate_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13343,19 +13357,19 @@ static INLINE void NAME(translate_point_dense)(intptr_t n, char **args, const in
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[2];
             REAL x2[2];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(translate_point)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
     }
 }
 LOOPS(translate_point_dense)
@@ -13363,8 +13377,8 @@ LOOPS(translate_point_dense)
 void NAME(translate_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(translate_point_block), WIDTHS(translate_point_dense), (any_function
-        *)NAME(translate_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(translate_point_block), WIDTHS(translate_point_dense), LANES,
+        (any_function *)NAME(translate_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13410,19 +13424,19 @@ static INLINE void NAME(dilate_point_dense)(intptr_t n, char **args, const intpt
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[2];
             REAL x2[2];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(dilate_point)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
     }
 }
 LOOPS(dilate_point_dense)
@@ -13430,8 +13444,8 @@ LOOPS(dilate_point_dense)
 void NAME(dilate_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(dilate_point_block), WIDTHS(dilate_point_dense), (any_function
-        *)NAME(dilate_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(dilate_point_block), WIDTHS(dilate_point_dense), LANES,
+        (any_function *)NAME(dilate_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13649,8 +13663,8 @@ void NAME(move_vector_loop)(char **args, const intptr_t *dimensions, const intpt
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{1, 3, NAME(move_vector_start_m), WIDTHS(move_vector_block_m),
-        WIDTH(move_vector_dense_m)}};
-    static const struct kernel kernel = {WIDTHS(move_vector_block), WIDTH(move_vector_dense), (any_function
+        WIDTH(move_vector_dense_m), TILE}};
+    static const struct kernel kernel = {WIDTHS(move_vector_block), WIDTH(move_vector_dense), TILE, (any_function
         *)NAME(move_vector), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -13933,9 +13947,9 @@ void NAME(move_point_pair_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
     static const struct form forms[] = {{1, 2, NAME(move_point_pair_start_m), WIDTHS(move_point_pair_block_m),
-        WIDTH(move_point_pair_dense_m)}};
-    static const struct kernel kernel = {WIDTHS(move_point_pair_block), WIDTH(move_point_pair_dense), (any_function
-        *)NAME(move_point_pair), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+        WIDTH(move_point_pair_dense_m), TILE}};
+    static const struct kernel kernel = {WIDTHS(move_point_pair_block), WIDTH(move_point_pair_dense), TILE,
+        (any_function *)NAME(move_point_pair), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -14042,17 +14056,17 @@ static INLINE void NAME(move_line_dense_m)(intptr_t n, char **args, const intptr
     (void)strides;
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x1[3];
             REAL x2[3];
             NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(move_line_apply_m)(prepared, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(move_line_dense_m)
@@ -14092,19 +14106,19 @@ static INLINE void NAME(move_line_dense)(intptr_t n, char **args, const intptr_t
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x1[3];
             REAL x2[3];
             NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(move_line)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(move_line_dense)
@@ -14113,8 +14127,8 @@ void NAME(move_line_loop)(char **args, const intptr_t *dimensions, const intptr_
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{1, 3, NAME(move_line_start_m), WIDTHS(move_line_block_m),
-        WIDTHS(move_line_dense_m)}};
-    static const struct kernel kernel = {WIDTHS(move_line_block), WIDTHS(move_line_dense), (any_function
+        WIDTHS(move_line_dense_m), LANES}};
+    static const struct kernel kernel = {WIDTHS(move_line_block), WIDTHS(move_line_dense), LANES, (any_function
         *)NAME(move_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -14333,8 +14347,8 @@ void NAME(move_circle_loop)(char **args, const intptr_t *dimensions, const intpt
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{1, 3, NAME(move_circle_start_m), WIDTHS(move_circle_block_m),
-        WIDTH(move_circle_dense_m)}};
-    static const struct kernel kernel = {WIDTHS(move_circle_block), WIDTH(move_circle_dense), (any_function
+        WIDTH(move_circle_dense_m), TILE}};
+    static const struct kernel kernel = {WIDTHS(move_circle_block), WIDTH(move_circle_dense), TILE, (any_function
         *)NAME(move_circle), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -14699,8 +14713,8 @@ void NAME(transform_vector_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{1, 2, NAME(transform_vector_start_v), WIDTHS(transform_vector_block_v),
-        WIDTH(transform_vector_dense_v)}};
-    static const struct kernel kernel = {WIDTHS(transform_vector_block), WIDTH(transform_vector_dense),
+        WIDTH(transform_vector_dense_v), TILE}};
+    static const struct kernel kernel = {WIDTHS(transform_vector_block), WIDTH(transform_vector_dense), TILE,
         (any_function *)NAME(transform_vector), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -14809,7 +14823,7 @@ LOOPS(transform_point_block)
 void NAME(transform_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(transform_point_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(transform_point_block), {NULL}, 0, (any_function
         *)NAME(transform_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -15202,8 +15216,8 @@ void NAME(transform_point_pair_loop)(char **args, const intptr_t *dimensions, co
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
     static const struct form forms[] = {{1, 2, NAME(transform_point_pair_start_v),
-        WIDTHS(transform_point_pair_block_v), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(transform_point_pair_block), {NULL}, (any_function
+        WIDTHS(transform_point_pair_block_v), {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(transform_point_pair_block), {NULL}, 0, (any_function
         *)NAME(transform_point_pair), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -15568,8 +15582,8 @@ void NAME(transform_circle_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{1, 2, NAME(transform_circle_start_v), WIDTHS(transform_circle_block_v),
-        WIDTH(transform_circle_dense_v)}};
-    static const struct kernel kernel = {WIDTHS(transform_circle_block), WIDTH(transform_circle_dense),
+        WIDTH(transform_circle_dense_v), TILE}};
+    static const struct kernel kernel = {WIDTHS(transform_circle_block), WIDTH(transform_circle_dense), TILE,
         (any_function *)NAME(transform_circle), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -15768,9 +15782,9 @@ void NAME(invert_vector_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{2, 2, NAME(invert_vector_start_s), WIDTHS(invert_vector_block_s),
-        WIDTH(invert_vector_dense_s)}};
-    static const struct kernel kernel = {WIDTHS(invert_vector_block), WIDTH(invert_vector_dense), (any_function
-        *)NAME(invert_vector), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+        WIDTH(invert_vector_dense_s), TILE}};
+    static const struct kernel kernel = {WIDTHS(invert_vector_block), WIDTH(invert_vector_dense), TILE,
+        (any_function *)NAME(invert_vector), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -16046,8 +16060,8 @@ void NAME(invert_point_pair_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
     static const struct form forms[] = {{2, 2, NAME(invert_point_pair_start_s), WIDTHS(invert_point_pair_block_s),
-        WIDTH(invert_point_pair_dense_s)}};
-    static const struct kernel kernel = {WIDTHS(invert_point_pair_block), WIDTH(invert_point_pair_dense),
+        WIDTH(invert_point_pair_dense_s), TILE}};
+    static const struct kernel kernel = {WIDTHS(invert_point_pair_block), WIDTH(invert_point_pair_dense), TILE,
         (any_function *)NAME(invert_point_pair), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -16250,9 +16264,9 @@ void NAME(invert_circle_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{2, 2, NAME(invert_circle_start_s), WIDTHS(invert_circle_block_s),
-        WIDTH(invert_circle_dense_s)}};
-    static const struct kernel kernel = {WIDTHS(invert_circle_block), WIDTH(invert_circle_dense), (any_function
-        *)NAME(invert_circle), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+        WIDTH(invert_circle_dense_s), TILE}};
+    static const struct kernel kernel = {WIDTHS(invert_circle_block), WIDTH(invert_circle_dense), TILE,
+        (any_function *)NAME(invert_circle), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -16328,19 +16342,19 @@ static INLINE void NAME(invert_point_dense)(intptr_t n, char **args, const intpt
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[4];
             REAL x2[2];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
             NAME(invert_point)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
     }
 }
 LOOPS(invert_point_dense)
@@ -16348,8 +16362,8 @@ LOOPS(invert_point_dense)
 void NAME(invert_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {4, 1, 1, {4}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(invert_point_block), WIDTHS(invert_point_dense), (any_function
-        *)NAME(invert_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(invert_point_block), WIDTHS(invert_point_dense), LANES,
+        (any_function *)NAME(invert_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -16631,8 +16645,8 @@ void NAME(motor_between_lines_loop)(char **args, const intptr_t *dimensions, con
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{1, 2, NAME(motor_between_lines_start_a),
-        WIDTHS(motor_between_lines_block_a), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(motor_between_lines_block), {NULL}, (any_function
+        WIDTHS(motor_between_lines_block_a), {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(motor_between_lines_block), {NULL}, 0, (any_function
         *)NAME(motor_between_lines), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -17153,8 +17167,8 @@ void NAME(versor_between_circles_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {8, 1, 2, {8}}};
     static const struct form forms[] = {{1, 2, NAME(versor_between_circles_start_a),
-        WIDTHS(versor_between_circles_block_a), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(versor_between_circles_block), {NULL}, (any_function
+        WIDTHS(versor_between_circles_block_a), {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(versor_between_circles_block), {NULL}, 0, (any_function
         *)NAME(versor_between_circles), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -17743,8 +17757,8 @@ void NAME(versor_between_point_pairs_loop)(char **args, const intptr_t *dimensio
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {8, 1, 2, {8}}};
     static const struct form forms[] = {{1, 2, NAME(versor_between_point_pairs_start_a),
-        WIDTHS(versor_between_point_pairs_block_a), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(versor_between_point_pairs_block), {NULL}, (any_function
+        WIDTHS(versor_between_point_pairs_block_a), {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(versor_between_point_pairs_block), {NULL}, 0, (any_function
         *)NAME(versor_between_point_pairs), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -18620,15 +18634,16 @@ void NAME(similarity_between_rounds_loop)(char **args, const intptr_t *dimension
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}, {2, 1, 3, {2}}, {1, 0, 4,
         {0}}, {8, 1, 4, {8}}};
     static const struct form forms[] = {{29, 2, NAME(similarity_between_rounds_start_a_n_m_scale),
-        WIDTHS(similarity_between_rounds_block_a_n_m_scale), WIDTH(similarity_between_rounds_dense_a_n_m_scale)},
-        {30, 2, NAME(similarity_between_rounds_start_b_n_m_scale),
-        WIDTHS(similarity_between_rounds_block_b_n_m_scale), WIDTH(similarity_between_rounds_dense_b_n_m_scale)},
-        {15, 2, NAME(similarity_between_rounds_start_a_b_n_m), WIDTHS(similarity_between_rounds_block_a_b_n_m),
-        WIDTH(similarity_between_rounds_dense_a_b_n_m)}, {23, 2, NAME(similarity_between_rounds_start_a_b_n_scale),
-        WIDTHS(similarity_between_rounds_block_a_b_n_scale), {NULL}}};
+        WIDTHS(similarity_between_rounds_block_a_n_m_scale), WIDTH(similarity_between_rounds_dense_a_n_m_scale),
+        TILE}, {30, 2, NAME(similarity_between_rounds_start_b_n_m_scale),
+        WIDTHS(similarity_between_rounds_block_b_n_m_scale), WIDTH(similarity_between_rounds_dense_b_n_m_scale),
+        TILE}, {15, 2, NAME(similarity_between_rounds_start_a_b_n_m),
+        WIDTHS(similarity_between_rounds_block_a_b_n_m), WIDTH(similarity_between_rounds_dense_a_b_n_m), TILE}, {23,
+        2, NAME(similarity_between_rounds_start_a_b_n_scale), WIDTHS(similarity_between_rounds_block_a_b_n_scale),
+        {NULL}, 0}};
     static const struct kernel kernel = {WIDTHS(similarity_between_rounds_block),
-        WIDTH(similarity_between_rounds_dense), (any_function *)NAME(similarity_between_rounds), NAME(call_aaaanr),
-        5, 6, 4, 0, 0, parts, forms};
+        WIDTH(similarity_between_rounds_dense), TILE, (any_function *)NAME(similarity_between_rounds),
+        NAME(call_aaaanr), 5, 6, 4, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

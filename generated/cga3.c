@@ -2,7 +2,7 @@
 // command: gac generate --all cga3
 // spec: d19093e28632a342
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 8e2fece8cb760d6a1fdda1041011f742a4ef0da222c826b4ed941fd2f89d6d9b
+// body: 450cfd0832336234fe0e71acef9e80c255bcb40eb9c544affd5fcdc6a160cd1d
 
 #ifndef REAL
 #include "cga3.h"
@@ -64,6 +64,9 @@
 // Elements in C order go through rows of this many.
 #define SPAN 32
 
+// As many elements are run one after the other.
+#define ALONE 2
+
 // A vector of neighbours in memory, where the compiler turns such of 32 bytes well.
 #if defined(__has_builtin) && (defined(ON) || defined(__clang__))
 #if __has_builtin(__builtin_shufflevector)
@@ -121,12 +124,15 @@ struct form {
     intptr_t least;
     void (*start)(char **args, const intptr_t *strides, void *prepared);
     loop_function *block[2], *dense[2];
+    int together;
 };
 
-// The loops of a kernel, over rows and in C order, its plain function and how that is called, and its forms. A kernel
-// that repeats reads its inputs again after it has written: its outputs cannot lie where they do.
+// The loops of a kernel, over rows and in C order, which takes so many elements together; its plain function and how
+// that is called; and its forms. A kernel that repeats reads its inputs again after it has written: its outputs cannot
+// lie where they do.
 struct kernel {
     loop_function *block[2], *dense[2];
+    int together;
     any_function *function;
     void (*call)(any_function *function, void **parts);
     int n_inputs, n_parts, n_forms, repeats, busy;
@@ -2280,39 +2286,39 @@ static INLINE void NAME(store_tile_32)(REAL *a, const REAL *x, intptr_t row)
 }
 #endif
 
-// Rows, SPAN numbers long, of `n` elements of at most three numbers in C order, and back.
-static INLINE void NAME(load_few)(REAL *x, const REAL *a, intptr_t size, intptr_t n)
+// Rows, `row` numbers long, of `n` elements of at most three numbers in C order, and back.
+static INLINE void NAME(load_few)(REAL *x, const REAL *a, intptr_t size, intptr_t row, intptr_t n)
 {
     if (size == 1) {
         memcpy(x, a, n * sizeof(REAL));
     } else if (size == 2) {
         for (intptr_t i = 0; i < n; ++i) {
             x[i] = a[2 * i];
-            x[SPAN + i] = a[2 * i + 1];
+            x[row + i] = a[2 * i + 1];
         }
     } else {
         for (intptr_t i = 0; i < n; ++i) {
             x[i] = a[3 * i];
-            x[SPAN + i] = a[3 * i + 1];
-            x[2 * SPAN + i] = a[3 * i + 2];
+            x[row + i] = a[3 * i + 1];
+            x[2 * row + i] = a[3 * i + 2];
         }
     }
 }
 
-static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr_t n)
+static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr_t row, intptr_t n)
 {
     if (size == 1) {
         memcpy(a, x, n * sizeof(REAL));
     } else if (size == 2) {
         for (intptr_t i = 0; i < n; ++i) {
             a[2 * i] = x[i];
-            a[2 * i + 1] = x[SPAN + i];
+            a[2 * i + 1] = x[row + i];
         }
     } else {
         for (intptr_t i = 0; i < n; ++i) {
             a[3 * i] = x[i];
-            a[3 * i + 1] = x[SPAN + i];
-            a[3 * i + 2] = x[2 * SPAN + i];
+            a[3 * i + 1] = x[row + i];
+            a[3 * i + 2] = x[2 * row + i];
         }
     }
 }
@@ -2321,42 +2327,42 @@ static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr
 static INLINE void NAME(load_span_1)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 1, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 1, SPAN, n);
 }
 LOOPS(load_span_1)
 
 static INLINE void NAME(store_span_1)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 1, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 1, SPAN, n);
 }
 LOOPS(store_span_1)
 
 static INLINE void NAME(load_span_2)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 2, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 2, SPAN, n);
 }
 LOOPS(load_span_2)
 
 static INLINE void NAME(store_span_2)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 2, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 2, SPAN, n);
 }
 LOOPS(store_span_2)
 
 static INLINE void NAME(load_span_3)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 3, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 3, SPAN, n);
 }
 LOOPS(load_span_3)
 
 static INLINE void NAME(store_span_3)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 3, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 3, SPAN, n);
 }
 LOOPS(store_span_3)
 
@@ -2595,11 +2601,12 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     intptr_t cores[CORES], row_cores[CORES], total = 0, numbers = 0, bytes = 0;
     unsigned still = 0, units = 0, hoisted = 0;
     int in_place = 1, ordered = 1, known = 1;
-    if (width < 0 || n == 1) {
+    if (width < 0 || n <= 1) {
         NAME(each)(kernel, args, n, steps);
         return;
     }
     loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width], *loads[PARTS], *stores[PARTS];
+    int together = kernel->together;
     for (int p = 0; p < n_parts; ++p) {
         const struct part *part = &kernel->parts[p];
         const int same = p < n_inputs && steps[p] == 0;
@@ -2618,7 +2625,8 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         const struct form *form = &kernel->forms[f];
         if ((still & form->same) == form->same && n >= form->least) {
             form->start(args, strides, prepared);
-            hoisted = form->same, in_rows = form->block[width], in_order = form->dense[width];
+            hoisted = form->same, together = form->together;
+            in_rows = form->block[width], in_order = form->dense[width];
         }
     }
     // Results that no cache holds go past the caches, where that is what takes the time and all rows start lines alike.
@@ -2633,7 +2641,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     loop_function *const at_once = ordered && still == hoisted && in_order ? in_order
         : (units | hoisted) == (1u << n_parts) - 1 && !past && !kernel->repeats ? in_rows : NULL;
     if (at_once) {
-        const intptr_t whole = n & -(at_once == in_order ? SPAN : LANES);
+        const intptr_t whole = n & -(at_once == in_order ? together : LANES);
         for (int p = 0; p < n_parts; ++p) {
             starts[p] = hoisted >> p & 1 ? (char *)prepared : args[p];
             rest[p] = args[p] + whole * steps[p];
@@ -2643,6 +2651,11 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         args = rest, n -= whole;
         if (n == 0)
             return;
+    }
+    // Rows cost more than a few elements do.
+    if (n <= ALONE && !hoisted) {
+        NAME(each)(kernel, args, n, steps);
+        return;
     }
     const int spans = ordered && known && total * SPAN <= SPACE;
     // Long rows spare calls; beyond the last cache, short turns keep reading and writing going side by side.
@@ -3478,7 +3491,7 @@ LOOPS(geometric_product_block)
 void NAME(geometric_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}, {32, 1, 2, {32}}};
-    static const struct kernel kernel = {WIDTHS(geometric_product_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(geometric_product_block), {NULL}, 0, (any_function
         *)NAME(geometric_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -4060,8 +4073,8 @@ LOOPS(outer_product_block)
 void NAME(outer_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}, {32, 1, 2, {32}}};
-    static const struct kernel kernel = {WIDTHS(outer_product_block), {NULL}, (any_function *)NAME(outer_product),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(outer_product_block), {NULL}, 0, (any_function
+        *)NAME(outer_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4642,7 +4655,7 @@ LOOPS(regressive_product_block)
 void NAME(regressive_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}, {32, 1, 2, {32}}};
-    static const struct kernel kernel = {WIDTHS(regressive_product_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(regressive_product_block), {NULL}, 0, (any_function
         *)NAME(regressive_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -5614,8 +5627,8 @@ LOOPS(inner_product_block)
 void NAME(inner_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}, {32, 1, 2, {32}}};
-    static const struct kernel kernel = {WIDTHS(inner_product_block), {NULL}, (any_function *)NAME(inner_product),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(inner_product_block), {NULL}, 0, (any_function
+        *)NAME(inner_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5990,7 +6003,7 @@ LOOPS(even_product_block)
 void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {WIDTHS(even_product_block), {NULL}, (any_function *)NAME(even_product),
+    static const struct kernel kernel = {WIDTHS(even_product_block), {NULL}, 0, (any_function *)NAME(even_product),
         NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -6103,7 +6116,7 @@ LOOPS(reverse_block)
 void NAME(reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}};
-    static const struct kernel kernel = {WIDTHS(reverse_block), {NULL}, (any_function *)NAME(reverse),
+    static const struct kernel kernel = {WIDTHS(reverse_block), {NULL}, 0, (any_function *)NAME(reverse),
         NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -6197,7 +6210,7 @@ LOOP(even_reverse_dense)
 void NAME(even_reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {WIDTHS(even_reverse_block), WIDTH(even_reverse_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(even_reverse_block), WIDTH(even_reverse_dense), TILE, (any_function
         *)NAME(even_reverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -6306,7 +6319,7 @@ LOOPS(grade_involution_block)
 void NAME(grade_involution_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}};
-    static const struct kernel kernel = {WIDTHS(grade_involution_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(grade_involution_block), {NULL}, 0, (any_function
         *)NAME(grade_involution), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -6417,8 +6430,8 @@ LOOPS(dual_block)
 void NAME(dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}};
-    static const struct kernel kernel = {WIDTHS(dual_block), {NULL}, (any_function *)NAME(dual), NAME(call_ar), 1,
-        2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(dual_block), {NULL}, 0, (any_function *)NAME(dual), NAME(call_ar),
+        1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6528,8 +6541,8 @@ LOOPS(undual_block)
 void NAME(undual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}};
-    static const struct kernel kernel = {WIDTHS(undual_block), {NULL}, (any_function *)NAME(undual), NAME(call_ar),
-        1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(undual_block), {NULL}, 0, (any_function *)NAME(undual),
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6637,7 +6650,7 @@ LOOPS(polarity_block)
 void NAME(polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}};
-    static const struct kernel kernel = {WIDTHS(polarity_block), {NULL}, (any_function *)NAME(polarity),
+    static const struct kernel kernel = {WIDTHS(polarity_block), {NULL}, 0, (any_function *)NAME(polarity),
         NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -6703,7 +6716,7 @@ LOOP(embed_point_dense)
 void NAME(embed_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {WIDTHS(embed_point_block), WIDTH(embed_point_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(embed_point_block), WIDTH(embed_point_dense), TILE, (any_function
         *)NAME(embed_point), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -6766,8 +6779,8 @@ LOOP(extract_point_dense)
 void NAME(extract_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(extract_point_block), WIDTH(extract_point_dense), (any_function
-        *)NAME(extract_point), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(extract_point_block), WIDTH(extract_point_dense), TILE,
+        (any_function *)NAME(extract_point), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6833,7 +6846,7 @@ LOOP(normalize_vector_dense)
 void NAME(normalize_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {WIDTHS(normalize_vector_block), WIDTH(normalize_vector_dense),
+    static const struct kernel kernel = {WIDTHS(normalize_vector_block), WIDTH(normalize_vector_dense), TILE,
         (any_function *)NAME(normalize_vector), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -6886,10 +6899,10 @@ static INLINE void NAME(inner_product_of_points_dense)(intptr_t n, char **args, 
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[3];
             REAL x2[1];
@@ -6898,7 +6911,7 @@ static INLINE void NAME(inner_product_of_points_dense)(intptr_t n, char **args, 
             NAME(inner_product_of_points)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(inner_product_of_points_dense)
@@ -6907,8 +6920,8 @@ void NAME(inner_product_of_points_loop)(char **args, const intptr_t *dimensions,
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(inner_product_of_points_block),
-        WIDTHS(inner_product_of_points_dense), (any_function *)NAME(inner_product_of_points), NAME(call_aar), 2, 3,
-        0, 0, 0, parts, NULL};
+        WIDTHS(inner_product_of_points_dense), LANES, (any_function *)NAME(inner_product_of_points), NAME(call_aar),
+        2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6958,10 +6971,10 @@ static INLINE void NAME(distance_squared_points_dense)(intptr_t n, char **args, 
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[3];
             REAL x2[1];
@@ -6970,7 +6983,7 @@ static INLINE void NAME(distance_squared_points_dense)(intptr_t n, char **args, 
             NAME(distance_squared_points)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(distance_squared_points_dense)
@@ -6979,8 +6992,8 @@ void NAME(distance_squared_points_loop)(char **args, const intptr_t *dimensions,
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(distance_squared_points_block),
-        WIDTHS(distance_squared_points_dense), (any_function *)NAME(distance_squared_points), NAME(call_aar), 2, 3,
-        0, 0, 0, parts, NULL};
+        WIDTHS(distance_squared_points_dense), LANES, (any_function *)NAME(distance_squared_points), NAME(call_aar),
+        2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7031,10 +7044,10 @@ static INLINE void NAME(distance_points_dense)(intptr_t n, char **args, const in
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[3];
             REAL x2[1];
@@ -7043,7 +7056,7 @@ static INLINE void NAME(distance_points_dense)(intptr_t n, char **args, const in
             NAME(distance_points)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(distance_points_dense)
@@ -7051,8 +7064,8 @@ LOOPS(distance_points_dense)
 void NAME(distance_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(distance_points_block), WIDTHS(distance_points_dense), (any_function
-        *)NAME(distance_points), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(distance_points_block), WIDTHS(distance_points_dense), LANES,
+        (any_function *)NAME(distance_points), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7132,8 +7145,8 @@ void NAME(inner_product_of_vectors_loop)(char **args, const intptr_t *dimensions
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(inner_product_of_vectors_block),
-        WIDTH(inner_product_of_vectors_dense), (any_function *)NAME(inner_product_of_vectors), NAME(call_aar), 2, 3,
-        0, 0, 0, parts, NULL};
+        WIDTH(inner_product_of_vectors_dense), TILE, (any_function *)NAME(inner_product_of_vectors), NAME(call_aar),
+        2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7267,17 +7280,17 @@ static INLINE void NAME(power_of_point_dense_s)(intptr_t n, char **args, const i
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x2[1];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(power_of_point_apply_s)(prepared, x0, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(power_of_point_dense_s)
@@ -7392,10 +7405,10 @@ void NAME(power_of_point_loop)(char **args, const intptr_t *dimensions, const in
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{2, 2, NAME(power_of_point_start_s), WIDTHS(power_of_point_block_s),
-        WIDTHS(power_of_point_dense_s)}, {1, 2, NAME(power_of_point_start_p), WIDTHS(power_of_point_block_p),
-        WIDTH(power_of_point_dense_p)}};
-    static const struct kernel kernel = {WIDTHS(power_of_point_block), WIDTH(power_of_point_dense), (any_function
-        *)NAME(power_of_point), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
+        WIDTHS(power_of_point_dense_s), LANES}, {1, 2, NAME(power_of_point_start_p), WIDTHS(power_of_point_block_p),
+        WIDTH(power_of_point_dense_p), TILE}};
+    static const struct kernel kernel = {WIDTHS(power_of_point_block), WIDTH(power_of_point_dense), TILE,
+        (any_function *)NAME(power_of_point), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7490,17 +7503,17 @@ static INLINE void NAME(signed_distance_point_plane_dense_plane)(intptr_t n, cha
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x2[1];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(signed_distance_point_plane_apply_plane)(prepared, x0, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(signed_distance_point_plane_dense_plane)
@@ -7540,10 +7553,10 @@ static INLINE void NAME(signed_distance_point_plane_dense)(intptr_t n, char **ar
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[4];
             REAL x2[1];
@@ -7552,7 +7565,7 @@ static INLINE void NAME(signed_distance_point_plane_dense)(intptr_t n, char **ar
             NAME(signed_distance_point_plane)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(signed_distance_point_plane_dense)
@@ -7561,9 +7574,9 @@ void NAME(signed_distance_point_plane_loop)(char **args, const intptr_t *dimensi
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{2, 2, NAME(signed_distance_point_plane_start_plane),
-        WIDTHS(signed_distance_point_plane_block_plane), WIDTHS(signed_distance_point_plane_dense_plane)}};
+        WIDTHS(signed_distance_point_plane_block_plane), WIDTHS(signed_distance_point_plane_dense_plane), LANES}};
     static const struct kernel kernel = {WIDTHS(signed_distance_point_plane_block),
-        WIDTHS(signed_distance_point_plane_dense), (any_function *)NAME(signed_distance_point_plane),
+        WIDTHS(signed_distance_point_plane_dense), LANES, (any_function *)NAME(signed_distance_point_plane),
         NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -7659,7 +7672,7 @@ LOOP(distance_point_line_dense)
 void NAME(distance_point_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(distance_point_line_block), WIDTH(distance_point_line_dense),
+    static const struct kernel kernel = {WIDTHS(distance_point_line_block), WIDTH(distance_point_line_dense), TILE,
         (any_function *)NAME(distance_point_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -7770,7 +7783,7 @@ void NAME(point_pair_from_points_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {10, 1, 2, {10}}};
     static const struct kernel kernel = {WIDTHS(point_pair_from_points_block), WIDTH(point_pair_from_points_dense),
-        (any_function *)NAME(point_pair_from_points), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+        TILE, (any_function *)NAME(point_pair_from_points), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8443,11 +8456,11 @@ void NAME(circle_from_points_loop)(char **args, const intptr_t *dimensions, cons
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {10, 1, 3, {10}}};
     static const struct form forms[] = {{5, 2, NAME(circle_from_points_start_a_c),
-        WIDTHS(circle_from_points_block_a_c), WIDTH(circle_from_points_dense_a_c)}, {6, 2,
+        WIDTHS(circle_from_points_block_a_c), WIDTH(circle_from_points_dense_a_c), TILE}, {6, 2,
         NAME(circle_from_points_start_b_c), WIDTHS(circle_from_points_block_b_c),
-        WIDTH(circle_from_points_dense_b_c)}, {3, 3, NAME(circle_from_points_start_a_b),
-        WIDTHS(circle_from_points_block_a_b), WIDTH(circle_from_points_dense_a_b)}};
-    static const struct kernel kernel = {WIDTHS(circle_from_points_block), WIDTH(circle_from_points_dense),
+        WIDTH(circle_from_points_dense_b_c), TILE}, {3, 3, NAME(circle_from_points_start_a_b),
+        WIDTHS(circle_from_points_block_a_b), WIDTH(circle_from_points_dense_a_b), TILE}};
+    static const struct kernel kernel = {WIDTHS(circle_from_points_block), WIDTH(circle_from_points_dense), TILE,
         (any_function *)NAME(circle_from_points), NAME(call_aaar), 3, 4, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -9563,13 +9576,13 @@ void NAME(sphere_from_points_loop)(char **args, const intptr_t *dimensions, cons
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}, {5, 1, 4,
         {5}}};
     static const struct form forms[] = {{7, 3, NAME(sphere_from_points_start_a_b_c),
-        WIDTHS(sphere_from_points_block_a_b_c), WIDTH(sphere_from_points_dense_a_b_c)}, {11, 3,
+        WIDTHS(sphere_from_points_block_a_b_c), WIDTH(sphere_from_points_dense_a_b_c), TILE}, {11, 3,
         NAME(sphere_from_points_start_a_b_d), WIDTHS(sphere_from_points_block_a_b_d),
-        WIDTH(sphere_from_points_dense_a_b_d)}, {13, 3, NAME(sphere_from_points_start_a_c_d),
-        WIDTHS(sphere_from_points_block_a_c_d), WIDTH(sphere_from_points_dense_a_c_d)}, {14, 3,
+        WIDTH(sphere_from_points_dense_a_b_d), TILE}, {13, 3, NAME(sphere_from_points_start_a_c_d),
+        WIDTHS(sphere_from_points_block_a_c_d), WIDTH(sphere_from_points_dense_a_c_d), TILE}, {14, 3,
         NAME(sphere_from_points_start_b_c_d), WIDTHS(sphere_from_points_block_b_c_d),
-        WIDTH(sphere_from_points_dense_b_c_d)}};
-    static const struct kernel kernel = {WIDTHS(sphere_from_points_block), WIDTH(sphere_from_points_dense),
+        WIDTH(sphere_from_points_dense_b_c_d), TILE}};
+    static const struct kernel kernel = {WIDTHS(sphere_from_points_block), WIDTH(sphere_from_points_dense), TILE,
         (any_function *)NAME(sphere_from_points), NAME(call_aaaar), 4, 5, 4, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -9653,7 +9666,7 @@ LOOP(line_from_points_dense)
 void NAME(line_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(line_from_points_block), WIDTH(line_from_points_dense),
+    static const struct kernel kernel = {WIDTHS(line_from_points_block), WIDTH(line_from_points_dense), TILE,
         (any_function *)NAME(line_from_points), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -9738,8 +9751,8 @@ void NAME(line_from_point_direction_loop)(char **args, const intptr_t *dimension
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
     static const struct kernel kernel = {WIDTHS(line_from_point_direction_block),
-        WIDTH(line_from_point_direction_dense), (any_function *)NAME(line_from_point_direction), NAME(call_aar), 2,
-        3, 0, 0, 0, parts, NULL};
+        WIDTH(line_from_point_direction_dense), TILE, (any_function *)NAME(line_from_point_direction),
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9839,7 +9852,7 @@ LOOP(plane_from_points_dense)
 void NAME(plane_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {4, 1, 3, {4}}};
-    static const struct kernel kernel = {WIDTHS(plane_from_points_block), WIDTH(plane_from_points_dense),
+    static const struct kernel kernel = {WIDTHS(plane_from_points_block), WIDTH(plane_from_points_dense), TILE,
         (any_function *)NAME(plane_from_points), NAME(call_aaar), 3, 4, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -9916,8 +9929,8 @@ void NAME(dual_sphere_from_centre_loop)(char **args, const intptr_t *dimensions,
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {5, 1, 1, {5}}};
     static const struct kernel kernel = {WIDTHS(dual_sphere_from_centre_block),
-        WIDTH(dual_sphere_from_centre_dense), (any_function *)NAME(dual_sphere_from_centre), NAME(call_anr), 2, 3,
-        0, 0, 0, parts, NULL};
+        WIDTH(dual_sphere_from_centre_dense), TILE, (any_function *)NAME(dual_sphere_from_centre), NAME(call_anr),
+        2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9999,8 +10012,8 @@ void NAME(dual_sphere_through_point_loop)(char **args, const intptr_t *dimension
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {5, 1, 2, {5}}};
     static const struct kernel kernel = {WIDTHS(dual_sphere_through_point_block),
-        WIDTH(dual_sphere_through_point_dense), (any_function *)NAME(dual_sphere_through_point), NAME(call_aar), 2,
-        3, 0, 0, 0, parts, NULL};
+        WIDTH(dual_sphere_through_point_dense), TILE, (any_function *)NAME(dual_sphere_through_point),
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10077,7 +10090,7 @@ LOOP(sphere_from_centre_dense)
 void NAME(sphere_from_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {WIDTHS(sphere_from_centre_block), WIDTH(sphere_from_centre_dense),
+    static const struct kernel kernel = {WIDTHS(sphere_from_centre_block), WIDTH(sphere_from_centre_dense), TILE,
         (any_function *)NAME(sphere_from_centre), NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -10145,7 +10158,7 @@ void NAME(dual_plane_from_normal_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(dual_plane_from_normal_block), WIDTH(dual_plane_from_normal_dense),
-        (any_function *)NAME(dual_plane_from_normal), NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
+        TILE, (any_function *)NAME(dual_plane_from_normal), NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10229,8 +10242,8 @@ LOOP(bisector_plane_dense)
 void NAME(bisector_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(bisector_plane_block), WIDTH(bisector_plane_dense), (any_function
-        *)NAME(bisector_plane), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(bisector_plane_block), WIDTH(bisector_plane_dense), TILE,
+        (any_function *)NAME(bisector_plane), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10294,8 +10307,8 @@ LOOP(sphere_polarity_dense)
 void NAME(sphere_polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {WIDTHS(sphere_polarity_block), WIDTH(sphere_polarity_dense), (any_function
-        *)NAME(sphere_polarity), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(sphere_polarity_block), WIDTH(sphere_polarity_dense), TILE,
+        (any_function *)NAME(sphere_polarity), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10357,8 +10370,8 @@ LOOP(plane_polarity_dense)
 void NAME(plane_polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(plane_polarity_block), WIDTH(plane_polarity_dense), (any_function
-        *)NAME(plane_polarity), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(plane_polarity_block), WIDTH(plane_polarity_dense), TILE,
+        (any_function *)NAME(plane_polarity), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10422,8 +10435,8 @@ LOOP(sphere_centre_dense)
 void NAME(sphere_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(sphere_centre_block), WIDTH(sphere_centre_dense), (any_function
-        *)NAME(sphere_centre), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(sphere_centre_block), WIDTH(sphere_centre_dense), TILE,
+        (any_function *)NAME(sphere_centre), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10493,7 +10506,7 @@ void NAME(sphere_radius_squared_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {1, 0, 1, {0}}};
     static const struct kernel kernel = {WIDTHS(sphere_radius_squared_block), WIDTH(sphere_radius_squared_dense),
-        (any_function *)NAME(sphere_radius_squared), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+        TILE, (any_function *)NAME(sphere_radius_squared), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10581,8 +10594,8 @@ LOOP(circle_centre_dense)
 void NAME(circle_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(circle_centre_block), WIDTH(circle_centre_dense), (any_function
-        *)NAME(circle_centre), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(circle_centre_block), WIDTH(circle_centre_dense), TILE,
+        (any_function *)NAME(circle_centre), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10666,7 +10679,7 @@ void NAME(circle_radius_squared_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {1, 0, 1, {0}}};
     static const struct kernel kernel = {WIDTHS(circle_radius_squared_block), WIDTH(circle_radius_squared_dense),
-        (any_function *)NAME(circle_radius_squared), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+        TILE, (any_function *)NAME(circle_radius_squared), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10725,7 +10738,7 @@ LOOP(circle_plane_dense)
 void NAME(circle_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(circle_plane_block), WIDTH(circle_plane_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(circle_plane_block), WIDTH(circle_plane_dense), TILE, (any_function
         *)NAME(circle_plane), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -10791,7 +10804,7 @@ LOOP(circle_axis_dense)
 void NAME(circle_axis_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {WIDTHS(circle_axis_block), WIDTH(circle_axis_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(circle_axis_block), WIDTH(circle_axis_dense), TILE, (any_function
         *)NAME(circle_axis), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -10881,7 +10894,7 @@ LOOP(point_pair_centre_dense)
 void NAME(point_pair_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_centre_block), WIDTH(point_pair_centre_dense),
+    static const struct kernel kernel = {WIDTHS(point_pair_centre_block), WIDTH(point_pair_centre_dense), TILE,
         (any_function *)NAME(point_pair_centre), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -10965,8 +10978,8 @@ void NAME(point_pair_radius_squared_loop)(char **args, const intptr_t *dimension
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {1, 0, 1, {0}}};
     static const struct kernel kernel = {WIDTHS(point_pair_radius_squared_block),
-        WIDTH(point_pair_radius_squared_dense), (any_function *)NAME(point_pair_radius_squared), NAME(call_ar), 1,
-        2, 0, 0, 0, parts, NULL};
+        WIDTH(point_pair_radius_squared_dense), TILE, (any_function *)NAME(point_pair_radius_squared),
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11094,7 +11107,7 @@ LOOP(point_pair_points_dense)
 void NAME(point_pair_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_points_block), WIDTH(point_pair_points_dense),
+    static const struct kernel kernel = {WIDTHS(point_pair_points_block), WIDTH(point_pair_points_dense), TILE,
         (any_function *)NAME(point_pair_points), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -11204,7 +11217,7 @@ LOOP(meet_spheres_dense)
 void NAME(meet_spheres_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {WIDTHS(meet_spheres_block), WIDTH(meet_spheres_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(meet_spheres_block), WIDTH(meet_spheres_dense), TILE, (any_function
         *)NAME(meet_spheres), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -11309,7 +11322,7 @@ LOOP(meet_sphere_plane_dense)
 void NAME(meet_sphere_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {4, 1, 1, {4}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {WIDTHS(meet_sphere_plane_block), WIDTH(meet_sphere_plane_dense),
+    static const struct kernel kernel = {WIDTHS(meet_sphere_plane_block), WIDTH(meet_sphere_plane_dense), TILE,
         (any_function *)NAME(meet_sphere_plane), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -12040,11 +12053,11 @@ void NAME(meet_three_spheres_loop)(char **args, const intptr_t *dimensions, cons
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}, {10, 1, 3, {10}}};
     static const struct form forms[] = {{3, 2, NAME(meet_three_spheres_start_a_b),
-        WIDTHS(meet_three_spheres_block_a_b), WIDTH(meet_three_spheres_dense_a_b)}, {5, 2,
+        WIDTHS(meet_three_spheres_block_a_b), WIDTH(meet_three_spheres_dense_a_b), TILE}, {5, 2,
         NAME(meet_three_spheres_start_a_c), WIDTHS(meet_three_spheres_block_a_c),
-        WIDTH(meet_three_spheres_dense_a_c)}, {6, 2, NAME(meet_three_spheres_start_b_c),
-        WIDTHS(meet_three_spheres_block_b_c), WIDTH(meet_three_spheres_dense_b_c)}};
-    static const struct kernel kernel = {WIDTHS(meet_three_spheres_block), WIDTH(meet_three_spheres_dense),
+        WIDTH(meet_three_spheres_dense_a_c), TILE}, {6, 2, NAME(meet_three_spheres_start_b_c),
+        WIDTHS(meet_three_spheres_block_b_c), WIDTH(meet_three_spheres_dense_b_c), TILE}};
+    static const struct kernel kernel = {WIDTHS(meet_three_spheres_block), WIDTH(meet_three_spheres_dense), TILE,
         (any_function *)NAME(meet_three_spheres), NAME(call_aaar), 3, 4, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -12159,7 +12172,7 @@ LOOP(meet_line_sphere_dense)
 void NAME(meet_line_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {5, 1, 1, {5}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {WIDTHS(meet_line_sphere_block), WIDTH(meet_line_sphere_dense),
+    static const struct kernel kernel = {WIDTHS(meet_line_sphere_block), WIDTH(meet_line_sphere_dense), TILE,
         (any_function *)NAME(meet_line_sphere), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -12283,7 +12296,7 @@ LOOP(meet_circle_plane_dense)
 void NAME(meet_circle_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {4, 1, 1, {4}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {WIDTHS(meet_circle_plane_block), WIDTH(meet_circle_plane_dense),
+    static const struct kernel kernel = {WIDTHS(meet_circle_plane_block), WIDTH(meet_circle_plane_dense), TILE,
         (any_function *)NAME(meet_circle_plane), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -12424,7 +12437,7 @@ LOOP(meet_circle_sphere_dense)
 void NAME(meet_circle_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {5, 1, 1, {5}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {WIDTHS(meet_circle_sphere_block), WIDTH(meet_circle_sphere_dense),
+    static const struct kernel kernel = {WIDTHS(meet_circle_sphere_block), WIDTH(meet_circle_sphere_dense), TILE,
         (any_function *)NAME(meet_circle_sphere), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -12516,7 +12529,7 @@ LOOP(meet_planes_dense)
 void NAME(meet_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(meet_planes_block), WIDTH(meet_planes_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(meet_planes_block), WIDTH(meet_planes_dense), TILE, (any_function
         *)NAME(meet_planes), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -12613,8 +12626,8 @@ LOOP(meet_line_plane_dense)
 void NAME(meet_line_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(meet_line_plane_block), WIDTH(meet_line_plane_dense), (any_function
-        *)NAME(meet_line_plane), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(meet_line_plane_block), WIDTH(meet_line_plane_dense), TILE,
+        (any_function *)NAME(meet_line_plane), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12673,7 +12686,7 @@ void NAME(flat_point_from_point_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(flat_point_from_point_block), WIDTH(flat_point_from_point_dense),
-        (any_function *)NAME(flat_point_from_point), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+        TILE, (any_function *)NAME(flat_point_from_point), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12715,17 +12728,17 @@ static INLINE void NAME(point_from_flat_point_dense)(intptr_t n, char **args, co
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x1[3];
             NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(point_from_flat_point)(x0, x1);
-            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_3)((char *)(r1 + i), LANES * w, x1);
         }
-        NAME(store_few)(a1 + first * 3, r1, 3, SPAN);
+        NAME(store_few)(a1 + first * 3, r1, 3, LANES, LANES);
     }
 }
 LOOPS(point_from_flat_point_dense)
@@ -12734,7 +12747,7 @@ void NAME(point_from_flat_point_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {WIDTHS(point_from_flat_point_block), WIDTHS(point_from_flat_point_dense),
-        (any_function *)NAME(point_from_flat_point), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+        LANES, (any_function *)NAME(point_from_flat_point), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12810,8 +12823,8 @@ void NAME(line_from_direction_moment_loop)(char **args, const intptr_t *dimensio
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
     static const struct kernel kernel = {WIDTHS(line_from_direction_moment_block),
-        WIDTH(line_from_direction_moment_dense), (any_function *)NAME(line_from_direction_moment), NAME(call_aar),
-        2, 3, 0, 0, 0, parts, NULL};
+        WIDTH(line_from_direction_moment_dense), TILE, (any_function *)NAME(line_from_direction_moment),
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12887,8 +12900,8 @@ void NAME(line_to_direction_moment_loop)(char **args, const intptr_t *dimensions
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(line_to_direction_moment_block),
-        WIDTH(line_to_direction_moment_dense), (any_function *)NAME(line_to_direction_moment), NAME(call_arr), 1, 3,
-        0, 0, 0, parts, NULL};
+        WIDTH(line_to_direction_moment_dense), TILE, (any_function *)NAME(line_to_direction_moment), NAME(call_arr),
+        1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12955,7 +12968,7 @@ LOOP(plane_from_normal_dense)
 void NAME(plane_from_normal_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(plane_from_normal_block), WIDTH(plane_from_normal_dense),
+    static const struct kernel kernel = {WIDTHS(plane_from_normal_block), WIDTH(plane_from_normal_dense), TILE,
         (any_function *)NAME(plane_from_normal), NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -13011,21 +13024,21 @@ static INLINE void NAME(plane_to_normal_dense)(intptr_t n, char **args, const in
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[3 * LANES];
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x1[3];
             REAL x2[1];
             NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(plane_to_normal)(x0, x1, x2);
-            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_3)((char *)(r1 + i), LANES * w, x1);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a1 + first * 3, r1, 3, SPAN);
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a1 + first * 3, r1, 3, LANES, LANES);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(plane_to_normal_dense)
@@ -13033,8 +13046,8 @@ LOOPS(plane_to_normal_dense)
 void NAME(plane_to_normal_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(plane_to_normal_block), WIDTHS(plane_to_normal_dense), (any_function
-        *)NAME(plane_to_normal), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(plane_to_normal_block), WIDTHS(plane_to_normal_dense), LANES,
+        (any_function *)NAME(plane_to_normal), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13110,8 +13123,8 @@ void NAME(plane_from_point_normal_loop)(char **args, const intptr_t *dimensions,
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(plane_from_point_normal_block),
-        WIDTH(plane_from_point_normal_dense), (any_function *)NAME(plane_from_point_normal), NAME(call_aar), 2, 3,
-        0, 0, 0, parts, NULL};
+        WIDTH(plane_from_point_normal_dense), TILE, (any_function *)NAME(plane_from_point_normal), NAME(call_aar),
+        2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13200,8 +13213,8 @@ LOOP(join_point_line_dense)
 void NAME(join_point_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(join_point_line_block), WIDTH(join_point_line_dense), (any_function
-        *)NAME(join_point_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(join_point_line_block), WIDTH(join_point_line_dense), TILE,
+        (any_function *)NAME(join_point_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13267,8 +13280,8 @@ LOOP(line_polarity_dense)
 void NAME(line_polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {WIDTHS(line_polarity_block), WIDTH(line_polarity_dense), (any_function
-        *)NAME(line_polarity), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_polarity_block), WIDTH(line_polarity_dense), TILE,
+        (any_function *)NAME(line_polarity), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13334,8 +13347,8 @@ LOOP(line_from_dual_dense)
 void NAME(line_from_dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {WIDTHS(line_from_dual_block), WIDTH(line_from_dual_dense), (any_function
-        *)NAME(line_from_dual), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_from_dual_block), WIDTH(line_from_dual_dense), TILE,
+        (any_function *)NAME(line_from_dual), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13397,8 +13410,8 @@ LOOP(plane_from_dual_dense)
 void NAME(plane_from_dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(plane_from_dual_block), WIDTH(plane_from_dual_dense), (any_function
-        *)NAME(plane_from_dual), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(plane_from_dual_block), WIDTH(plane_from_dual_dense), TILE,
+        (any_function *)NAME(plane_from_dual), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13465,7 +13478,7 @@ LOOP(circle_from_line_dense)
 void NAME(circle_from_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {10, 1, 1, {10}}};
-    static const struct kernel kernel = {WIDTHS(circle_from_line_block), WIDTH(circle_from_line_dense),
+    static const struct kernel kernel = {WIDTHS(circle_from_line_block), WIDTH(circle_from_line_dense), TILE,
         (any_function *)NAME(circle_from_line), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -13526,7 +13539,7 @@ LOOP(sphere_from_plane_dense)
 void NAME(sphere_from_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {WIDTHS(sphere_from_plane_block), WIDTH(sphere_from_plane_dense),
+    static const struct kernel kernel = {WIDTHS(sphere_from_plane_block), WIDTH(sphere_from_plane_dense), TILE,
         (any_function *)NAME(sphere_from_plane), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -13591,7 +13604,7 @@ LOOP(sphere_from_dual_dense)
 void NAME(sphere_from_dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {WIDTHS(sphere_from_dual_block), WIDTH(sphere_from_dual_dense),
+    static const struct kernel kernel = {WIDTHS(sphere_from_dual_block), WIDTH(sphere_from_dual_dense), TILE,
         (any_function *)NAME(sphere_from_dual), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -13668,7 +13681,7 @@ LOOP(circle_from_dual_dense)
 void NAME(circle_from_dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {10, 1, 1, {10}}};
-    static const struct kernel kernel = {WIDTHS(circle_from_dual_block), WIDTH(circle_from_dual_dense),
+    static const struct kernel kernel = {WIDTHS(circle_from_dual_block), WIDTH(circle_from_dual_dense), TILE,
         (any_function *)NAME(circle_from_dual), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -13746,7 +13759,7 @@ void NAME(point_pair_from_dual_loop)(char **args, const intptr_t *dimensions, co
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {10, 1, 1, {10}}};
     static const struct kernel kernel = {WIDTHS(point_pair_from_dual_block), WIDTH(point_pair_from_dual_dense),
-        (any_function *)NAME(point_pair_from_dual), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+        TILE, (any_function *)NAME(point_pair_from_dual), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13822,8 +13835,8 @@ LOOP(circle_polarity_dense)
 void NAME(circle_polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {10, 1, 1, {10}}};
-    static const struct kernel kernel = {WIDTHS(circle_polarity_block), WIDTH(circle_polarity_dense), (any_function
-        *)NAME(circle_polarity), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(circle_polarity_block), WIDTH(circle_polarity_dense), TILE,
+        (any_function *)NAME(circle_polarity), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13899,7 +13912,7 @@ LOOP(point_pair_polarity_dense)
 void NAME(point_pair_polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {10, 1, 1, {10}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_polarity_block), WIDTH(point_pair_polarity_dense),
+    static const struct kernel kernel = {WIDTHS(point_pair_polarity_block), WIDTH(point_pair_polarity_dense), TILE,
         (any_function *)NAME(point_pair_polarity), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -14284,11 +14297,11 @@ void NAME(point_pair_from_centre_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}, {10, 1, 2, {10}}};
     static const struct form forms[] = {{3, 2, NAME(point_pair_from_centre_start_0_1),
-        WIDTHS(point_pair_from_centre_block_0_1), WIDTH(point_pair_from_centre_dense_0_1)}, {5, 2,
+        WIDTHS(point_pair_from_centre_block_0_1), WIDTH(point_pair_from_centre_dense_0_1), TILE}, {5, 2,
         NAME(point_pair_from_centre_start_0_2), WIDTHS(point_pair_from_centre_block_0_2),
-        WIDTH(point_pair_from_centre_dense_0_2)}};
+        WIDTH(point_pair_from_centre_dense_0_2), TILE}};
     static const struct kernel kernel = {WIDTHS(point_pair_from_centre_block), WIDTH(point_pair_from_centre_dense),
-        (any_function *)NAME(point_pair_from_centre), NAME(call_aanr), 3, 4, 2, 0, 0, parts, forms};
+        TILE, (any_function *)NAME(point_pair_from_centre), NAME(call_aanr), 3, 4, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -14661,10 +14674,10 @@ void NAME(circle_from_centre_loop)(char **args, const intptr_t *dimensions, cons
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}, {10, 1, 2, {10}}};
     static const struct form forms[] = {{3, 2, NAME(circle_from_centre_start_0_1),
-        WIDTHS(circle_from_centre_block_0_1), WIDTH(circle_from_centre_dense_0_1)}, {5, 2,
+        WIDTHS(circle_from_centre_block_0_1), WIDTH(circle_from_centre_dense_0_1), TILE}, {5, 2,
         NAME(circle_from_centre_start_0_2), WIDTHS(circle_from_centre_block_0_2),
-        WIDTH(circle_from_centre_dense_0_2)}};
-    static const struct kernel kernel = {WIDTHS(circle_from_centre_block), WIDTH(circle_from_centre_dense),
+        WIDTH(circle_from_centre_dense_0_2), TILE}};
+    static const struct kernel kernel = {WIDTHS(circle_from_centre_block), WIDTH(circle_from_centre_dense), TILE,
         (any_function *)NAME(circle_from_centre), NAME(call_aanr), 3, 4, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -14742,8 +14755,8 @@ void NAME(sphere_from_centre_radius_squared_loop)(char **args, const intptr_t *d
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {5, 1, 1, {5}}};
     static const struct kernel kernel = {WIDTHS(sphere_from_centre_radius_squared_block),
-        WIDTH(sphere_from_centre_radius_squared_dense), (any_function *)NAME(sphere_from_centre_radius_squared),
-        NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
+        WIDTH(sphere_from_centre_radius_squared_dense), TILE, (any_function
+        *)NAME(sphere_from_centre_radius_squared), NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -14853,8 +14866,8 @@ void NAME(circle_from_dual_spheres_loop)(char **args, const intptr_t *dimensions
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {10, 1, 2, {10}}};
     static const struct kernel kernel = {WIDTHS(circle_from_dual_spheres_block),
-        WIDTH(circle_from_dual_spheres_dense), (any_function *)NAME(circle_from_dual_spheres), NAME(call_aar), 2, 3,
-        0, 0, 0, parts, NULL};
+        WIDTH(circle_from_dual_spheres_dense), TILE, (any_function *)NAME(circle_from_dual_spheres), NAME(call_aar),
+        2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -14939,8 +14952,8 @@ void NAME(tangent_plane_of_sphere_loop)(char **args, const intptr_t *dimensions,
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(tangent_plane_of_sphere_block),
-        WIDTH(tangent_plane_of_sphere_dense), (any_function *)NAME(tangent_plane_of_sphere), NAME(call_aar), 2, 3,
-        0, 0, 0, parts, NULL};
+        WIDTH(tangent_plane_of_sphere_dense), TILE, (any_function *)NAME(tangent_plane_of_sphere), NAME(call_aar),
+        2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -14988,17 +15001,17 @@ static INLINE void NAME(plane_support_dense)(intptr_t n, char **args, const intp
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x1[3];
             NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(plane_support)(x0, x1);
-            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_3)((char *)(r1 + i), LANES * w, x1);
         }
-        NAME(store_few)(a1 + first * 3, r1, 3, SPAN);
+        NAME(store_few)(a1 + first * 3, r1, 3, LANES, LANES);
     }
 }
 LOOPS(plane_support_dense)
@@ -15006,8 +15019,8 @@ LOOPS(plane_support_dense)
 void NAME(plane_support_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(plane_support_block), WIDTHS(plane_support_dense), (any_function
-        *)NAME(plane_support), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(plane_support_block), WIDTHS(plane_support_dense), LANES,
+        (any_function *)NAME(plane_support), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -15087,7 +15100,7 @@ LOOP(line_support_dense)
 void NAME(line_support_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(line_support_block), WIDTH(line_support_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(line_support_block), WIDTH(line_support_dense), TILE, (any_function
         *)NAME(line_support), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -15156,8 +15169,8 @@ LOOP(circle_normal_dense)
 void NAME(circle_normal_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(circle_normal_block), WIDTH(circle_normal_dense), (any_function
-        *)NAME(circle_normal), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(circle_normal_block), WIDTH(circle_normal_dense), TILE,
+        (any_function *)NAME(circle_normal), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -15218,8 +15231,8 @@ LOOP(circle_weight_dense)
 void NAME(circle_weight_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(circle_weight_block), WIDTH(circle_weight_dense), (any_function
-        *)NAME(circle_weight), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(circle_weight_block), WIDTH(circle_weight_dense), TILE,
+        (any_function *)NAME(circle_weight), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -15337,7 +15350,7 @@ void NAME(circle_surround_sphere_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {5, 1, 1, {5}}};
     static const struct kernel kernel = {WIDTHS(circle_surround_sphere_block), WIDTH(circle_surround_sphere_dense),
-        (any_function *)NAME(circle_surround_sphere), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+        TILE, (any_function *)NAME(circle_surround_sphere), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -15408,7 +15421,7 @@ void NAME(point_pair_direction_loop)(char **args, const intptr_t *dimensions, co
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {WIDTHS(point_pair_direction_block), WIDTH(point_pair_direction_dense),
-        (any_function *)NAME(point_pair_direction), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+        TILE, (any_function *)NAME(point_pair_direction), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -15469,7 +15482,7 @@ LOOP(point_pair_weight_dense)
 void NAME(point_pair_weight_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_weight_block), WIDTH(point_pair_weight_dense),
+    static const struct kernel kernel = {WIDTHS(point_pair_weight_block), WIDTH(point_pair_weight_dense), TILE,
         (any_function *)NAME(point_pair_weight), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -15533,8 +15546,8 @@ LOOP(point_pair_line_dense)
 void NAME(point_pair_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_line_block), WIDTH(point_pair_line_dense), (any_function
-        *)NAME(point_pair_line), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(point_pair_line_block), WIDTH(point_pair_line_dense), TILE,
+        (any_function *)NAME(point_pair_line), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -15652,8 +15665,8 @@ void NAME(point_pair_surround_sphere_loop)(char **args, const intptr_t *dimensio
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {5, 1, 1, {5}}};
     static const struct kernel kernel = {WIDTHS(point_pair_surround_sphere_block),
-        WIDTH(point_pair_surround_sphere_dense), (any_function *)NAME(point_pair_surround_sphere), NAME(call_ar), 1,
-        2, 0, 0, 0, parts, NULL};
+        WIDTH(point_pair_surround_sphere_dense), TILE, (any_function *)NAME(point_pair_surround_sphere),
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -15706,8 +15719,8 @@ LOOP(sphere_weight_dense)
 void NAME(sphere_weight_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(sphere_weight_block), WIDTH(sphere_weight_dense), (any_function
-        *)NAME(sphere_weight), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(sphere_weight_block), WIDTH(sphere_weight_dense), TILE,
+        (any_function *)NAME(sphere_weight), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -15775,8 +15788,8 @@ void NAME(dual_sphere_radius_squared_loop)(char **args, const intptr_t *dimensio
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {1, 0, 1, {0}}};
     static const struct kernel kernel = {WIDTHS(dual_sphere_radius_squared_block),
-        WIDTH(dual_sphere_radius_squared_dense), (any_function *)NAME(dual_sphere_radius_squared), NAME(call_ar), 1,
-        2, 0, 0, 0, parts, NULL};
+        WIDTH(dual_sphere_radius_squared_dense), TILE, (any_function *)NAME(dual_sphere_radius_squared),
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -15875,8 +15888,8 @@ LOOP(point_pair_kind_dense)
 void NAME(point_pair_kind_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_kind_block), WIDTH(point_pair_kind_dense), (any_function
-        *)NAME(point_pair_kind), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(point_pair_kind_block), WIDTH(point_pair_kind_dense), TILE,
+        (any_function *)NAME(point_pair_kind), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -15975,7 +15988,7 @@ LOOP(circle_kind_dense)
 void NAME(circle_kind_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(circle_kind_block), WIDTH(circle_kind_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(circle_kind_block), WIDTH(circle_kind_dense), TILE, (any_function
         *)NAME(circle_kind), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -16059,7 +16072,7 @@ LOOP(sphere_kind_dense)
 void NAME(sphere_kind_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(sphere_kind_block), WIDTH(sphere_kind_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(sphere_kind_block), WIDTH(sphere_kind_dense), TILE, (any_function
         *)NAME(sphere_kind), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -16181,17 +16194,17 @@ static INLINE void NAME(signed_distance_point_sphere_dense_sphere)(intptr_t n, c
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x2[1];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(signed_distance_point_sphere_apply_sphere)(prepared, x0, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(signed_distance_point_sphere_dense_sphere)
@@ -16256,9 +16269,10 @@ void NAME(signed_distance_point_sphere_loop)(char **args, const intptr_t *dimens
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{2, 2, NAME(signed_distance_point_sphere_start_sphere),
-        WIDTHS(signed_distance_point_sphere_block_sphere), WIDTHS(signed_distance_point_sphere_dense_sphere)}};
+        WIDTHS(signed_distance_point_sphere_block_sphere), WIDTHS(signed_distance_point_sphere_dense_sphere),
+        LANES}};
     static const struct kernel kernel = {WIDTHS(signed_distance_point_sphere_block),
-        WIDTH(signed_distance_point_sphere_dense), (any_function *)NAME(signed_distance_point_sphere),
+        WIDTH(signed_distance_point_sphere_dense), TILE, (any_function *)NAME(signed_distance_point_sphere),
         NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -16490,17 +16504,17 @@ static INLINE void NAME(distance_point_circle_dense_circle)(intptr_t n, char **a
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x2[1];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(distance_point_circle_apply_circle)(prepared, x0, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(distance_point_circle_dense_circle)
@@ -16537,8 +16551,8 @@ void NAME(distance_point_circle_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {10, 1, 1, {10}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{2, 2, NAME(distance_point_circle_start_circle),
-        WIDTHS(distance_point_circle_block_circle), WIDTHS(distance_point_circle_dense_circle)}};
-    static const struct kernel kernel = {WIDTHS(distance_point_circle_block), {NULL}, (any_function
+        WIDTHS(distance_point_circle_block_circle), WIDTHS(distance_point_circle_dense_circle), LANES}};
+    static const struct kernel kernel = {WIDTHS(distance_point_circle_block), {NULL}, 0, (any_function
         *)NAME(distance_point_circle), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -16673,8 +16687,8 @@ LOOP(distance_lines_dense)
 void NAME(distance_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(distance_lines_block), WIDTH(distance_lines_dense), (any_function
-        *)NAME(distance_lines), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(distance_lines_block), WIDTH(distance_lines_dense), TILE,
+        (any_function *)NAME(distance_lines), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -16920,17 +16934,17 @@ static INLINE void NAME(signed_distance_line_plane_dense_line)(intptr_t n, char 
     (void)strides;
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x1[4];
             REAL x2[1];
             NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
             NAME(signed_distance_line_plane_apply_line)(prepared, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(signed_distance_line_plane_dense_line)
@@ -17045,12 +17059,12 @@ void NAME(signed_distance_line_plane_loop)(char **args, const intptr_t *dimensio
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{1, 2, NAME(signed_distance_line_plane_start_line),
-        WIDTHS(signed_distance_line_plane_block_line), WIDTHS(signed_distance_line_plane_dense_line)}, {2, 2,
+        WIDTHS(signed_distance_line_plane_block_line), WIDTHS(signed_distance_line_plane_dense_line), LANES}, {2, 2,
         NAME(signed_distance_line_plane_start_plane), WIDTHS(signed_distance_line_plane_block_plane),
-        WIDTH(signed_distance_line_plane_dense_plane)}};
+        WIDTH(signed_distance_line_plane_dense_plane), TILE}};
     static const struct kernel kernel = {WIDTHS(signed_distance_line_plane_block),
-        WIDTH(signed_distance_line_plane_dense), (any_function *)NAME(signed_distance_line_plane), NAME(call_aar),
-        2, 3, 2, 0, 0, parts, forms};
+        WIDTH(signed_distance_line_plane_dense), TILE, (any_function *)NAME(signed_distance_line_plane),
+        NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -17285,17 +17299,17 @@ static INLINE void NAME(signed_distance_planes_dense_a)(intptr_t n, char **args,
     (void)strides;
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x1[4];
             REAL x2[1];
             NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
             NAME(signed_distance_planes_apply_a)(prepared, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(signed_distance_planes_dense_a)
@@ -17333,17 +17347,17 @@ static INLINE void NAME(signed_distance_planes_dense_b)(intptr_t n, char **args,
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x2[1];
             NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(signed_distance_planes_apply_b)(prepared, x0, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(signed_distance_planes_dense_b)
@@ -17380,10 +17394,10 @@ void NAME(signed_distance_planes_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{1, 2, NAME(signed_distance_planes_start_a),
-        WIDTHS(signed_distance_planes_block_a), WIDTHS(signed_distance_planes_dense_a)}, {2, 2,
+        WIDTHS(signed_distance_planes_block_a), WIDTHS(signed_distance_planes_dense_a), LANES}, {2, 2,
         NAME(signed_distance_planes_start_b), WIDTHS(signed_distance_planes_block_b),
-        WIDTHS(signed_distance_planes_dense_b)}};
-    static const struct kernel kernel = {WIDTHS(signed_distance_planes_block), {NULL}, (any_function
+        WIDTHS(signed_distance_planes_dense_b), LANES}};
+    static const struct kernel kernel = {WIDTHS(signed_distance_planes_block), {NULL}, 0, (any_function
         *)NAME(signed_distance_planes), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -17620,9 +17634,9 @@ void NAME(distance_line_sphere_loop)(char **args, const intptr_t *dimensions, co
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{2, 2, NAME(distance_line_sphere_start_sphere),
-        WIDTHS(distance_line_sphere_block_sphere), WIDTH(distance_line_sphere_dense_sphere)}};
+        WIDTHS(distance_line_sphere_block_sphere), WIDTH(distance_line_sphere_dense_sphere), TILE}};
     static const struct kernel kernel = {WIDTHS(distance_line_sphere_block), WIDTH(distance_line_sphere_dense),
-        (any_function *)NAME(distance_line_sphere), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+        TILE, (any_function *)NAME(distance_line_sphere), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -17877,17 +17891,17 @@ static INLINE void NAME(distance_plane_circle_dense_circle)(intptr_t n, char **a
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x2[1];
             NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(distance_plane_circle_apply_circle)(prepared, x0, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(distance_plane_circle_dense_circle)
@@ -17924,8 +17938,8 @@ void NAME(distance_plane_circle_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {10, 1, 1, {10}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{2, 2, NAME(distance_plane_circle_start_circle),
-        WIDTHS(distance_plane_circle_block_circle), WIDTHS(distance_plane_circle_dense_circle)}};
-    static const struct kernel kernel = {WIDTHS(distance_plane_circle_block), {NULL}, (any_function
+        WIDTHS(distance_plane_circle_block_circle), WIDTHS(distance_plane_circle_dense_circle), LANES}};
+    static const struct kernel kernel = {WIDTHS(distance_plane_circle_block), {NULL}, 0, (any_function
         *)NAME(distance_plane_circle), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -18135,17 +18149,17 @@ static INLINE void NAME(distance_plane_sphere_dense_sphere)(intptr_t n, char **a
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x2[1];
             NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(distance_plane_sphere_apply_sphere)(prepared, x0, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(distance_plane_sphere_dense_sphere)
@@ -18260,11 +18274,11 @@ void NAME(distance_plane_sphere_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{2, 2, NAME(distance_plane_sphere_start_sphere),
-        WIDTHS(distance_plane_sphere_block_sphere), WIDTHS(distance_plane_sphere_dense_sphere)}, {1, 2,
+        WIDTHS(distance_plane_sphere_block_sphere), WIDTHS(distance_plane_sphere_dense_sphere), LANES}, {1, 2,
         NAME(distance_plane_sphere_start_plane), WIDTHS(distance_plane_sphere_block_plane),
-        WIDTH(distance_plane_sphere_dense_plane)}};
+        WIDTH(distance_plane_sphere_dense_plane), TILE}};
     static const struct kernel kernel = {WIDTHS(distance_plane_sphere_block), WIDTH(distance_plane_sphere_dense),
-        (any_function *)NAME(distance_plane_sphere), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
+        TILE, (any_function *)NAME(distance_plane_sphere), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -18731,9 +18745,9 @@ void NAME(distance_circle_sphere_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{1, 2, NAME(distance_circle_sphere_start_circle),
-        WIDTHS(distance_circle_sphere_block_circle), {NULL}}, {2, 2, NAME(distance_circle_sphere_start_sphere),
-        WIDTHS(distance_circle_sphere_block_sphere), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(distance_circle_sphere_block), {NULL}, (any_function
+        WIDTHS(distance_circle_sphere_block_circle), {NULL}, 0}, {2, 2, NAME(distance_circle_sphere_start_sphere),
+        WIDTHS(distance_circle_sphere_block_sphere), {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(distance_circle_sphere_block), {NULL}, 0, (any_function
         *)NAME(distance_circle_sphere), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -19109,9 +19123,9 @@ void NAME(distance_spheres_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{1, 2, NAME(distance_spheres_start_a), WIDTHS(distance_spheres_block_a),
-        WIDTH(distance_spheres_dense_a)}, {2, 2, NAME(distance_spheres_start_b), WIDTHS(distance_spheres_block_b),
-        WIDTH(distance_spheres_dense_b)}};
-    static const struct kernel kernel = {WIDTHS(distance_spheres_block), WIDTH(distance_spheres_dense),
+        WIDTH(distance_spheres_dense_a), TILE}, {2, 2, NAME(distance_spheres_start_b),
+        WIDTHS(distance_spheres_block_b), WIDTH(distance_spheres_dense_b), TILE}};
+    static const struct kernel kernel = {WIDTHS(distance_spheres_block), WIDTH(distance_spheres_dense), TILE,
         (any_function *)NAME(distance_spheres), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -19171,7 +19185,7 @@ LOOPS(angle_between_directions_block)
 void NAME(angle_between_directions_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(angle_between_directions_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(angle_between_directions_block), {NULL}, 0, (any_function
         *)NAME(angle_between_directions), NAME(call_aar), 2, 3, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -19231,7 +19245,7 @@ LOOPS(angle_between_lines_block)
 void NAME(angle_between_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(angle_between_lines_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(angle_between_lines_block), {NULL}, 0, (any_function
         *)NAME(angle_between_lines), NAME(call_aar), 2, 3, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -19291,7 +19305,7 @@ LOOPS(angle_between_planes_block)
 void NAME(angle_between_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(angle_between_planes_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(angle_between_planes_block), {NULL}, 0, (any_function
         *)NAME(angle_between_planes), NAME(call_aar), 2, 3, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -19351,7 +19365,7 @@ LOOPS(signed_angle_line_plane_block)
 void NAME(signed_angle_line_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(signed_angle_line_plane_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(signed_angle_line_plane_block), {NULL}, 0, (any_function
         *)NAME(signed_angle_line_plane), NAME(call_aar), 2, 3, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -19411,7 +19425,7 @@ LOOPS(angle_between_circles_block)
 void NAME(angle_between_circles_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {10, 1, 1, {10}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(angle_between_circles_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(angle_between_circles_block), {NULL}, 0, (any_function
         *)NAME(angle_between_circles), NAME(call_aar), 2, 3, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -19510,7 +19524,7 @@ LOOP(inversive_distance_dense)
 void NAME(inversive_distance_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(inversive_distance_block), WIDTH(inversive_distance_dense),
+    static const struct kernel kernel = {WIDTHS(inversive_distance_block), WIDTH(inversive_distance_dense), TILE,
         (any_function *)NAME(inversive_distance), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -19582,7 +19596,7 @@ LOOPS(angle_between_dual_spheres_block)
 void NAME(angle_between_dual_spheres_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(angle_between_dual_spheres_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(angle_between_dual_spheres_block), {NULL}, 0, (any_function
         *)NAME(angle_between_dual_spheres), NAME(call_aar), 2, 3, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -19683,8 +19697,8 @@ void NAME(inner_product_of_circles_loop)(char **args, const intptr_t *dimensions
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {10, 1, 1, {10}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(inner_product_of_circles_block),
-        WIDTH(inner_product_of_circles_dense), (any_function *)NAME(inner_product_of_circles), NAME(call_aar), 2, 3,
-        0, 0, 0, parts, NULL};
+        WIDTH(inner_product_of_circles_dense), TILE, (any_function *)NAME(inner_product_of_circles), NAME(call_aar),
+        2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -19784,7 +19798,7 @@ void NAME(inner_product_of_point_pairs_loop)(char **args, const intptr_t *dimens
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {10, 1, 1, {10}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(inner_product_of_point_pairs_block),
-        WIDTH(inner_product_of_point_pairs_dense), (any_function *)NAME(inner_product_of_point_pairs),
+        WIDTH(inner_product_of_point_pairs_dense), TILE, (any_function *)NAME(inner_product_of_point_pairs),
         NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -19922,7 +19936,7 @@ LOOPS(conformal_sine_circle_sphere_block)
 void NAME(conformal_sine_circle_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(conformal_sine_circle_sphere_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(conformal_sine_circle_sphere_block), {NULL}, 0, (any_function
         *)NAME(conformal_sine_circle_sphere), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -20436,9 +20450,9 @@ void NAME(closest_points_of_lines_loop)(char **args, const intptr_t *dimensions,
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}};
     static const struct form forms[] = {{1, 2, NAME(closest_points_of_lines_start_a),
-        WIDTHS(closest_points_of_lines_block_a), {NULL}}, {2, 2, NAME(closest_points_of_lines_start_b),
-        WIDTHS(closest_points_of_lines_block_b), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(closest_points_of_lines_block), {NULL}, (any_function
+        WIDTHS(closest_points_of_lines_block_a), {NULL}, 0}, {2, 2, NAME(closest_points_of_lines_start_b),
+        WIDTHS(closest_points_of_lines_block_b), {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(closest_points_of_lines_block), {NULL}, 0, (any_function
         *)NAME(closest_points_of_lines), NAME(call_aarr), 2, 4, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -20997,7 +21011,7 @@ LOOPS(closest_points_line_circle_block)
 void NAME(closest_points_line_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {10, 1, 1, {10}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}};
-    static const struct kernel kernel = {WIDTHS(closest_points_line_circle_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(closest_points_line_circle_block), {NULL}, 0, (any_function
         *)NAME(closest_points_line_circle), NAME(call_aarr), 2, 4, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -21113,17 +21127,17 @@ static INLINE void NAME(project_point_on_plane_dense_plane)(intptr_t n, char **a
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x2[3];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(project_point_on_plane_apply_plane)(prepared, x0, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(project_point_on_plane_dense_plane)
@@ -21163,19 +21177,19 @@ static INLINE void NAME(project_point_on_plane_dense)(intptr_t n, char **args, c
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[4];
             REAL x2[3];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
             NAME(project_point_on_plane)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(project_point_on_plane_dense)
@@ -21184,9 +21198,9 @@ void NAME(project_point_on_plane_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{2, 2, NAME(project_point_on_plane_start_plane),
-        WIDTHS(project_point_on_plane_block_plane), WIDTHS(project_point_on_plane_dense_plane)}};
+        WIDTHS(project_point_on_plane_block_plane), WIDTHS(project_point_on_plane_dense_plane), LANES}};
     static const struct kernel kernel = {WIDTHS(project_point_on_plane_block), WIDTHS(project_point_on_plane_dense),
-        (any_function *)NAME(project_point_on_plane), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+        LANES, (any_function *)NAME(project_point_on_plane), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -21344,17 +21358,17 @@ static INLINE void NAME(project_point_on_line_dense_line)(intptr_t n, char **arg
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x2[3];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(project_point_on_line_apply_line)(prepared, x0, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(project_point_on_line_dense_line)
@@ -21419,9 +21433,9 @@ void NAME(project_point_on_line_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{2, 2, NAME(project_point_on_line_start_line),
-        WIDTHS(project_point_on_line_block_line), WIDTHS(project_point_on_line_dense_line)}};
+        WIDTHS(project_point_on_line_block_line), WIDTHS(project_point_on_line_dense_line), LANES}};
     static const struct kernel kernel = {WIDTHS(project_point_on_line_block), WIDTH(project_point_on_line_dense),
-        (any_function *)NAME(project_point_on_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+        TILE, (any_function *)NAME(project_point_on_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -21558,17 +21572,17 @@ static INLINE void NAME(project_point_on_sphere_dense_sphere)(intptr_t n, char *
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x2[3];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(project_point_on_sphere_apply_sphere)(prepared, x0, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(project_point_on_sphere_dense_sphere)
@@ -21633,10 +21647,10 @@ void NAME(project_point_on_sphere_loop)(char **args, const intptr_t *dimensions,
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {5, 1, 1, {5}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{2, 2, NAME(project_point_on_sphere_start_sphere),
-        WIDTHS(project_point_on_sphere_block_sphere), WIDTHS(project_point_on_sphere_dense_sphere)}};
+        WIDTHS(project_point_on_sphere_block_sphere), WIDTHS(project_point_on_sphere_dense_sphere), LANES}};
     static const struct kernel kernel = {WIDTHS(project_point_on_sphere_block),
-        WIDTH(project_point_on_sphere_dense), (any_function *)NAME(project_point_on_sphere), NAME(call_aar), 2, 3,
-        1, 0, 0, parts, forms};
+        WIDTH(project_point_on_sphere_dense), TILE, (any_function *)NAME(project_point_on_sphere), NAME(call_aar),
+        2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -21875,17 +21889,17 @@ static INLINE void NAME(project_point_on_circle_dense_circle)(intptr_t n, char *
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x2[3];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(project_point_on_circle_apply_circle)(prepared, x0, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(project_point_on_circle_dense_circle)
@@ -21950,10 +21964,10 @@ void NAME(project_point_on_circle_loop)(char **args, const intptr_t *dimensions,
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {10, 1, 1, {10}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{2, 2, NAME(project_point_on_circle_start_circle),
-        WIDTHS(project_point_on_circle_block_circle), WIDTHS(project_point_on_circle_dense_circle)}};
+        WIDTHS(project_point_on_circle_block_circle), WIDTHS(project_point_on_circle_dense_circle), LANES}};
     static const struct kernel kernel = {WIDTHS(project_point_on_circle_block),
-        WIDTH(project_point_on_circle_dense), (any_function *)NAME(project_point_on_circle), NAME(call_aar), 2, 3,
-        1, 0, 0, parts, forms};
+        WIDTH(project_point_on_circle_dense), TILE, (any_function *)NAME(project_point_on_circle), NAME(call_aar),
+        2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -22313,10 +22327,10 @@ void NAME(project_circle_on_sphere_loop)(char **args, const intptr_t *dimensions
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {5, 1, 1, {5}}, {10, 1, 2, {10}}};
     static const struct form forms[] = {{2, 2, NAME(project_circle_on_sphere_start_s),
-        WIDTHS(project_circle_on_sphere_block_s), WIDTH(project_circle_on_sphere_dense_s)}};
+        WIDTHS(project_circle_on_sphere_block_s), WIDTH(project_circle_on_sphere_dense_s), TILE}};
     static const struct kernel kernel = {WIDTHS(project_circle_on_sphere_block),
-        WIDTH(project_circle_on_sphere_dense), (any_function *)NAME(project_circle_on_sphere), NAME(call_aar), 2, 3,
-        1, 0, 0, parts, forms};
+        WIDTH(project_circle_on_sphere_dense), TILE, (any_function *)NAME(project_circle_on_sphere), NAME(call_aar),
+        2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -22534,9 +22548,9 @@ void NAME(invert_vector_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}};
     static const struct form forms[] = {{2, 2, NAME(invert_vector_start_s), WIDTHS(invert_vector_block_s),
-        WIDTH(invert_vector_dense_s)}};
-    static const struct kernel kernel = {WIDTHS(invert_vector_block), WIDTH(invert_vector_dense), (any_function
-        *)NAME(invert_vector), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+        WIDTH(invert_vector_dense_s), TILE}};
+    static const struct kernel kernel = {WIDTHS(invert_vector_block), WIDTH(invert_vector_dense), TILE,
+        (any_function *)NAME(invert_vector), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -22902,8 +22916,8 @@ void NAME(invert_point_pair_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {5, 1, 1, {5}}, {10, 1, 2, {10}}};
     static const struct form forms[] = {{2, 2, NAME(invert_point_pair_start_s), WIDTHS(invert_point_pair_block_s),
-        WIDTH(invert_point_pair_dense_s)}};
-    static const struct kernel kernel = {WIDTHS(invert_point_pair_block), WIDTH(invert_point_pair_dense),
+        WIDTH(invert_point_pair_dense_s), TILE}};
+    static const struct kernel kernel = {WIDTHS(invert_point_pair_block), WIDTH(invert_point_pair_dense), TILE,
         (any_function *)NAME(invert_point_pair), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -23278,9 +23292,9 @@ void NAME(invert_circle_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {5, 1, 1, {5}}, {10, 1, 2, {10}}};
     static const struct form forms[] = {{2, 2, NAME(invert_circle_start_s), WIDTHS(invert_circle_block_s),
-        WIDTH(invert_circle_dense_s)}};
-    static const struct kernel kernel = {WIDTHS(invert_circle_block), WIDTH(invert_circle_dense), (any_function
-        *)NAME(invert_circle), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+        WIDTH(invert_circle_dense_s), TILE}};
+    static const struct kernel kernel = {WIDTHS(invert_circle_block), WIDTH(invert_circle_dense), TILE,
+        (any_function *)NAME(invert_circle), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -23502,9 +23516,9 @@ void NAME(invert_sphere_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}};
     static const struct form forms[] = {{2, 2, NAME(invert_sphere_start_s), WIDTHS(invert_sphere_block_s),
-        WIDTH(invert_sphere_dense_s)}};
-    static const struct kernel kernel = {WIDTHS(invert_sphere_block), WIDTH(invert_sphere_dense), (any_function
-        *)NAME(invert_sphere), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+        WIDTH(invert_sphere_dense_s), TILE}};
+    static const struct kernel kernel = {WIDTHS(invert_sphere_block), WIDTH(invert_sphere_dense), TILE,
+        (any_function *)NAME(invert_sphere), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -23671,17 +23685,17 @@ static INLINE void NAME(meet_three_planes_dense_p_q)(intptr_t n, char **args, co
     (void)strides;
     REAL *a2 = (REAL *)args[2];
     REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r3[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r3[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x2[4];
             REAL x3[3];
             NAME(load_4)(x2, (char *)a2 + (first + i) * 4 * w, w);
             NAME(meet_three_planes_apply_p_q)(prepared, x2, x3);
-            NAME(store_3)((char *)(r3 + i), SPAN * w, x3);
+            NAME(store_3)((char *)(r3 + i), LANES * w, x3);
         }
-        NAME(store_few)(a3 + first * 3, r3, 3, SPAN);
+        NAME(store_few)(a3 + first * 3, r3, 3, LANES, LANES);
     }
 }
 LOOPS(meet_three_planes_dense_p_q)
@@ -23727,10 +23741,10 @@ static INLINE void NAME(meet_three_planes_dense)(intptr_t n, char **args, const 
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
     REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r3[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r3[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x1[4];
             REAL x2[4];
@@ -23739,9 +23753,9 @@ static INLINE void NAME(meet_three_planes_dense)(intptr_t n, char **args, const 
             NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
             NAME(load_4)(x2, (char *)a2 + (first + i) * 4 * w, w);
             NAME(meet_three_planes)(x0, x1, x2, x3);
-            NAME(store_3)((char *)(r3 + i), SPAN * w, x3);
+            NAME(store_3)((char *)(r3 + i), LANES * w, x3);
         }
-        NAME(store_few)(a3 + first * 3, r3, 3, SPAN);
+        NAME(store_few)(a3 + first * 3, r3, 3, LANES, LANES);
     }
 }
 LOOPS(meet_three_planes_dense)
@@ -23750,8 +23764,8 @@ void NAME(meet_three_planes_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}, {3, 1, 3, {3}}};
     static const struct form forms[] = {{3, 2, NAME(meet_three_planes_start_p_q),
-        WIDTHS(meet_three_planes_block_p_q), WIDTHS(meet_three_planes_dense_p_q)}};
-    static const struct kernel kernel = {WIDTHS(meet_three_planes_block), WIDTHS(meet_three_planes_dense),
+        WIDTHS(meet_three_planes_block_p_q), WIDTHS(meet_three_planes_dense_p_q), LANES}};
+    static const struct kernel kernel = {WIDTHS(meet_three_planes_block), WIDTHS(meet_three_planes_dense), LANES,
         (any_function *)NAME(meet_three_planes), NAME(call_aaar), 3, 4, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -24084,8 +24098,8 @@ void NAME(meet_line_circle_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {10, 1, 1, {10}}, {10, 1, 2, {10}}};
     static const struct form forms[] = {{2, 2, NAME(meet_line_circle_start_circle),
-        WIDTHS(meet_line_circle_block_circle), WIDTH(meet_line_circle_dense_circle)}};
-    static const struct kernel kernel = {WIDTHS(meet_line_circle_block), WIDTH(meet_line_circle_dense),
+        WIDTHS(meet_line_circle_block_circle), WIDTH(meet_line_circle_dense_circle), TILE}};
+    static const struct kernel kernel = {WIDTHS(meet_line_circle_block), WIDTH(meet_line_circle_dense), TILE,
         (any_function *)NAME(meet_line_circle), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -24562,8 +24576,8 @@ void NAME(meet_circles_loop)(char **args, const intptr_t *dimensions, const intp
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {10, 1, 1, {10}}, {10, 1, 2, {10}}};
     static const struct form forms[] = {{2, 2, NAME(meet_circles_start_b), WIDTHS(meet_circles_block_b),
-        WIDTH(meet_circles_dense_b)}};
-    static const struct kernel kernel = {WIDTHS(meet_circles_block), WIDTH(meet_circles_dense), (any_function
+        WIDTH(meet_circles_dense_b), TILE}};
+    static const struct kernel kernel = {WIDTHS(meet_circles_block), WIDTH(meet_circles_dense), TILE, (any_function
         *)NAME(meet_circles), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -24734,7 +24748,7 @@ LOOPS(meet_dual_spheres_kind_block)
 void NAME(meet_dual_spheres_kind_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(meet_dual_spheres_kind_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(meet_dual_spheres_kind_block), {NULL}, 0, (any_function
         *)NAME(meet_dual_spheres_kind), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -24936,7 +24950,7 @@ LOOPS(meet_circle_dual_sphere_kind_block)
 void NAME(meet_circle_dual_sphere_kind_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(meet_circle_dual_sphere_kind_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(meet_circle_dual_sphere_kind_block), {NULL}, 0, (any_function
         *)NAME(meet_circle_dual_sphere_kind), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -25283,7 +25297,7 @@ LOOPS(meet_circles_kind_block)
 void NAME(meet_circles_kind_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {10, 1, 1, {10}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(meet_circles_kind_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(meet_circles_kind_block), {NULL}, 0, (any_function
         *)NAME(meet_circles_kind), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -25791,9 +25805,9 @@ void NAME(point_on_circle_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {1, 0, 1, {0}}, {3, 1, 1, {3}}};
     static const struct form forms[] = {{1, 2, NAME(point_on_circle_start_circle),
-        WIDTHS(point_on_circle_block_circle), {NULL}}, {2, 2, NAME(point_on_circle_start_angle),
-        WIDTHS(point_on_circle_block_angle), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(point_on_circle_block), {NULL}, (any_function
+        WIDTHS(point_on_circle_block_circle), {NULL}, 0}, {2, 2, NAME(point_on_circle_start_angle),
+        WIDTHS(point_on_circle_block_angle), {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(point_on_circle_block), {NULL}, 0, (any_function
         *)NAME(point_on_circle), NAME(call_anr), 2, 3, 2, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -26729,9 +26743,9 @@ void NAME(circle_relative_to_circle_loop)(char **args, const intptr_t *dimension
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {10, 1, 1, {10}}, {1, 0, 2, {0}}, {9, 2, 2, {3, 3}}};
     static const struct form forms[] = {{1, 2, NAME(circle_relative_to_circle_start_a),
-        WIDTHS(circle_relative_to_circle_block_a), {NULL}}, {2, 2, NAME(circle_relative_to_circle_start_b),
-        WIDTHS(circle_relative_to_circle_block_b), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(circle_relative_to_circle_block), {NULL}, (any_function
+        WIDTHS(circle_relative_to_circle_block_a), {NULL}, 0}, {2, 2, NAME(circle_relative_to_circle_start_b),
+        WIDTHS(circle_relative_to_circle_block_b), {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(circle_relative_to_circle_block), {NULL}, 0, (any_function
         *)NAME(circle_relative_to_circle), NAME(call_aarr), 2, 4, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -27081,17 +27095,17 @@ static INLINE void NAME(hit_ray_sphere_dense_d_sphere)(intptr_t n, char **args, 
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r3[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r3[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x3[1];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(hit_ray_sphere_apply_d_sphere)(prepared, x0, x3);
             NAME(store_scalar)((char *)(r3 + i), x3);
         }
-        NAME(store_few)(a3 + first * 1, r3, 1, SPAN);
+        NAME(store_few)(a3 + first * 1, r3, 1, LANES, LANES);
     }
 }
 LOOPS(hit_ray_sphere_dense_d_sphere)
@@ -27131,17 +27145,17 @@ static INLINE void NAME(hit_ray_sphere_dense_p_sphere)(intptr_t n, char **args, 
     (void)strides;
     REAL *a1 = (REAL *)args[1];
     REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r3[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r3[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x1[3];
             REAL x3[1];
             NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(hit_ray_sphere_apply_p_sphere)(prepared, x1, x3);
             NAME(store_scalar)((char *)(r3 + i), x3);
         }
-        NAME(store_few)(a3 + first * 1, r3, 1, SPAN);
+        NAME(store_few)(a3 + first * 1, r3, 1, LANES, LANES);
     }
 }
 LOOPS(hit_ray_sphere_dense_p_sphere)
@@ -27185,10 +27199,10 @@ static INLINE void NAME(hit_ray_sphere_dense_sphere)(intptr_t n, char **args, co
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r3[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r3[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[3];
             REAL x3[1];
@@ -27197,7 +27211,7 @@ static INLINE void NAME(hit_ray_sphere_dense_sphere)(intptr_t n, char **args, co
             NAME(hit_ray_sphere_apply_sphere)(prepared, x0, x1, x3);
             NAME(store_scalar)((char *)(r3 + i), x3);
         }
-        NAME(store_few)(a3 + first * 1, r3, 1, SPAN);
+        NAME(store_few)(a3 + first * 1, r3, 1, LANES, LANES);
     }
 }
 LOOPS(hit_ray_sphere_dense_sphere)
@@ -27270,12 +27284,12 @@ void NAME(hit_ray_sphere_loop)(char **args, const intptr_t *dimensions, const in
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {5, 1, 2, {5}}, {1, 0, 3, {0}}};
     static const struct form forms[] = {{6, 2, NAME(hit_ray_sphere_start_d_sphere),
-        WIDTHS(hit_ray_sphere_block_d_sphere), WIDTHS(hit_ray_sphere_dense_d_sphere)}, {5, 2,
+        WIDTHS(hit_ray_sphere_block_d_sphere), WIDTHS(hit_ray_sphere_dense_d_sphere), LANES}, {5, 2,
         NAME(hit_ray_sphere_start_p_sphere), WIDTHS(hit_ray_sphere_block_p_sphere),
-        WIDTHS(hit_ray_sphere_dense_p_sphere)}, {4, 2, NAME(hit_ray_sphere_start_sphere),
-        WIDTHS(hit_ray_sphere_block_sphere), WIDTHS(hit_ray_sphere_dense_sphere)}};
-    static const struct kernel kernel = {WIDTHS(hit_ray_sphere_block), WIDTH(hit_ray_sphere_dense), (any_function
-        *)NAME(hit_ray_sphere), NAME(call_aaar), 3, 4, 3, 0, 0, parts, forms};
+        WIDTHS(hit_ray_sphere_dense_p_sphere), LANES}, {4, 2, NAME(hit_ray_sphere_start_sphere),
+        WIDTHS(hit_ray_sphere_block_sphere), WIDTHS(hit_ray_sphere_dense_sphere), LANES}};
+    static const struct kernel kernel = {WIDTHS(hit_ray_sphere_block), WIDTH(hit_ray_sphere_dense), TILE,
+        (any_function *)NAME(hit_ray_sphere), NAME(call_aaar), 3, 4, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -27446,8 +27460,8 @@ LOOP(motor_product_dense)
 void NAME(motor_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_product_block), WIDTH(motor_product_dense), (any_function
-        *)NAME(motor_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_product_block), WIDTH(motor_product_dense), TILE,
+        (any_function *)NAME(motor_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -27520,8 +27534,8 @@ LOOP(motor_inverse_dense)
 void NAME(motor_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_inverse_block), WIDTH(motor_inverse_dense), (any_function
-        *)NAME(motor_inverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_inverse_block), WIDTH(motor_inverse_dense), TILE,
+        (any_function *)NAME(motor_inverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -27752,9 +27766,9 @@ void NAME(rotor_from_axis_angle_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
     static const struct form forms[] = {{2, 2, NAME(rotor_from_axis_angle_start_angle),
-        WIDTHS(rotor_from_axis_angle_block_angle), WIDTH(rotor_from_axis_angle_dense_angle)}, {1, 2,
-        NAME(rotor_from_axis_angle_start_axis), WIDTHS(rotor_from_axis_angle_block_axis), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(rotor_from_axis_angle_block), {NULL}, (any_function
+        WIDTHS(rotor_from_axis_angle_block_angle), WIDTH(rotor_from_axis_angle_dense_angle), TILE}, {1, 2,
+        NAME(rotor_from_axis_angle_start_axis), WIDTHS(rotor_from_axis_angle_block_axis), {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(rotor_from_axis_angle_block), {NULL}, 0, (any_function
         *)NAME(rotor_from_axis_angle), NAME(call_anr), 2, 3, 2, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -27798,17 +27812,17 @@ static INLINE void NAME(translator_from_vector_dense)(intptr_t n, char **args, c
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[3];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(translator_from_vector)(x0, x1);
-            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_3)((char *)(r1 + i), LANES * w, x1);
         }
-        NAME(store_few)(a1 + first * 3, r1, 3, SPAN);
+        NAME(store_few)(a1 + first * 3, r1, 3, LANES, LANES);
     }
 }
 LOOPS(translator_from_vector_dense)
@@ -27817,7 +27831,7 @@ void NAME(translator_from_vector_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {WIDTHS(translator_from_vector_block), WIDTHS(translator_from_vector_dense),
-        (any_function *)NAME(translator_from_vector), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+        LANES, (any_function *)NAME(translator_from_vector), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -27856,17 +27870,17 @@ static INLINE void NAME(dilator_from_scale_dense)(intptr_t n, char **args, const
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[1];
             REAL x1[2];
             NAME(load_scalar)(x0, (char *)a0 + (first + i) * w);
             NAME(dilator_from_scale)(x0[0], x1);
-            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
         }
-        NAME(store_few)(a1 + first * 2, r1, 2, SPAN);
+        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
     }
 }
 LOOPS(dilator_from_scale_dense)
@@ -27874,7 +27888,7 @@ LOOPS(dilator_from_scale_dense)
 void NAME(dilator_from_scale_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{1, 0, 0, {0}}, {2, 1, 0, {2}}};
-    static const struct kernel kernel = {WIDTHS(dilator_from_scale_block), WIDTHS(dilator_from_scale_dense),
+    static const struct kernel kernel = {WIDTHS(dilator_from_scale_block), WIDTHS(dilator_from_scale_dense), LANES,
         (any_function *)NAME(dilator_from_scale), NAME(call_nr), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -27974,7 +27988,7 @@ void NAME(motor_from_rotor_translation_loop)(char **args, const intptr_t *dimens
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {8, 1, 2, {8}}};
     static const struct kernel kernel = {WIDTHS(motor_from_rotor_translation_block),
-        WIDTH(motor_from_rotor_translation_dense), (any_function *)NAME(motor_from_rotor_translation),
+        WIDTH(motor_from_rotor_translation_dense), TILE, (any_function *)NAME(motor_from_rotor_translation),
         NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -28153,8 +28167,8 @@ void NAME(motor_from_line_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
     static const struct form forms[] = {{2, 2, NAME(motor_from_line_start_angle),
-        WIDTHS(motor_from_line_block_angle), WIDTH(motor_from_line_dense_angle)}};
-    static const struct kernel kernel = {WIDTHS(motor_from_line_block), {NULL}, (any_function
+        WIDTHS(motor_from_line_block_angle), WIDTH(motor_from_line_dense_angle), TILE}};
+    static const struct kernel kernel = {WIDTHS(motor_from_line_block), {NULL}, 0, (any_function
         *)NAME(motor_from_line), NAME(call_anr), 2, 3, 1, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -28251,7 +28265,7 @@ LOOPS(motor_exponential_block)
 void NAME(motor_exponential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_exponential_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(motor_exponential_block), {NULL}, 0, (any_function
         *)NAME(motor_exponential), NAME(call_ar), 1, 2, 0, 1, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -28324,7 +28338,7 @@ LOOPS(motor_logarithm_block)
 void NAME(motor_logarithm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {WIDTHS(motor_logarithm_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(motor_logarithm_block), {NULL}, 0, (any_function
         *)NAME(motor_logarithm), NAME(call_ar), 1, 2, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -28427,7 +28441,7 @@ LOOP(motor_square_root_dense)
 void NAME(motor_square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_square_root_block), WIDTH(motor_square_root_dense),
+    static const struct kernel kernel = {WIDTHS(motor_square_root_block), WIDTH(motor_square_root_dense), TILE,
         (any_function *)NAME(motor_square_root), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -28714,8 +28728,8 @@ LOOPS(motor_power_block)
 void NAME(motor_power_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
-    static const struct form forms[] = {{1, 2, NAME(motor_power_start_m), WIDTHS(motor_power_block_m), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(motor_power_block), {NULL}, (any_function *)NAME(motor_power),
+    static const struct form forms[] = {{1, 2, NAME(motor_power_start_m), WIDTHS(motor_power_block_m), {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(motor_power_block), {NULL}, 0, (any_function *)NAME(motor_power),
         NAME(call_anr), 2, 3, 1, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -29394,8 +29408,8 @@ void NAME(interpolate_motors_loop)(char **args, const intptr_t *dimensions, cons
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {1, 0, 2, {0}}, {8, 1, 2, {8}}};
     static const struct form forms[] = {{3, 2, NAME(interpolate_motors_start_a_b),
-        WIDTHS(interpolate_motors_block_a_b), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(interpolate_motors_block), {NULL}, (any_function
+        WIDTHS(interpolate_motors_block_a_b), {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(interpolate_motors_block), {NULL}, 0, (any_function
         *)NAME(interpolate_motors), NAME(call_aanr), 3, 4, 1, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -29762,7 +29776,7 @@ LOOPS(versor_exponential_block)
 void NAME(versor_exponential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {WIDTHS(versor_exponential_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(versor_exponential_block), {NULL}, 0, (any_function
         *)NAME(versor_exponential), NAME(call_ar), 1, 2, 0, 1, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -30143,7 +30157,7 @@ LOOPS(versor_logarithm_block)
 void NAME(versor_logarithm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {10, 1, 1, {10}}};
-    static const struct kernel kernel = {WIDTHS(versor_logarithm_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(versor_logarithm_block), {NULL}, 0, (any_function
         *)NAME(versor_logarithm), NAME(call_ar), 1, 2, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -30429,7 +30443,7 @@ LOOPS(versor_square_root_block)
 void NAME(versor_square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {WIDTHS(versor_square_root_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(versor_square_root_block), {NULL}, 0, (any_function
         *)NAME(versor_square_root), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -30556,8 +30570,8 @@ LOOP(motor_to_matrix_dense)
 void NAME(motor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {16, 2, 1, {4, 4}}};
-    static const struct kernel kernel = {WIDTHS(motor_to_matrix_block), WIDTH(motor_to_matrix_dense), (any_function
-        *)NAME(motor_to_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_to_matrix_block), WIDTH(motor_to_matrix_dense), TILE,
+        (any_function *)NAME(motor_to_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -30760,17 +30774,17 @@ static INLINE void NAME(move_point_dense_m)(intptr_t n, char **args, const intpt
     (void)strides;
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x1[3];
             REAL x2[3];
             NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(move_point_apply_m)(prepared, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(move_point_dense_m)
@@ -30810,19 +30824,19 @@ static INLINE void NAME(move_point_dense)(intptr_t n, char **args, const intptr_
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[8];
             REAL x1[3];
             REAL x2[3];
             NAME(load_8)(x0, (char *)a0 + (first + i) * 8 * w, w);
             NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(move_point)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(move_point_dense)
@@ -30831,8 +30845,8 @@ void NAME(move_point_loop)(char **args, const intptr_t *dimensions, const intptr
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{1, 3, NAME(move_point_start_m), WIDTHS(move_point_block_m),
-        WIDTHS(move_point_dense_m)}};
-    static const struct kernel kernel = {WIDTHS(move_point_block), WIDTHS(move_point_dense), (any_function
+        WIDTHS(move_point_dense_m), LANES}};
+    static const struct kernel kernel = {WIDTHS(move_point_block), WIDTHS(move_point_dense), LANES, (any_function
         *)NAME(move_point), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -30986,17 +31000,17 @@ static INLINE void NAME(rotate_point_dense_r)(intptr_t n, char **args, const int
     (void)strides;
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x1[3];
             REAL x2[3];
             NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(rotate_point_apply_r)(prepared, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(rotate_point_dense_r)
@@ -31036,19 +31050,19 @@ static INLINE void NAME(rotate_point_dense)(intptr_t n, char **args, const intpt
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x1[3];
             REAL x2[3];
             NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(rotate_point)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(rotate_point_dense)
@@ -31057,9 +31071,9 @@ void NAME(rotate_point_loop)(char **args, const intptr_t *dimensions, const intp
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{1, 2, NAME(rotate_point_start_r), WIDTHS(rotate_point_block_r),
-        WIDTHS(rotate_point_dense_r)}};
-    static const struct kernel kernel = {WIDTHS(rotate_point_block), WIDTHS(rotate_point_dense), (any_function
-        *)NAME(rotate_point), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+        WIDTHS(rotate_point_dense_r), LANES}};
+    static const struct kernel kernel = {WIDTHS(rotate_point_block), WIDTHS(rotate_point_dense), LANES,
+        (any_function *)NAME(rotate_point), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -31109,19 +31123,19 @@ static INLINE void NAME(translate_point_dense)(intptr_t n, char **args, const in
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[3];
             REAL x2[3];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(translate_point)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(translate_point_dense)
@@ -31129,8 +31143,8 @@ LOOPS(translate_point_dense)
 void NAME(translate_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(translate_point_block), WIDTHS(translate_point_dense), (any_function
-        *)NAME(translate_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(translate_point_block), WIDTHS(translate_point_dense), LANES,
+        (any_function *)NAME(translate_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -31179,19 +31193,19 @@ static INLINE void NAME(dilate_point_dense)(intptr_t n, char **args, const intpt
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[3];
             REAL x2[3];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(dilate_point)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(dilate_point_dense)
@@ -31199,8 +31213,8 @@ LOOPS(dilate_point_dense)
 void NAME(dilate_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(dilate_point_block), WIDTHS(dilate_point_dense), (any_function
-        *)NAME(dilate_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(dilate_point_block), WIDTHS(dilate_point_dense), LANES,
+        (any_function *)NAME(dilate_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -31548,8 +31562,8 @@ void NAME(move_vector_loop)(char **args, const intptr_t *dimensions, const intpt
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}};
     static const struct form forms[] = {{1, 2, NAME(move_vector_start_m), WIDTHS(move_vector_block_m),
-        WIDTH(move_vector_dense_m)}};
-    static const struct kernel kernel = {WIDTHS(move_vector_block), WIDTH(move_vector_dense), (any_function
+        WIDTH(move_vector_dense_m), TILE}};
+    static const struct kernel kernel = {WIDTHS(move_vector_block), WIDTH(move_vector_dense), TILE, (any_function
         *)NAME(move_vector), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -32161,8 +32175,8 @@ void NAME(move_point_pair_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {10, 1, 1, {10}}, {10, 1, 2, {10}}};
     static const struct form forms[] = {{1, 2, NAME(move_point_pair_start_m), WIDTHS(move_point_pair_block_m),
-        {NULL}}};
-    static const struct kernel kernel = {WIDTHS(move_point_pair_block), {NULL}, (any_function
+        {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(move_point_pair_block), {NULL}, 0, (any_function
         *)NAME(move_point_pair), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -32564,8 +32578,8 @@ void NAME(move_line_loop)(char **args, const intptr_t *dimensions, const intptr_
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
     static const struct form forms[] = {{1, 2, NAME(move_line_start_m), WIDTHS(move_line_block_m),
-        WIDTH(move_line_dense_m)}};
-    static const struct kernel kernel = {WIDTHS(move_line_block), WIDTH(move_line_dense), (any_function
+        WIDTH(move_line_dense_m), TILE}};
+    static const struct kernel kernel = {WIDTHS(move_line_block), WIDTH(move_line_dense), TILE, (any_function
         *)NAME(move_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -33176,8 +33190,8 @@ LOOPS(move_circle_block)
 void NAME(move_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {10, 1, 1, {10}}, {10, 1, 2, {10}}};
-    static const struct form forms[] = {{1, 2, NAME(move_circle_start_m), WIDTHS(move_circle_block_m), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(move_circle_block), {NULL}, (any_function *)NAME(move_circle),
+    static const struct form forms[] = {{1, 2, NAME(move_circle_start_m), WIDTHS(move_circle_block_m), {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(move_circle_block), {NULL}, 0, (any_function *)NAME(move_circle),
         NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -33471,8 +33485,8 @@ void NAME(move_plane_loop)(char **args, const intptr_t *dimensions, const intptr
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{1, 3, NAME(move_plane_start_m), WIDTHS(move_plane_block_m),
-        WIDTH(move_plane_dense_m)}};
-    static const struct kernel kernel = {WIDTHS(move_plane_block), WIDTH(move_plane_dense), (any_function
+        WIDTH(move_plane_dense_m), TILE}};
+    static const struct kernel kernel = {WIDTHS(move_plane_block), WIDTH(move_plane_dense), TILE, (any_function
         *)NAME(move_plane), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -33821,8 +33835,8 @@ void NAME(move_sphere_loop)(char **args, const intptr_t *dimensions, const intpt
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}};
     static const struct form forms[] = {{1, 2, NAME(move_sphere_start_m), WIDTHS(move_sphere_block_m),
-        WIDTH(move_sphere_dense_m)}};
-    static const struct kernel kernel = {WIDTHS(move_sphere_block), WIDTH(move_sphere_dense), (any_function
+        WIDTH(move_sphere_dense_m), TILE}};
+    static const struct kernel kernel = {WIDTHS(move_sphere_block), WIDTH(move_sphere_dense), TILE, (any_function
         *)NAME(move_sphere), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -34489,8 +34503,8 @@ void NAME(transform_vector_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}};
     static const struct form forms[] = {{1, 2, NAME(transform_vector_start_v), WIDTHS(transform_vector_block_v),
-        WIDTH(transform_vector_dense_v)}};
-    static const struct kernel kernel = {WIDTHS(transform_vector_block), {NULL}, (any_function
+        WIDTH(transform_vector_dense_v), TILE}};
+    static const struct kernel kernel = {WIDTHS(transform_vector_block), {NULL}, 0, (any_function
         *)NAME(transform_vector), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -34636,17 +34650,17 @@ static INLINE void NAME(reflect_point_dense_plane)(intptr_t n, char **args, cons
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x2[3];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(reflect_point_apply_plane)(prepared, x0, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(reflect_point_dense_plane)
@@ -34686,19 +34700,19 @@ static INLINE void NAME(reflect_point_dense)(intptr_t n, char **args, const intp
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[4];
             REAL x2[3];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
             NAME(reflect_point)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(reflect_point_dense)
@@ -34707,9 +34721,9 @@ void NAME(reflect_point_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{2, 2, NAME(reflect_point_start_plane), WIDTHS(reflect_point_block_plane),
-        WIDTHS(reflect_point_dense_plane)}};
-    static const struct kernel kernel = {WIDTHS(reflect_point_block), WIDTHS(reflect_point_dense), (any_function
-        *)NAME(reflect_point), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+        WIDTHS(reflect_point_dense_plane), LANES}};
+    static const struct kernel kernel = {WIDTHS(reflect_point_block), WIDTHS(reflect_point_dense), LANES,
+        (any_function *)NAME(reflect_point), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -34824,7 +34838,7 @@ LOOP(invert_point_dense)
 void NAME(invert_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {5, 1, 1, {5}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(invert_point_block), WIDTH(invert_point_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(invert_point_block), WIDTH(invert_point_dense), TILE, (any_function
         *)NAME(invert_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -34862,17 +34876,17 @@ static INLINE void NAME(transversor_from_vector_dense)(intptr_t n, char **args, 
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[3];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(transversor_from_vector)(x0, x1);
-            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_3)((char *)(r1 + i), LANES * w, x1);
         }
-        NAME(store_few)(a1 + first * 3, r1, 3, SPAN);
+        NAME(store_few)(a1 + first * 3, r1, 3, LANES, LANES);
     }
 }
 LOOPS(transversor_from_vector_dense)
@@ -34881,8 +34895,8 @@ void NAME(transversor_from_vector_loop)(char **args, const intptr_t *dimensions,
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {WIDTHS(transversor_from_vector_block),
-        WIDTHS(transversor_from_vector_dense), (any_function *)NAME(transversor_from_vector), NAME(call_ar), 1, 2,
-        0, 0, 0, parts, NULL};
+        WIDTHS(transversor_from_vector_dense), LANES, (any_function *)NAME(transversor_from_vector), NAME(call_ar),
+        1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -34918,17 +34932,17 @@ static INLINE void NAME(dilator_to_scale_dense)(intptr_t n, char **args, const i
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[1];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(dilator_to_scale)(x0, x1);
             NAME(store_scalar)((char *)(r1 + i), x1);
         }
-        NAME(store_few)(a1 + first * 1, r1, 1, SPAN);
+        NAME(store_few)(a1 + first * 1, r1, 1, LANES, LANES);
     }
 }
 LOOPS(dilator_to_scale_dense)
@@ -34936,7 +34950,7 @@ LOOPS(dilator_to_scale_dense)
 void NAME(dilator_to_scale_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(dilator_to_scale_block), WIDTHS(dilator_to_scale_dense),
+    static const struct kernel kernel = {WIDTHS(dilator_to_scale_block), WIDTHS(dilator_to_scale_dense), LANES,
         (any_function *)NAME(dilator_to_scale), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -35037,8 +35051,8 @@ void NAME(motor_to_rotor_translation_loop)(char **args, const intptr_t *dimensio
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(motor_to_rotor_translation_block),
-        WIDTH(motor_to_rotor_translation_dense), (any_function *)NAME(motor_to_rotor_translation), NAME(call_arr),
-        1, 3, 0, 0, 0, parts, NULL};
+        WIDTH(motor_to_rotor_translation_dense), TILE, (any_function *)NAME(motor_to_rotor_translation),
+        NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -35368,7 +35382,7 @@ LOOPS(normalize_versor_block)
 void NAME(normalize_versor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {WIDTHS(normalize_versor_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(normalize_versor_block), {NULL}, 0, (any_function
         *)NAME(normalize_versor), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -35444,7 +35458,7 @@ LOOP(versor_from_motor_dense)
 void NAME(versor_from_motor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {WIDTHS(versor_from_motor_block), WIDTH(versor_from_motor_dense),
+    static const struct kernel kernel = {WIDTHS(versor_from_motor_block), WIDTH(versor_from_motor_dense), TILE,
         (any_function *)NAME(versor_from_motor), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -35514,7 +35528,7 @@ LOOP(versor_from_dilator_dense)
 void NAME(versor_from_dilator_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {WIDTHS(versor_from_dilator_block), WIDTH(versor_from_dilator_dense),
+    static const struct kernel kernel = {WIDTHS(versor_from_dilator_block), WIDTH(versor_from_dilator_dense), TILE,
         (any_function *)NAME(versor_from_dilator), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -35586,8 +35600,8 @@ void NAME(versor_from_transversor_loop)(char **args, const intptr_t *dimensions,
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {16, 1, 1, {16}}};
     static const struct kernel kernel = {WIDTHS(versor_from_transversor_block),
-        WIDTH(versor_from_transversor_dense), (any_function *)NAME(versor_from_transversor), NAME(call_ar), 1, 2, 0,
-        0, 0, parts, NULL};
+        WIDTH(versor_from_transversor_dense), TILE, (any_function *)NAME(versor_from_transversor), NAME(call_ar), 1,
+        2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -35640,19 +35654,19 @@ static INLINE void NAME(translator_between_points_dense)(intptr_t n, char **args
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[3];
             REAL x2[3];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(translator_between_points)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(translator_between_points_dense)
@@ -35661,8 +35675,8 @@ void NAME(translator_between_points_loop)(char **args, const intptr_t *dimension
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(translator_between_points_block),
-        WIDTHS(translator_between_points_dense), (any_function *)NAME(translator_between_points), NAME(call_aar), 2,
-        3, 0, 0, 0, parts, NULL};
+        WIDTHS(translator_between_points_dense), LANES, (any_function *)NAME(translator_between_points),
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -35873,7 +35887,7 @@ void NAME(versor_decomposition_loop)(char **args, const intptr_t *dimensions, co
     static const struct part parts[] = {{16, 1, 0, {16}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}, {3, 1, 3,
         {3}}};
     static const struct kernel kernel = {WIDTHS(versor_decomposition_block), WIDTH(versor_decomposition_dense),
-        (any_function *)NAME(versor_decomposition), NAME(call_arrrr), 1, 5, 0, 0, 0, parts, NULL};
+        TILE, (any_function *)NAME(versor_decomposition), NAME(call_arrrr), 1, 5, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -36571,8 +36585,8 @@ void NAME(motor_between_lines_loop)(char **args, const intptr_t *dimensions, con
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {8, 1, 2, {8}}};
     static const struct form forms[] = {{1, 2, NAME(motor_between_lines_start_a),
-        WIDTHS(motor_between_lines_block_a), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(motor_between_lines_block), {NULL}, (any_function
+        WIDTHS(motor_between_lines_block_a), {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(motor_between_lines_block), {NULL}, 0, (any_function
         *)NAME(motor_between_lines), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -37141,8 +37155,8 @@ void NAME(motor_between_planes_loop)(char **args, const intptr_t *dimensions, co
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {8, 1, 2, {8}}};
     static const struct form forms[] = {{1, 2, NAME(motor_between_planes_start_a),
-        WIDTHS(motor_between_planes_block_a), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(motor_between_planes_block), {NULL}, (any_function
+        WIDTHS(motor_between_planes_block_a), {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(motor_between_planes_block), {NULL}, 0, (any_function
         *)NAME(motor_between_planes), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -37967,8 +37981,8 @@ void NAME(versor_between_spheres_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {16, 1, 2, {16}}};
     static const struct form forms[] = {{1, 2, NAME(versor_between_spheres_start_a),
-        WIDTHS(versor_between_spheres_block_a), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(versor_between_spheres_block), {NULL}, (any_function
+        WIDTHS(versor_between_spheres_block_a), {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(versor_between_spheres_block), {NULL}, 0, (any_function
         *)NAME(versor_between_spheres), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -38758,7 +38772,7 @@ LOOPS(versor_between_circles_block)
 void NAME(versor_between_circles_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {10, 1, 1, {10}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {WIDTHS(versor_between_circles_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(versor_between_circles_block), {NULL}, 0, (any_function
         *)NAME(versor_between_circles), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -40360,13 +40374,14 @@ void NAME(similarity_between_rounds_loop)(char **args, const intptr_t *dimension
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}, {1, 0, 4,
         {0}}, {16, 1, 4, {16}}};
     static const struct form forms[] = {{29, 2, NAME(similarity_between_rounds_start_a_n_m_scale),
-        WIDTHS(similarity_between_rounds_block_a_n_m_scale), WIDTH(similarity_between_rounds_dense_a_n_m_scale)},
-        {30, 2, NAME(similarity_between_rounds_start_b_n_m_scale),
-        WIDTHS(similarity_between_rounds_block_b_n_m_scale), WIDTH(similarity_between_rounds_dense_b_n_m_scale)},
-        {15, 2, NAME(similarity_between_rounds_start_a_b_n_m), WIDTHS(similarity_between_rounds_block_a_b_n_m),
-        WIDTH(similarity_between_rounds_dense_a_b_n_m)}, {23, 2, NAME(similarity_between_rounds_start_a_b_n_scale),
-        WIDTHS(similarity_between_rounds_block_a_b_n_scale), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(similarity_between_rounds_block), {NULL}, (any_function
+        WIDTHS(similarity_between_rounds_block_a_n_m_scale), WIDTH(similarity_between_rounds_dense_a_n_m_scale),
+        TILE}, {30, 2, NAME(similarity_between_rounds_start_b_n_m_scale),
+        WIDTHS(similarity_between_rounds_block_b_n_m_scale), WIDTH(similarity_between_rounds_dense_b_n_m_scale),
+        TILE}, {15, 2, NAME(similarity_between_rounds_start_a_b_n_m),
+        WIDTHS(similarity_between_rounds_block_a_b_n_m), WIDTH(similarity_between_rounds_dense_a_b_n_m), TILE}, {23,
+        2, NAME(similarity_between_rounds_start_a_b_n_scale), WIDTHS(similarity_between_rounds_block_a_b_n_scale),
+        {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(similarity_between_rounds_block), {NULL}, 0, (any_function
         *)NAME(similarity_between_rounds), NAME(call_aaaanr), 5, 6, 4, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -40604,7 +40619,7 @@ LOOPS(transform_point_block)
 void NAME(transform_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(transform_point_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(transform_point_block), {NULL}, 0, (any_function
         *)NAME(transform_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -41057,7 +41072,7 @@ LOOPS(transform_point_pair_block)
 void NAME(transform_point_pair_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {10, 1, 1, {10}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {WIDTHS(transform_point_pair_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(transform_point_pair_block), {NULL}, 0, (any_function
         *)NAME(transform_point_pair), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -41502,7 +41517,7 @@ LOOPS(transform_circle_block)
 void NAME(transform_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {10, 1, 1, {10}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {WIDTHS(transform_circle_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(transform_circle_block), {NULL}, 0, (any_function
         *)NAME(transform_circle), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -42170,8 +42185,8 @@ void NAME(transform_sphere_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}};
     static const struct form forms[] = {{1, 2, NAME(transform_sphere_start_v), WIDTHS(transform_sphere_block_v),
-        WIDTH(transform_sphere_dense_v)}};
-    static const struct kernel kernel = {WIDTHS(transform_sphere_block), {NULL}, (any_function
+        WIDTH(transform_sphere_dense_v), TILE}};
+    static const struct kernel kernel = {WIDTHS(transform_sphere_block), {NULL}, 0, (any_function
         *)NAME(transform_sphere), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }

@@ -2,7 +2,7 @@
 // command: gac generate --all hand_eye
 // spec: 957db21cfe168010
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 5fc8f19c5625cdc70e5d2af89908109b6470b5827a1a7cc553f2df3a816a920f
+// body: ed134c03eeb59824c85f2004fb8dce644fd3e38022afbb44370298a70bfbc530
 
 #ifndef REAL
 #include "hand_eye.h"
@@ -64,6 +64,9 @@
 // Elements in C order go through rows of this many.
 #define SPAN 32
 
+// As many elements are run one after the other.
+#define ALONE 2
+
 // A vector of neighbours in memory, where the compiler turns such of 32 bytes well.
 #if defined(__has_builtin) && (defined(ON) || defined(__clang__))
 #if __has_builtin(__builtin_shufflevector)
@@ -121,12 +124,15 @@ struct form {
     intptr_t least;
     void (*start)(char **args, const intptr_t *strides, void *prepared);
     loop_function *block[2], *dense[2];
+    int together;
 };
 
-// The loops of a kernel, over rows and in C order, its plain function and how that is called, and its forms. A kernel
-// that repeats reads its inputs again after it has written: its outputs cannot lie where they do.
+// The loops of a kernel, over rows and in C order, which takes so many elements together; its plain function and how
+// that is called; and its forms. A kernel that repeats reads its inputs again after it has written: its outputs cannot
+// lie where they do.
 struct kernel {
     loop_function *block[2], *dense[2];
+    int together;
     any_function *function;
     void (*call)(any_function *function, void **parts);
     int n_inputs, n_parts, n_forms, repeats, busy;
@@ -1007,39 +1013,39 @@ static INLINE void NAME(store_tile_21)(REAL *a, const REAL *x, intptr_t row)
 }
 #endif
 
-// Rows, SPAN numbers long, of `n` elements of at most three numbers in C order, and back.
-static INLINE void NAME(load_few)(REAL *x, const REAL *a, intptr_t size, intptr_t n)
+// Rows, `row` numbers long, of `n` elements of at most three numbers in C order, and back.
+static INLINE void NAME(load_few)(REAL *x, const REAL *a, intptr_t size, intptr_t row, intptr_t n)
 {
     if (size == 1) {
         memcpy(x, a, n * sizeof(REAL));
     } else if (size == 2) {
         for (intptr_t i = 0; i < n; ++i) {
             x[i] = a[2 * i];
-            x[SPAN + i] = a[2 * i + 1];
+            x[row + i] = a[2 * i + 1];
         }
     } else {
         for (intptr_t i = 0; i < n; ++i) {
             x[i] = a[3 * i];
-            x[SPAN + i] = a[3 * i + 1];
-            x[2 * SPAN + i] = a[3 * i + 2];
+            x[row + i] = a[3 * i + 1];
+            x[2 * row + i] = a[3 * i + 2];
         }
     }
 }
 
-static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr_t n)
+static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr_t row, intptr_t n)
 {
     if (size == 1) {
         memcpy(a, x, n * sizeof(REAL));
     } else if (size == 2) {
         for (intptr_t i = 0; i < n; ++i) {
             a[2 * i] = x[i];
-            a[2 * i + 1] = x[SPAN + i];
+            a[2 * i + 1] = x[row + i];
         }
     } else {
         for (intptr_t i = 0; i < n; ++i) {
             a[3 * i] = x[i];
-            a[3 * i + 1] = x[SPAN + i];
-            a[3 * i + 2] = x[2 * SPAN + i];
+            a[3 * i + 1] = x[row + i];
+            a[3 * i + 2] = x[2 * row + i];
         }
     }
 }
@@ -1048,14 +1054,14 @@ static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr
 static INLINE void NAME(load_span_1)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 1, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 1, SPAN, n);
 }
 LOOPS(load_span_1)
 
 static INLINE void NAME(store_span_1)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 1, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 1, SPAN, n);
 }
 LOOPS(store_span_1)
 
@@ -1197,11 +1203,12 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     intptr_t cores[CORES], row_cores[CORES], total = 0, numbers = 0, bytes = 0;
     unsigned still = 0, units = 0, hoisted = 0;
     int in_place = 1, ordered = 1, known = 1;
-    if (width < 0 || n == 1) {
+    if (width < 0 || n <= 1) {
         NAME(each)(kernel, args, n, steps);
         return;
     }
     loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width], *loads[PARTS], *stores[PARTS];
+    int together = kernel->together;
     for (int p = 0; p < n_parts; ++p) {
         const struct part *part = &kernel->parts[p];
         const int same = p < n_inputs && steps[p] == 0;
@@ -1220,7 +1227,8 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         const struct form *form = &kernel->forms[f];
         if ((still & form->same) == form->same && n >= form->least) {
             form->start(args, strides, prepared);
-            hoisted = form->same, in_rows = form->block[width], in_order = form->dense[width];
+            hoisted = form->same, together = form->together;
+            in_rows = form->block[width], in_order = form->dense[width];
         }
     }
     // Results that no cache holds go past the caches, where that is what takes the time and all rows start lines alike.
@@ -1235,7 +1243,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     loop_function *const at_once = ordered && still == hoisted && in_order ? in_order
         : (units | hoisted) == (1u << n_parts) - 1 && !past && !kernel->repeats ? in_rows : NULL;
     if (at_once) {
-        const intptr_t whole = n & -(at_once == in_order ? SPAN : LANES);
+        const intptr_t whole = n & -(at_once == in_order ? together : LANES);
         for (int p = 0; p < n_parts; ++p) {
             starts[p] = hoisted >> p & 1 ? (char *)prepared : args[p];
             rest[p] = args[p] + whole * steps[p];
@@ -1245,6 +1253,11 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         args = rest, n -= whole;
         if (n == 0)
             return;
+    }
+    // Rows cost more than a few elements do.
+    if (n <= ALONE && !hoisted) {
+        NAME(each)(kernel, args, n, steps);
+        return;
     }
     const int spans = ordered && known && total * SPAN <= SPACE;
     // Long rows spare calls; beyond the last cache, short turns keep reading and writing going side by side.
@@ -1513,7 +1526,7 @@ LOOP(null_motor_dense)
 void NAME(null_motor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(null_motor_block), WIDTH(null_motor_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(null_motor_block), WIDTH(null_motor_dense), TILE, (any_function
         *)NAME(null_motor), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -2819,9 +2832,9 @@ void NAME(misfit_loop)(char **args, const intptr_t *dimensions, const intptr_t *
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}, {6, 1, 3, {6}}};
     static const struct form forms[] = {{5, 2, NAME(misfit_start_a_x), WIDTHS(misfit_block_a_x),
-        WIDTH(misfit_dense_a_x)}, {6, 3, NAME(misfit_start_b_x), WIDTHS(misfit_block_b_x), WIDTH(misfit_dense_b_x)},
-        {4, 2, NAME(misfit_start_x), WIDTHS(misfit_block_x), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(misfit_block), {NULL}, (any_function *)NAME(misfit),
+        WIDTH(misfit_dense_a_x), TILE}, {6, 3, NAME(misfit_start_b_x), WIDTHS(misfit_block_b_x),
+        WIDTH(misfit_dense_b_x), TILE}, {4, 2, NAME(misfit_start_x), WIDTHS(misfit_block_x), {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(misfit_block), {NULL}, 0, (any_function *)NAME(misfit),
         NAME(call_aaar), 3, 4, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -4721,10 +4734,10 @@ void NAME(misfit_of_poses_loop)(char **args, const intptr_t *dimensions, const i
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}, {8, 1, 3, {8}}, {8, 1, 4,
         {8}}, {6, 1, 5, {6}}};
     static const struct form forms[] = {{15, 2, NAME(misfit_of_poses_start_a_b_x_z),
-        WIDTHS(misfit_of_poses_block_a_b_x_z), {NULL}}, {29, 2, NAME(misfit_of_poses_start_a_x_z_frame),
-        WIDTHS(misfit_of_poses_block_a_x_z_frame), {NULL}}, {23, 2, NAME(misfit_of_poses_start_a_b_x_frame),
-        WIDTHS(misfit_of_poses_block_a_b_x_frame), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(misfit_of_poses_block), {NULL}, (any_function
+        WIDTHS(misfit_of_poses_block_a_b_x_z), {NULL}, 0}, {29, 2, NAME(misfit_of_poses_start_a_x_z_frame),
+        WIDTHS(misfit_of_poses_block_a_x_z_frame), {NULL}, 0}, {23, 2, NAME(misfit_of_poses_start_a_b_x_frame),
+        WIDTHS(misfit_of_poses_block_a_b_x_frame), {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(misfit_of_poses_block), {NULL}, 0, (any_function
         *)NAME(misfit_of_poses), NAME(call_aaaaar), 5, 6, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -5524,7 +5537,7 @@ void NAME(misfit_equations_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}, {21, 2, 3, {3, 7}}, {21, 2,
         5, {3, 7}}};
-    static const struct kernel kernel = {WIDTHS(misfit_equations_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(misfit_equations_block), {NULL}, 0, (any_function
         *)NAME(misfit_equations), NAME(call_aaarr), 3, 5, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -8090,7 +8103,7 @@ void NAME(misfit_of_poses_equations_loop)(char **args, const intptr_t *dimension
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}, {8, 1, 3, {8}}, {8, 1, 4,
         {8}}, {39, 2, 5, {3, 13}}, {39, 2, 7, {3, 13}}};
-    static const struct kernel kernel = {WIDTHS(misfit_of_poses_equations_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(misfit_of_poses_equations_block), {NULL}, 0, (any_function
         *)NAME(misfit_of_poses_equations), NAME(call_aaaaarr), 5, 7, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }

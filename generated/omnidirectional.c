@@ -2,7 +2,7 @@
 // command: gac generate --all omnidirectional
 // spec: 276fd778ac53538a
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 62efa831fbff4d274907a1e1ecc2f02f556c4239424e8721f4fcfe4c5eea8490
+// body: 95a44778f92365e7ee583ffebf5e049a27188bce5b9ffa579e33f47bf9543c78
 
 #ifndef REAL
 #include "omnidirectional.h"
@@ -64,6 +64,9 @@
 // Elements in C order go through rows of this many.
 #define SPAN 32
 
+// As many elements are run one after the other.
+#define ALONE 2
+
 // A vector of neighbours in memory, where the compiler turns such of 32 bytes well.
 #if defined(__has_builtin) && (defined(ON) || defined(__clang__))
 #if __has_builtin(__builtin_shufflevector)
@@ -121,12 +124,15 @@ struct form {
     intptr_t least;
     void (*start)(char **args, const intptr_t *strides, void *prepared);
     loop_function *block[2], *dense[2];
+    int together;
 };
 
-// The loops of a kernel, over rows and in C order, its plain function and how that is called, and its forms. A kernel
-// that repeats reads its inputs again after it has written: its outputs cannot lie where they do.
+// The loops of a kernel, over rows and in C order, which takes so many elements together; its plain function and how
+// that is called; and its forms. A kernel that repeats reads its inputs again after it has written: its outputs cannot
+// lie where they do.
 struct kernel {
     loop_function *block[2], *dense[2];
+    int together;
     any_function *function;
     void (*call)(any_function *function, void **parts);
     int n_inputs, n_parts, n_forms, repeats, busy;
@@ -1041,39 +1047,39 @@ static INLINE void NAME(store_tile_15)(REAL *a, const REAL *x, intptr_t row)
 }
 #endif
 
-// Rows, SPAN numbers long, of `n` elements of at most three numbers in C order, and back.
-static INLINE void NAME(load_few)(REAL *x, const REAL *a, intptr_t size, intptr_t n)
+// Rows, `row` numbers long, of `n` elements of at most three numbers in C order, and back.
+static INLINE void NAME(load_few)(REAL *x, const REAL *a, intptr_t size, intptr_t row, intptr_t n)
 {
     if (size == 1) {
         memcpy(x, a, n * sizeof(REAL));
     } else if (size == 2) {
         for (intptr_t i = 0; i < n; ++i) {
             x[i] = a[2 * i];
-            x[SPAN + i] = a[2 * i + 1];
+            x[row + i] = a[2 * i + 1];
         }
     } else {
         for (intptr_t i = 0; i < n; ++i) {
             x[i] = a[3 * i];
-            x[SPAN + i] = a[3 * i + 1];
-            x[2 * SPAN + i] = a[3 * i + 2];
+            x[row + i] = a[3 * i + 1];
+            x[2 * row + i] = a[3 * i + 2];
         }
     }
 }
 
-static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr_t n)
+static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr_t row, intptr_t n)
 {
     if (size == 1) {
         memcpy(a, x, n * sizeof(REAL));
     } else if (size == 2) {
         for (intptr_t i = 0; i < n; ++i) {
             a[2 * i] = x[i];
-            a[2 * i + 1] = x[SPAN + i];
+            a[2 * i + 1] = x[row + i];
         }
     } else {
         for (intptr_t i = 0; i < n; ++i) {
             a[3 * i] = x[i];
-            a[3 * i + 1] = x[SPAN + i];
-            a[3 * i + 2] = x[2 * SPAN + i];
+            a[3 * i + 1] = x[row + i];
+            a[3 * i + 2] = x[2 * row + i];
         }
     }
 }
@@ -1082,42 +1088,42 @@ static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr
 static INLINE void NAME(load_span_1)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 1, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 1, SPAN, n);
 }
 LOOPS(load_span_1)
 
 static INLINE void NAME(store_span_1)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 1, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 1, SPAN, n);
 }
 LOOPS(store_span_1)
 
 static INLINE void NAME(load_span_2)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 2, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 2, SPAN, n);
 }
 LOOPS(load_span_2)
 
 static INLINE void NAME(store_span_2)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 2, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 2, SPAN, n);
 }
 LOOPS(store_span_2)
 
 static INLINE void NAME(load_span_3)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 3, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 3, SPAN, n);
 }
 LOOPS(load_span_3)
 
 static INLINE void NAME(store_span_3)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 3, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 3, SPAN, n);
 }
 LOOPS(store_span_3)
 
@@ -1261,11 +1267,12 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     intptr_t cores[CORES], row_cores[CORES], total = 0, numbers = 0, bytes = 0;
     unsigned still = 0, units = 0, hoisted = 0;
     int in_place = 1, ordered = 1, known = 1;
-    if (width < 0 || n == 1) {
+    if (width < 0 || n <= 1) {
         NAME(each)(kernel, args, n, steps);
         return;
     }
     loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width], *loads[PARTS], *stores[PARTS];
+    int together = kernel->together;
     for (int p = 0; p < n_parts; ++p) {
         const struct part *part = &kernel->parts[p];
         const int same = p < n_inputs && steps[p] == 0;
@@ -1284,7 +1291,8 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         const struct form *form = &kernel->forms[f];
         if ((still & form->same) == form->same && n >= form->least) {
             form->start(args, strides, prepared);
-            hoisted = form->same, in_rows = form->block[width], in_order = form->dense[width];
+            hoisted = form->same, together = form->together;
+            in_rows = form->block[width], in_order = form->dense[width];
         }
     }
     // Results that no cache holds go past the caches, where that is what takes the time and all rows start lines alike.
@@ -1299,7 +1307,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     loop_function *const at_once = ordered && still == hoisted && in_order ? in_order
         : (units | hoisted) == (1u << n_parts) - 1 && !past && !kernel->repeats ? in_rows : NULL;
     if (at_once) {
-        const intptr_t whole = n & -(at_once == in_order ? SPAN : LANES);
+        const intptr_t whole = n & -(at_once == in_order ? together : LANES);
         for (int p = 0; p < n_parts; ++p) {
             starts[p] = hoisted >> p & 1 ? (char *)prepared : args[p];
             rest[p] = args[p] + whole * steps[p];
@@ -1309,6 +1317,11 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         args = rest, n -= whole;
         if (n == 0)
             return;
+    }
+    // Rows cost more than a few elements do.
+    if (n <= ALONE && !hoisted) {
+        NAME(each)(kernel, args, n, steps);
+        return;
     }
     const int spans = ordered && known && total * SPAN <= SPACE;
     // Long rows spare calls; beyond the last cache, short turns keep reading and writing going side by side.
@@ -1547,17 +1560,17 @@ static INLINE void NAME(project_place_dense_mirror_place)(intptr_t n, char **arg
     (void)strides;
     REAL *a1 = (REAL *)args[1];
     REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r3[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r3[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x1[1];
             REAL x3[2];
             NAME(load_scalar)(x1, (char *)a1 + (first + i) * w);
             NAME(project_place_apply_mirror_place)(prepared, x1[0], x3);
-            NAME(store_2)((char *)(r3 + i), SPAN * w, x3);
+            NAME(store_2)((char *)(r3 + i), LANES * w, x3);
         }
-        NAME(store_few)(a3 + first * 2, r3, 2, SPAN);
+        NAME(store_few)(a3 + first * 2, r3, 2, LANES, LANES);
     }
 }
 LOOPS(project_place_dense_mirror_place)
@@ -1597,17 +1610,17 @@ static INLINE void NAME(project_place_dense_least_place)(intptr_t n, char **args
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r3[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r3[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[1];
             REAL x3[2];
             NAME(load_scalar)(x0, (char *)a0 + (first + i) * w);
             NAME(project_place_apply_least_place)(prepared, x0[0], x3);
-            NAME(store_2)((char *)(r3 + i), SPAN * w, x3);
+            NAME(store_2)((char *)(r3 + i), LANES * w, x3);
         }
-        NAME(store_few)(a3 + first * 2, r3, 2, SPAN);
+        NAME(store_few)(a3 + first * 2, r3, 2, LANES, LANES);
     }
 }
 LOOPS(project_place_dense_least_place)
@@ -1651,19 +1664,19 @@ static INLINE void NAME(project_place_dense_place)(intptr_t n, char **args, cons
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r3[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r3[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[1];
             REAL x1[1];
             REAL x3[2];
             NAME(load_scalar)(x0, (char *)a0 + (first + i) * w);
             NAME(load_scalar)(x1, (char *)a1 + (first + i) * w);
             NAME(project_place_apply_place)(prepared, x0[0], x1[0], x3);
-            NAME(store_2)((char *)(r3 + i), SPAN * w, x3);
+            NAME(store_2)((char *)(r3 + i), LANES * w, x3);
         }
-        NAME(store_few)(a3 + first * 2, r3, 2, SPAN);
+        NAME(store_few)(a3 + first * 2, r3, 2, LANES, LANES);
     }
 }
 LOOPS(project_place_dense_place)
@@ -1707,10 +1720,10 @@ static INLINE void NAME(project_place_dense)(intptr_t n, char **args, const intp
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
     REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r3[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r3[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[1];
             REAL x1[1];
             REAL x2[3];
@@ -1719,9 +1732,9 @@ static INLINE void NAME(project_place_dense)(intptr_t n, char **args, const intp
             NAME(load_scalar)(x1, (char *)a1 + (first + i) * w);
             NAME(load_3)(x2, (char *)a2 + (first + i) * 3 * w, w);
             NAME(project_place)(x0[0], x1[0], x2, x3);
-            NAME(store_2)((char *)(r3 + i), SPAN * w, x3);
+            NAME(store_2)((char *)(r3 + i), LANES * w, x3);
         }
-        NAME(store_few)(a3 + first * 2, r3, 2, SPAN);
+        NAME(store_few)(a3 + first * 2, r3, 2, LANES, LANES);
     }
 }
 LOOPS(project_place_dense)
@@ -1730,12 +1743,12 @@ void NAME(project_place_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{1, 0, 0, {0}}, {1, 0, 0, {0}}, {3, 1, 0, {3}}, {2, 1, 1, {2}}};
     static const struct form forms[] = {{5, 2, NAME(project_place_start_mirror_place),
-        WIDTHS(project_place_block_mirror_place), WIDTHS(project_place_dense_mirror_place)}, {6, 2,
+        WIDTHS(project_place_block_mirror_place), WIDTHS(project_place_dense_mirror_place), LANES}, {6, 2,
         NAME(project_place_start_least_place), WIDTHS(project_place_block_least_place),
-        WIDTHS(project_place_dense_least_place)}, {4, 2, NAME(project_place_start_place),
-        WIDTHS(project_place_block_place), WIDTHS(project_place_dense_place)}};
-    static const struct kernel kernel = {WIDTHS(project_place_block), WIDTHS(project_place_dense), (any_function
-        *)NAME(project_place), NAME(call_nnar), 3, 4, 3, 0, 0, parts, forms};
+        WIDTHS(project_place_dense_least_place), LANES}, {4, 2, NAME(project_place_start_place),
+        WIDTHS(project_place_block_place), WIDTHS(project_place_dense_place), LANES}};
+    static const struct kernel kernel = {WIDTHS(project_place_block), WIDTHS(project_place_dense), LANES,
+        (any_function *)NAME(project_place), NAME(call_nnar), 3, 4, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1789,19 +1802,19 @@ static INLINE void NAME(lift_image_dense)(intptr_t n, char **args, const intptr_
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[1];
             REAL x1[2];
             REAL x2[3];
             NAME(load_scalar)(x0, (char *)a0 + (first + i) * w);
             NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(lift_image)(x0[0], x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(lift_image_dense)
@@ -1809,7 +1822,7 @@ LOOPS(lift_image_dense)
 void NAME(lift_image_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{1, 0, 0, {0}}, {2, 1, 0, {2}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(lift_image_block), WIDTHS(lift_image_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(lift_image_block), WIDTHS(lift_image_dense), LANES, (any_function
         *)NAME(lift_image), NAME(call_nar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -1897,8 +1910,8 @@ LOOP(circle_of_line_dense)
 void NAME(circle_of_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {WIDTHS(circle_of_line_block), WIDTH(circle_of_line_dense), (any_function
-        *)NAME(circle_of_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(circle_of_line_block), WIDTH(circle_of_line_dense), TILE,
+        (any_function *)NAME(circle_of_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1986,8 +1999,8 @@ void NAME(parabolic_image_of_line_loop)(char **args, const intptr_t *dimensions,
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {10, 1, 2, {10}}};
     static const struct kernel kernel = {WIDTHS(parabolic_image_of_line_block),
-        WIDTH(parabolic_image_of_line_dense), (any_function *)NAME(parabolic_image_of_line), NAME(call_aar), 2, 3,
-        0, 0, 0, parts, NULL};
+        WIDTH(parabolic_image_of_line_dense), TILE, (any_function *)NAME(parabolic_image_of_line), NAME(call_aar),
+        2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2209,8 +2222,8 @@ void NAME(image_conic_of_line_loop)(char **args, const intptr_t *dimensions, con
 {
     static const struct part parts[] = {{1, 0, 0, {0}}, {3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
     static const struct form forms[] = {{6, 2, NAME(image_conic_of_line_start_a_b),
-        WIDTHS(image_conic_of_line_block_a_b), WIDTH(image_conic_of_line_dense_a_b)}};
-    static const struct kernel kernel = {WIDTHS(image_conic_of_line_block), WIDTH(image_conic_of_line_dense),
+        WIDTHS(image_conic_of_line_block_a_b), WIDTH(image_conic_of_line_dense_a_b), TILE}};
+    static const struct kernel kernel = {WIDTHS(image_conic_of_line_block), WIDTH(image_conic_of_line_dense), TILE,
         (any_function *)NAME(image_conic_of_line), NAME(call_naar), 3, 4, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -2319,7 +2332,7 @@ LOOP(cross_ratio_of_rays_dense)
 void NAME(cross_ratio_of_rays_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{15, 2, 0, {5, 3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(cross_ratio_of_rays_block), WIDTH(cross_ratio_of_rays_dense),
+    static const struct kernel kernel = {WIDTHS(cross_ratio_of_rays_block), WIDTH(cross_ratio_of_rays_dense), TILE,
         (any_function *)NAME(cross_ratio_of_rays), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }

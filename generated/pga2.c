@@ -2,7 +2,7 @@
 // command: gac generate --all pga2
 // spec: 6f50564ea0875a9f
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 0a86989802d16b0392afdcce55ac35f122acd295d845c48d2793b0a8b9a1e203
+// body: 4bbbaa2057cb75c3e918ba6cc7f608fe4152eb5f1934cf06a3f1dfc36b687281
 
 #ifndef REAL
 #include "pga2.h"
@@ -64,6 +64,9 @@
 // Elements in C order go through rows of this many.
 #define SPAN 32
 
+// As many elements are run one after the other.
+#define ALONE 2
+
 // A vector of neighbours in memory, where the compiler turns such of 32 bytes well.
 #if defined(__has_builtin) && (defined(ON) || defined(__clang__))
 #if __has_builtin(__builtin_shufflevector)
@@ -121,12 +124,15 @@ struct form {
     intptr_t least;
     void (*start)(char **args, const intptr_t *strides, void *prepared);
     loop_function *block[2], *dense[2];
+    int together;
 };
 
-// The loops of a kernel, over rows and in C order, its plain function and how that is called, and its forms. A kernel
-// that repeats reads its inputs again after it has written: its outputs cannot lie where they do.
+// The loops of a kernel, over rows and in C order, which takes so many elements together; its plain function and how
+// that is called; and its forms. A kernel that repeats reads its inputs again after it has written: its outputs cannot
+// lie where they do.
 struct kernel {
     loop_function *block[2], *dense[2];
+    int together;
     any_function *function;
     void (*call)(any_function *function, void **parts);
     int n_inputs, n_parts, n_forms, repeats, busy;
@@ -1246,39 +1252,39 @@ static INLINE void NAME(store_tile_9)(REAL *a, const REAL *x, intptr_t row)
 }
 #endif
 
-// Rows, SPAN numbers long, of `n` elements of at most three numbers in C order, and back.
-static INLINE void NAME(load_few)(REAL *x, const REAL *a, intptr_t size, intptr_t n)
+// Rows, `row` numbers long, of `n` elements of at most three numbers in C order, and back.
+static INLINE void NAME(load_few)(REAL *x, const REAL *a, intptr_t size, intptr_t row, intptr_t n)
 {
     if (size == 1) {
         memcpy(x, a, n * sizeof(REAL));
     } else if (size == 2) {
         for (intptr_t i = 0; i < n; ++i) {
             x[i] = a[2 * i];
-            x[SPAN + i] = a[2 * i + 1];
+            x[row + i] = a[2 * i + 1];
         }
     } else {
         for (intptr_t i = 0; i < n; ++i) {
             x[i] = a[3 * i];
-            x[SPAN + i] = a[3 * i + 1];
-            x[2 * SPAN + i] = a[3 * i + 2];
+            x[row + i] = a[3 * i + 1];
+            x[2 * row + i] = a[3 * i + 2];
         }
     }
 }
 
-static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr_t n)
+static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr_t row, intptr_t n)
 {
     if (size == 1) {
         memcpy(a, x, n * sizeof(REAL));
     } else if (size == 2) {
         for (intptr_t i = 0; i < n; ++i) {
             a[2 * i] = x[i];
-            a[2 * i + 1] = x[SPAN + i];
+            a[2 * i + 1] = x[row + i];
         }
     } else {
         for (intptr_t i = 0; i < n; ++i) {
             a[3 * i] = x[i];
-            a[3 * i + 1] = x[SPAN + i];
-            a[3 * i + 2] = x[2 * SPAN + i];
+            a[3 * i + 1] = x[row + i];
+            a[3 * i + 2] = x[2 * row + i];
         }
     }
 }
@@ -1287,42 +1293,42 @@ static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr
 static INLINE void NAME(load_span_1)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 1, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 1, SPAN, n);
 }
 LOOPS(load_span_1)
 
 static INLINE void NAME(store_span_1)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 1, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 1, SPAN, n);
 }
 LOOPS(store_span_1)
 
 static INLINE void NAME(load_span_2)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 2, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 2, SPAN, n);
 }
 LOOPS(load_span_2)
 
 static INLINE void NAME(store_span_2)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 2, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 2, SPAN, n);
 }
 LOOPS(store_span_2)
 
 static INLINE void NAME(load_span_3)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 3, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 3, SPAN, n);
 }
 LOOPS(load_span_3)
 
 static INLINE void NAME(store_span_3)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 3, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 3, SPAN, n);
 }
 LOOPS(store_span_3)
 
@@ -1466,11 +1472,12 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     intptr_t cores[CORES], row_cores[CORES], total = 0, numbers = 0, bytes = 0;
     unsigned still = 0, units = 0, hoisted = 0;
     int in_place = 1, ordered = 1, known = 1;
-    if (width < 0 || n == 1) {
+    if (width < 0 || n <= 1) {
         NAME(each)(kernel, args, n, steps);
         return;
     }
     loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width], *loads[PARTS], *stores[PARTS];
+    int together = kernel->together;
     for (int p = 0; p < n_parts; ++p) {
         const struct part *part = &kernel->parts[p];
         const int same = p < n_inputs && steps[p] == 0;
@@ -1489,7 +1496,8 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         const struct form *form = &kernel->forms[f];
         if ((still & form->same) == form->same && n >= form->least) {
             form->start(args, strides, prepared);
-            hoisted = form->same, in_rows = form->block[width], in_order = form->dense[width];
+            hoisted = form->same, together = form->together;
+            in_rows = form->block[width], in_order = form->dense[width];
         }
     }
     // Results that no cache holds go past the caches, where that is what takes the time and all rows start lines alike.
@@ -1504,7 +1512,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     loop_function *const at_once = ordered && still == hoisted && in_order ? in_order
         : (units | hoisted) == (1u << n_parts) - 1 && !past && !kernel->repeats ? in_rows : NULL;
     if (at_once) {
-        const intptr_t whole = n & -(at_once == in_order ? SPAN : LANES);
+        const intptr_t whole = n & -(at_once == in_order ? together : LANES);
         for (int p = 0; p < n_parts; ++p) {
             starts[p] = hoisted >> p & 1 ? (char *)prepared : args[p];
             rest[p] = args[p] + whole * steps[p];
@@ -1514,6 +1522,11 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         args = rest, n -= whole;
         if (n == 0)
             return;
+    }
+    // Rows cost more than a few elements do.
+    if (n <= ALONE && !hoisted) {
+        NAME(each)(kernel, args, n, steps);
+        return;
     }
     const int spans = ordered && known && total * SPAN <= SPACE;
     // Long rows spare calls; beyond the last cache, short turns keep reading and writing going side by side.
@@ -1747,7 +1760,7 @@ LOOP(geometric_product_dense)
 void NAME(geometric_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(geometric_product_block), WIDTH(geometric_product_dense),
+    static const struct kernel kernel = {WIDTHS(geometric_product_block), WIDTH(geometric_product_dense), TILE,
         (any_function *)NAME(geometric_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -1877,8 +1890,8 @@ LOOP(outer_product_dense)
 void NAME(outer_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(outer_product_block), WIDTH(outer_product_dense), (any_function
-        *)NAME(outer_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(outer_product_block), WIDTH(outer_product_dense), TILE,
+        (any_function *)NAME(outer_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2007,7 +2020,7 @@ LOOP(regressive_product_dense)
 void NAME(regressive_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(regressive_product_block), WIDTH(regressive_product_dense),
+    static const struct kernel kernel = {WIDTHS(regressive_product_block), WIDTH(regressive_product_dense), TILE,
         (any_function *)NAME(regressive_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -2147,8 +2160,8 @@ LOOP(inner_product_dense)
 void NAME(inner_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(inner_product_block), WIDTH(inner_product_dense), (any_function
-        *)NAME(inner_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(inner_product_block), WIDTH(inner_product_dense), TILE,
+        (any_function *)NAME(inner_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2219,8 +2232,8 @@ LOOP(reverse_dense)
 void NAME(reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(reverse_block), WIDTH(reverse_dense), (any_function *)NAME(reverse),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(reverse_block), WIDTH(reverse_dense), TILE, (any_function
+        *)NAME(reverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2291,7 +2304,7 @@ LOOP(grade_involution_dense)
 void NAME(grade_involution_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(grade_involution_block), WIDTH(grade_involution_dense),
+    static const struct kernel kernel = {WIDTHS(grade_involution_block), WIDTH(grade_involution_dense), TILE,
         (any_function *)NAME(grade_involution), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -2359,7 +2372,7 @@ LOOP(dual_dense)
 void NAME(dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(dual_block), WIDTH(dual_dense), (any_function *)NAME(dual),
+    static const struct kernel kernel = {WIDTHS(dual_block), WIDTH(dual_dense), TILE, (any_function *)NAME(dual),
         NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -2427,8 +2440,8 @@ LOOP(undual_dense)
 void NAME(undual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(undual_block), WIDTH(undual_dense), (any_function *)NAME(undual),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(undual_block), WIDTH(undual_dense), TILE, (any_function
+        *)NAME(undual), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2472,17 +2485,17 @@ static INLINE void NAME(norm_dense)(intptr_t n, char **args, const intptr_t *str
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[8];
             REAL x1[1];
             NAME(load_8)(x0, (char *)a0 + (first + i) * 8 * w, w);
             NAME(norm)(x0, x1);
             NAME(store_scalar)((char *)(r1 + i), x1);
         }
-        NAME(store_few)(a1 + first * 1, r1, 1, SPAN);
+        NAME(store_few)(a1 + first * 1, r1, 1, LANES, LANES);
     }
 }
 LOOPS(norm_dense)
@@ -2490,7 +2503,7 @@ LOOPS(norm_dense)
 void NAME(norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(norm_block), WIDTHS(norm_dense), (any_function *)NAME(norm),
+    static const struct kernel kernel = {WIDTHS(norm_block), WIDTHS(norm_dense), LANES, (any_function *)NAME(norm),
         NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -2530,17 +2543,17 @@ static INLINE void NAME(point_from_bivector_dense)(intptr_t n, char **args, cons
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[2];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(point_from_bivector)(x0, x1);
-            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
         }
-        NAME(store_few)(a1 + first * 2, r1, 2, SPAN);
+        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
     }
 }
 LOOPS(point_from_bivector_dense)
@@ -2549,7 +2562,7 @@ void NAME(point_from_bivector_loop)(char **args, const intptr_t *dimensions, con
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {2, 1, 1, {2}}};
     static const struct kernel kernel = {WIDTHS(point_from_bivector_block), WIDTHS(point_from_bivector_dense),
-        (any_function *)NAME(point_from_bivector), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+        LANES, (any_function *)NAME(point_from_bivector), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2594,17 +2607,17 @@ static INLINE void NAME(normalize_line_dense)(intptr_t n, char **args, const int
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[3];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(normalize_line)(x0, x1);
-            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_3)((char *)(r1 + i), LANES * w, x1);
         }
-        NAME(store_few)(a1 + first * 3, r1, 3, SPAN);
+        NAME(store_few)(a1 + first * 3, r1, 3, LANES, LANES);
     }
 }
 LOOPS(normalize_line_dense)
@@ -2612,8 +2625,8 @@ LOOPS(normalize_line_dense)
 void NAME(normalize_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(normalize_line_block), WIDTHS(normalize_line_dense), (any_function
-        *)NAME(normalize_line), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(normalize_line_block), WIDTHS(normalize_line_dense), LANES,
+        (any_function *)NAME(normalize_line), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2660,19 +2673,19 @@ static INLINE void NAME(join_points_dense)(intptr_t n, char **args, const intptr
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[2];
             REAL x2[3];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(join_points)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(join_points_dense)
@@ -2680,7 +2693,7 @@ LOOPS(join_points_dense)
 void NAME(join_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(join_points_block), WIDTHS(join_points_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(join_points_block), WIDTHS(join_points_dense), LANES, (any_function
         *)NAME(join_points), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -2727,19 +2740,19 @@ static INLINE void NAME(join_point_direction_dense)(intptr_t n, char **args, con
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[2];
             REAL x2[3];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(join_point_direction)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(join_point_direction_dense)
@@ -2748,7 +2761,7 @@ void NAME(join_point_direction_loop)(char **args, const intptr_t *dimensions, co
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(join_point_direction_block), WIDTHS(join_point_direction_dense),
-        (any_function *)NAME(join_point_direction), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+        LANES, (any_function *)NAME(join_point_direction), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2801,19 +2814,19 @@ static INLINE void NAME(meet_lines_dense)(intptr_t n, char **args, const intptr_
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[3];
             REAL x2[3];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(meet_lines)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(meet_lines_dense)
@@ -2821,7 +2834,7 @@ LOOPS(meet_lines_dense)
 void NAME(meet_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(meet_lines_block), WIDTHS(meet_lines_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(meet_lines_block), WIDTHS(meet_lines_dense), LANES, (any_function
         *)NAME(meet_lines), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -2868,19 +2881,19 @@ static INLINE void NAME(line_orthogonal_to_line_dense)(intptr_t n, char **args, 
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[3];
             REAL x2[3];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(line_orthogonal_to_line)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(line_orthogonal_to_line_dense)
@@ -2889,8 +2902,8 @@ void NAME(line_orthogonal_to_line_loop)(char **args, const intptr_t *dimensions,
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(line_orthogonal_to_line_block),
-        WIDTHS(line_orthogonal_to_line_dense), (any_function *)NAME(line_orthogonal_to_line), NAME(call_aar), 2, 3,
-        0, 0, 0, parts, NULL};
+        WIDTHS(line_orthogonal_to_line_dense), LANES, (any_function *)NAME(line_orthogonal_to_line), NAME(call_aar),
+        2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2935,10 +2948,10 @@ static INLINE void NAME(distance_squared_points_dense)(intptr_t n, char **args, 
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[2];
             REAL x2[1];
@@ -2947,7 +2960,7 @@ static INLINE void NAME(distance_squared_points_dense)(intptr_t n, char **args, 
             NAME(distance_squared_points)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(distance_squared_points_dense)
@@ -2956,8 +2969,8 @@ void NAME(distance_squared_points_loop)(char **args, const intptr_t *dimensions,
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(distance_squared_points_block),
-        WIDTHS(distance_squared_points_dense), (any_function *)NAME(distance_squared_points), NAME(call_aar), 2, 3,
-        0, 0, 0, parts, NULL};
+        WIDTHS(distance_squared_points_dense), LANES, (any_function *)NAME(distance_squared_points), NAME(call_aar),
+        2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3003,10 +3016,10 @@ static INLINE void NAME(distance_points_dense)(intptr_t n, char **args, const in
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[2];
             REAL x2[1];
@@ -3015,7 +3028,7 @@ static INLINE void NAME(distance_points_dense)(intptr_t n, char **args, const in
             NAME(distance_points)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(distance_points_dense)
@@ -3023,8 +3036,8 @@ LOOPS(distance_points_dense)
 void NAME(distance_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(distance_points_block), WIDTHS(distance_points_dense), (any_function
-        *)NAME(distance_points), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(distance_points_block), WIDTHS(distance_points_dense), LANES,
+        (any_function *)NAME(distance_points), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3069,10 +3082,10 @@ static INLINE void NAME(signed_distance_point_line_dense)(intptr_t n, char **arg
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[3];
             REAL x2[1];
@@ -3081,7 +3094,7 @@ static INLINE void NAME(signed_distance_point_line_dense)(intptr_t n, char **arg
             NAME(signed_distance_point_line)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(signed_distance_point_line_dense)
@@ -3090,8 +3103,8 @@ void NAME(signed_distance_point_line_loop)(char **args, const intptr_t *dimensio
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(signed_distance_point_line_block),
-        WIDTHS(signed_distance_point_line_dense), (any_function *)NAME(signed_distance_point_line), NAME(call_aar),
-        2, 3, 0, 0, 0, parts, NULL};
+        WIDTHS(signed_distance_point_line_dense), LANES, (any_function *)NAME(signed_distance_point_line),
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3144,10 +3157,10 @@ static INLINE void NAME(signed_area_dense)(intptr_t n, char **args, const intptr
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
     REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r3[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r3[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[2];
             REAL x2[2];
@@ -3158,7 +3171,7 @@ static INLINE void NAME(signed_area_dense)(intptr_t n, char **args, const intptr
             NAME(signed_area)(x0, x1, x2, x3);
             NAME(store_scalar)((char *)(r3 + i), x3);
         }
-        NAME(store_few)(a3 + first * 1, r3, 1, SPAN);
+        NAME(store_few)(a3 + first * 1, r3, 1, LANES, LANES);
     }
 }
 LOOPS(signed_area_dense)
@@ -3166,7 +3179,7 @@ LOOPS(signed_area_dense)
 void NAME(signed_area_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}, {1, 0, 3, {0}}};
-    static const struct kernel kernel = {WIDTHS(signed_area_block), WIDTHS(signed_area_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(signed_area_block), WIDTHS(signed_area_dense), LANES, (any_function
         *)NAME(signed_area), NAME(call_aaar), 3, 4, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3210,7 +3223,7 @@ LOOPS(angle_between_lines_block)
 void NAME(angle_between_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(angle_between_lines_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(angle_between_lines_block), {NULL}, 0, (any_function
         *)NAME(angle_between_lines), NAME(call_aar), 2, 3, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3311,17 +3324,17 @@ static INLINE void NAME(project_point_on_line_dense_line)(intptr_t n, char **arg
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x2[2];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(project_point_on_line_apply_line)(prepared, x0, x2);
-            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
     }
 }
 LOOPS(project_point_on_line_dense_line)
@@ -3361,19 +3374,19 @@ static INLINE void NAME(project_point_on_line_dense)(intptr_t n, char **args, co
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[3];
             REAL x2[2];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(project_point_on_line)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
     }
 }
 LOOPS(project_point_on_line_dense)
@@ -3382,9 +3395,9 @@ void NAME(project_point_on_line_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {2, 1, 2, {2}}};
     static const struct form forms[] = {{2, 2, NAME(project_point_on_line_start_line),
-        WIDTHS(project_point_on_line_block_line), WIDTHS(project_point_on_line_dense_line)}};
+        WIDTHS(project_point_on_line_block_line), WIDTHS(project_point_on_line_dense_line), LANES}};
     static const struct kernel kernel = {WIDTHS(project_point_on_line_block), WIDTHS(project_point_on_line_dense),
-        (any_function *)NAME(project_point_on_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+        LANES, (any_function *)NAME(project_point_on_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3436,19 +3449,19 @@ static INLINE void NAME(project_point_on_unit_line_dense)(intptr_t n, char **arg
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[3];
             REAL x2[2];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(project_point_on_unit_line)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
     }
 }
 LOOPS(project_point_on_unit_line_dense)
@@ -3457,8 +3470,8 @@ void NAME(project_point_on_unit_line_loop)(char **args, const intptr_t *dimensio
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {2, 1, 2, {2}}};
     static const struct kernel kernel = {WIDTHS(project_point_on_unit_line_block),
-        WIDTHS(project_point_on_unit_line_dense), (any_function *)NAME(project_point_on_unit_line), NAME(call_aar),
-        2, 3, 0, 0, 0, parts, NULL};
+        WIDTHS(project_point_on_unit_line_dense), LANES, (any_function *)NAME(project_point_on_unit_line),
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3509,19 +3522,19 @@ static INLINE void NAME(reflect_point_dense)(intptr_t n, char **args, const intp
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[3];
             REAL x2[2];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(reflect_point)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
     }
 }
 LOOPS(reflect_point_dense)
@@ -3529,8 +3542,8 @@ LOOPS(reflect_point_dense)
 void NAME(reflect_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(reflect_point_block), WIDTHS(reflect_point_dense), (any_function
-        *)NAME(reflect_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(reflect_point_block), WIDTHS(reflect_point_dense), LANES,
+        (any_function *)NAME(reflect_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3571,19 +3584,19 @@ static INLINE void NAME(line_from_normal_dense)(intptr_t n, char **args, const i
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[1];
             REAL x2[3];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(load_scalar)(x1, (char *)a1 + (first + i) * w);
             NAME(line_from_normal)(x0, x1[0], x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(line_from_normal_dense)
@@ -3591,7 +3604,7 @@ LOOPS(line_from_normal_dense)
 void NAME(line_from_normal_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(line_from_normal_block), WIDTHS(line_from_normal_dense),
+    static const struct kernel kernel = {WIDTHS(line_from_normal_block), WIDTHS(line_from_normal_dense), LANES,
         (any_function *)NAME(line_from_normal), NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3638,19 +3651,19 @@ static INLINE void NAME(line_from_point_normal_dense)(intptr_t n, char **args, c
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[2];
             REAL x2[3];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(line_from_point_normal)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(line_from_point_normal_dense)
@@ -3659,7 +3672,7 @@ void NAME(line_from_point_normal_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(line_from_point_normal_block), WIDTHS(line_from_point_normal_dense),
-        (any_function *)NAME(line_from_point_normal), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+        LANES, (any_function *)NAME(line_from_point_normal), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3709,21 +3722,21 @@ static INLINE void NAME(line_to_normal_dense)(intptr_t n, char **args, const int
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r1[2 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[2 * LANES];
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[2];
             REAL x2[1];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(line_to_normal)(x0, x1, x2);
-            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a1 + first * 2, r1, 2, SPAN);
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(line_to_normal_dense)
@@ -3731,8 +3744,8 @@ LOOPS(line_to_normal_dense)
 void NAME(line_to_normal_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(line_to_normal_block), WIDTHS(line_to_normal_dense), (any_function
-        *)NAME(line_to_normal), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_to_normal_block), WIDTHS(line_to_normal_dense), LANES,
+        (any_function *)NAME(line_to_normal), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3768,17 +3781,17 @@ static INLINE void NAME(line_direction_dense)(intptr_t n, char **args, const int
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[2];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(line_direction)(x0, x1);
-            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
         }
-        NAME(store_few)(a1 + first * 2, r1, 2, SPAN);
+        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
     }
 }
 LOOPS(line_direction_dense)
@@ -3786,8 +3799,8 @@ LOOPS(line_direction_dense)
 void NAME(line_direction_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(line_direction_block), WIDTHS(line_direction_dense), (any_function
-        *)NAME(line_direction), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_direction_block), WIDTHS(line_direction_dense), LANES,
+        (any_function *)NAME(line_direction), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3831,17 +3844,17 @@ static INLINE void NAME(line_support_dense)(intptr_t n, char **args, const intpt
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[2];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(line_support)(x0, x1);
-            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
         }
-        NAME(store_few)(a1 + first * 2, r1, 2, SPAN);
+        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
     }
 }
 LOOPS(line_support_dense)
@@ -3849,8 +3862,8 @@ LOOPS(line_support_dense)
 void NAME(line_support_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(line_support_block), WIDTHS(line_support_dense), (any_function
-        *)NAME(line_support), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_support_block), WIDTHS(line_support_dense), LANES,
+        (any_function *)NAME(line_support), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3897,19 +3910,19 @@ static INLINE void NAME(point_on_line_dense)(intptr_t n, char **args, const intp
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[1];
             REAL x2[2];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(load_scalar)(x1, (char *)a1 + (first + i) * w);
             NAME(point_on_line)(x0, x1[0], x2);
-            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
     }
 }
 LOOPS(point_on_line_dense)
@@ -3917,8 +3930,8 @@ LOOPS(point_on_line_dense)
 void NAME(point_on_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(point_on_line_block), WIDTHS(point_on_line_dense), (any_function
-        *)NAME(point_on_line), NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(point_on_line_block), WIDTHS(point_on_line_dense), LANES,
+        (any_function *)NAME(point_on_line), NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3961,10 +3974,10 @@ static INLINE void NAME(position_along_line_dense)(intptr_t n, char **args, cons
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[3];
             REAL x2[1];
@@ -3973,7 +3986,7 @@ static INLINE void NAME(position_along_line_dense)(intptr_t n, char **args, cons
             NAME(position_along_line)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(position_along_line_dense)
@@ -3982,7 +3995,7 @@ void NAME(position_along_line_loop)(char **args, const intptr_t *dimensions, con
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(position_along_line_block), WIDTHS(position_along_line_dense),
-        (any_function *)NAME(position_along_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+        LANES, (any_function *)NAME(position_along_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4033,19 +4046,19 @@ static INLINE void NAME(bisector_line_dense)(intptr_t n, char **args, const intp
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[2];
             REAL x2[3];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(bisector_line)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(bisector_line_dense)
@@ -4053,8 +4066,8 @@ LOOPS(bisector_line_dense)
 void NAME(bisector_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(bisector_line_block), WIDTHS(bisector_line_dense), (any_function
-        *)NAME(bisector_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(bisector_line_block), WIDTHS(bisector_line_dense), LANES,
+        (any_function *)NAME(bisector_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4111,11 +4124,11 @@ static INLINE void NAME(bisectors_of_lines_dense)(intptr_t n, char **args, const
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
     REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r2[3 * SPAN];
-    _Alignas(64) REAL r3[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    _Alignas(64) REAL r3[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[3];
             REAL x2[3];
@@ -4123,11 +4136,11 @@ static INLINE void NAME(bisectors_of_lines_dense)(intptr_t n, char **args, const
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(bisectors_of_lines)(x0, x1, x2, x3);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
-            NAME(store_3)((char *)(r3 + i), SPAN * w, x3);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
+            NAME(store_3)((char *)(r3 + i), LANES * w, x3);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
-        NAME(store_few)(a3 + first * 3, r3, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
+        NAME(store_few)(a3 + first * 3, r3, 3, LANES, LANES);
     }
 }
 LOOPS(bisectors_of_lines_dense)
@@ -4135,7 +4148,7 @@ LOOPS(bisectors_of_lines_dense)
 void NAME(bisectors_of_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}};
-    static const struct kernel kernel = {WIDTHS(bisectors_of_lines_block), WIDTHS(bisectors_of_lines_dense),
+    static const struct kernel kernel = {WIDTHS(bisectors_of_lines_block), WIDTHS(bisectors_of_lines_dense), LANES,
         (any_function *)NAME(bisectors_of_lines), NAME(call_aarr), 2, 4, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -4181,19 +4194,19 @@ static INLINE void NAME(midpoint_dense)(intptr_t n, char **args, const intptr_t 
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[2];
             REAL x2[2];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(midpoint)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
     }
 }
 LOOPS(midpoint_dense)
@@ -4201,7 +4214,7 @@ LOOPS(midpoint_dense)
 void NAME(midpoint_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(midpoint_block), WIDTHS(midpoint_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(midpoint_block), WIDTHS(midpoint_dense), LANES, (any_function
         *)NAME(midpoint), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -4257,10 +4270,10 @@ static INLINE void NAME(signed_distance_lines_dense)(intptr_t n, char **args, co
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[3];
             REAL x2[1];
@@ -4269,7 +4282,7 @@ static INLINE void NAME(signed_distance_lines_dense)(intptr_t n, char **args, co
             NAME(signed_distance_lines)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(signed_distance_lines_dense)
@@ -4278,7 +4291,7 @@ void NAME(signed_distance_lines_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(signed_distance_lines_block), WIDTHS(signed_distance_lines_dense),
-        (any_function *)NAME(signed_distance_lines), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+        LANES, (any_function *)NAME(signed_distance_lines), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4475,10 +4488,10 @@ static INLINE void NAME(relation_of_lines_dense)(intptr_t n, char **args, const 
     REAL *a2 = (REAL *)args[2];
     REAL *a3 = (REAL *)args[3];
     REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r4[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r4[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[3];
             REAL x2[1];
@@ -4491,7 +4504,7 @@ static INLINE void NAME(relation_of_lines_dense)(intptr_t n, char **args, const 
             NAME(relation_of_lines)(x0, x1, x2[0], x3[0], x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_few)(a4 + first * 1, r4, 1, SPAN);
+        NAME(store_few)(a4 + first * 1, r4, 1, LANES, LANES);
     }
 }
 LOOPS(relation_of_lines_dense)
@@ -4501,9 +4514,9 @@ void NAME(relation_of_lines_loop)(char **args, const intptr_t *dimensions, const
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}, {1, 0, 2, {0}}, {1, 0, 2,
         {0}}};
     static const struct form forms[] = {{7, 2, NAME(relation_of_lines_start_a_b_distance),
-        WIDTHS(relation_of_lines_block_a_b_distance), {NULL}}, {11, 2, NAME(relation_of_lines_start_a_b_sine),
-        WIDTHS(relation_of_lines_block_a_b_sine), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(relation_of_lines_block), WIDTHS(relation_of_lines_dense),
+        WIDTHS(relation_of_lines_block_a_b_distance), {NULL}, 0}, {11, 2, NAME(relation_of_lines_start_a_b_sine),
+        WIDTHS(relation_of_lines_block_a_b_sine), {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(relation_of_lines_block), WIDTHS(relation_of_lines_dense), LANES,
         (any_function *)NAME(relation_of_lines), NAME(call_aannr), 4, 5, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -4998,11 +5011,11 @@ void NAME(relation_of_three_lines_loop)(char **args, const intptr_t *dimensions,
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {1, 0, 3, {0}}, {1, 0, 3,
         {0}}, {1, 0, 3, {0}}};
     static const struct form forms[] = {{15, 2, NAME(relation_of_three_lines_start_a_b_c_distance),
-        WIDTHS(relation_of_three_lines_block_a_b_c_distance), {NULL}}, {23, 2,
-        NAME(relation_of_three_lines_start_a_b_c_sine), WIDTHS(relation_of_three_lines_block_a_b_c_sine), {NULL}},
-        {27, 2, NAME(relation_of_three_lines_start_a_b_distance_sine),
-        WIDTHS(relation_of_three_lines_block_a_b_distance_sine), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(relation_of_three_lines_block), {NULL}, (any_function
+        WIDTHS(relation_of_three_lines_block_a_b_c_distance), {NULL}, 0}, {23, 2,
+        NAME(relation_of_three_lines_start_a_b_c_sine), WIDTHS(relation_of_three_lines_block_a_b_c_sine), {NULL},
+        0}, {27, 2, NAME(relation_of_three_lines_start_a_b_distance_sine),
+        WIDTHS(relation_of_three_lines_block_a_b_distance_sine), {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(relation_of_three_lines_block), {NULL}, 0, (any_function
         *)NAME(relation_of_three_lines), NAME(call_aaannr), 5, 6, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -5049,19 +5062,19 @@ static INLINE void NAME(project_line_on_point_dense)(intptr_t n, char **args, co
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[2];
             REAL x2[3];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(project_line_on_point)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(project_line_on_point_dense)
@@ -5070,7 +5083,7 @@ void NAME(project_line_on_point_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(project_line_on_point_block), WIDTHS(project_line_on_point_dense),
-        (any_function *)NAME(project_line_on_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+        LANES, (any_function *)NAME(project_line_on_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5118,19 +5131,19 @@ static INLINE void NAME(reject_point_from_line_dense)(intptr_t n, char **args, c
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[3];
             REAL x2[2];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(reject_point_from_line)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
     }
 }
 LOOPS(reject_point_from_line_dense)
@@ -5139,7 +5152,7 @@ void NAME(reject_point_from_line_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {2, 1, 2, {2}}};
     static const struct kernel kernel = {WIDTHS(reject_point_from_line_block), WIDTHS(reject_point_from_line_dense),
-        (any_function *)NAME(reject_point_from_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+        LANES, (any_function *)NAME(reject_point_from_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5193,19 +5206,19 @@ static INLINE void NAME(reflect_line_dense)(intptr_t n, char **args, const intpt
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[3];
             REAL x2[3];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(reflect_line)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(reflect_line_dense)
@@ -5213,8 +5226,8 @@ LOOPS(reflect_line_dense)
 void NAME(reflect_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(reflect_line_block), WIDTHS(reflect_line_dense), (any_function
-        *)NAME(reflect_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(reflect_line_block), WIDTHS(reflect_line_dense), LANES,
+        (any_function *)NAME(reflect_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5259,19 +5272,19 @@ static INLINE void NAME(reflect_point_in_point_dense)(intptr_t n, char **args, c
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[2];
             REAL x2[2];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(reflect_point_in_point)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
     }
 }
 LOOPS(reflect_point_in_point_dense)
@@ -5280,7 +5293,7 @@ void NAME(reflect_point_in_point_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
     static const struct kernel kernel = {WIDTHS(reflect_point_in_point_block), WIDTHS(reflect_point_in_point_dense),
-        (any_function *)NAME(reflect_point_in_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+        LANES, (any_function *)NAME(reflect_point_in_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5330,19 +5343,19 @@ static INLINE void NAME(reflect_line_in_point_dense)(intptr_t n, char **args, co
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[2];
             REAL x2[3];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(reflect_line_in_point)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(reflect_line_in_point_dense)
@@ -5351,7 +5364,7 @@ void NAME(reflect_line_in_point_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(reflect_line_in_point_block), WIDTHS(reflect_line_in_point_dense),
-        (any_function *)NAME(reflect_line_in_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+        LANES, (any_function *)NAME(reflect_line_in_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5425,10 +5438,10 @@ static INLINE void NAME(collinearity_residual_dense)(intptr_t n, char **args, co
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
     REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r3[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r3[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[2];
             REAL x2[2];
@@ -5439,7 +5452,7 @@ static INLINE void NAME(collinearity_residual_dense)(intptr_t n, char **args, co
             NAME(collinearity_residual)(x0, x1, x2, x3);
             NAME(store_scalar)((char *)(r3 + i), x3);
         }
-        NAME(store_few)(a3 + first * 1, r3, 1, SPAN);
+        NAME(store_few)(a3 + first * 1, r3, 1, LANES, LANES);
     }
 }
 LOOPS(collinearity_residual_dense)
@@ -5448,7 +5461,7 @@ void NAME(collinearity_residual_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}, {1, 0, 3, {0}}};
     static const struct kernel kernel = {WIDTHS(collinearity_residual_block), WIDTHS(collinearity_residual_dense),
-        (any_function *)NAME(collinearity_residual), NAME(call_aaar), 3, 4, 0, 0, 0, parts, NULL};
+        LANES, (any_function *)NAME(collinearity_residual), NAME(call_aaar), 3, 4, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5654,9 +5667,9 @@ void NAME(motor_from_flag_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{2, 2, NAME(motor_from_flag_start_line), WIDTHS(motor_from_flag_block_line),
-        WIDTH(motor_from_flag_dense_line)}};
-    static const struct kernel kernel = {WIDTHS(motor_from_flag_block), WIDTH(motor_from_flag_dense), (any_function
-        *)NAME(motor_from_flag), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+        WIDTH(motor_from_flag_dense_line), TILE}};
+    static const struct kernel kernel = {WIDTHS(motor_from_flag_block), WIDTH(motor_from_flag_dense), TILE,
+        (any_function *)NAME(motor_from_flag), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5712,21 +5725,21 @@ static INLINE void NAME(flag_from_motor_dense)(intptr_t n, char **args, const in
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r1[2 * SPAN];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[2 * LANES];
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x1[2];
             REAL x2[3];
             NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(flag_from_motor)(x0, x1, x2);
-            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a1 + first * 2, r1, 2, SPAN);
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(flag_from_motor_dense)
@@ -5734,8 +5747,8 @@ LOOPS(flag_from_motor_dense)
 void NAME(flag_from_motor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(flag_from_motor_block), WIDTHS(flag_from_motor_dense), (any_function
-        *)NAME(flag_from_motor), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(flag_from_motor_block), WIDTHS(flag_from_motor_dense), LANES,
+        (any_function *)NAME(flag_from_motor), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5900,21 +5913,21 @@ static INLINE void NAME(hit_ray_line_dense_d_line)(intptr_t n, char **args, cons
     REAL *a0 = (REAL *)args[0];
     REAL *a3 = (REAL *)args[3];
     REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r3[1 * SPAN];
-    _Alignas(64) REAL r4[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r3[1 * LANES];
+    _Alignas(64) REAL r4[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x3[1];
             REAL x4[2];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(hit_ray_line_apply_d_line)(prepared, x0, x3, x4);
             NAME(store_scalar)((char *)(r3 + i), x3);
-            NAME(store_2)((char *)(r4 + i), SPAN * w, x4);
+            NAME(store_2)((char *)(r4 + i), LANES * w, x4);
         }
-        NAME(store_few)(a3 + first * 1, r3, 1, SPAN);
-        NAME(store_few)(a4 + first * 2, r4, 2, SPAN);
+        NAME(store_few)(a3 + first * 1, r3, 1, LANES, LANES);
+        NAME(store_few)(a4 + first * 2, r4, 2, LANES, LANES);
     }
 }
 LOOPS(hit_ray_line_dense_d_line)
@@ -5958,21 +5971,21 @@ static INLINE void NAME(hit_ray_line_dense_p_line)(intptr_t n, char **args, cons
     REAL *a1 = (REAL *)args[1];
     REAL *a3 = (REAL *)args[3];
     REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r3[1 * SPAN];
-    _Alignas(64) REAL r4[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r3[1 * LANES];
+    _Alignas(64) REAL r4[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x1[2];
             REAL x3[1];
             REAL x4[2];
             NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(hit_ray_line_apply_p_line)(prepared, x1, x3, x4);
             NAME(store_scalar)((char *)(r3 + i), x3);
-            NAME(store_2)((char *)(r4 + i), SPAN * w, x4);
+            NAME(store_2)((char *)(r4 + i), LANES * w, x4);
         }
-        NAME(store_few)(a3 + first * 1, r3, 1, SPAN);
-        NAME(store_few)(a4 + first * 2, r4, 2, SPAN);
+        NAME(store_few)(a3 + first * 1, r3, 1, LANES, LANES);
+        NAME(store_few)(a4 + first * 2, r4, 2, LANES, LANES);
     }
 }
 LOOPS(hit_ray_line_dense_p_line)
@@ -6022,11 +6035,11 @@ static INLINE void NAME(hit_ray_line_dense)(intptr_t n, char **args, const intpt
     REAL *a2 = (REAL *)args[2];
     REAL *a3 = (REAL *)args[3];
     REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r3[1 * SPAN];
-    _Alignas(64) REAL r4[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r3[1 * LANES];
+    _Alignas(64) REAL r4[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[2];
             REAL x2[3];
@@ -6037,10 +6050,10 @@ static INLINE void NAME(hit_ray_line_dense)(intptr_t n, char **args, const intpt
             NAME(load_3)(x2, (char *)a2 + (first + i) * 3 * w, w);
             NAME(hit_ray_line)(x0, x1, x2, x3, x4);
             NAME(store_scalar)((char *)(r3 + i), x3);
-            NAME(store_2)((char *)(r4 + i), SPAN * w, x4);
+            NAME(store_2)((char *)(r4 + i), LANES * w, x4);
         }
-        NAME(store_few)(a3 + first * 1, r3, 1, SPAN);
-        NAME(store_few)(a4 + first * 2, r4, 2, SPAN);
+        NAME(store_few)(a3 + first * 1, r3, 1, LANES, LANES);
+        NAME(store_few)(a4 + first * 2, r4, 2, LANES, LANES);
     }
 }
 LOOPS(hit_ray_line_dense)
@@ -6050,10 +6063,10 @@ void NAME(hit_ray_line_loop)(char **args, const intptr_t *dimensions, const intp
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}, {1, 0, 3, {0}}, {2, 1, 3,
         {2}}};
     static const struct form forms[] = {{6, 4, NAME(hit_ray_line_start_d_line), WIDTHS(hit_ray_line_block_d_line),
-        WIDTHS(hit_ray_line_dense_d_line)}, {5, 2, NAME(hit_ray_line_start_p_line),
-        WIDTHS(hit_ray_line_block_p_line), WIDTHS(hit_ray_line_dense_p_line)}};
-    static const struct kernel kernel = {WIDTHS(hit_ray_line_block), WIDTHS(hit_ray_line_dense), (any_function
-        *)NAME(hit_ray_line), NAME(call_aaarr), 3, 5, 2, 0, 0, parts, forms};
+        WIDTHS(hit_ray_line_dense_d_line), LANES}, {5, 2, NAME(hit_ray_line_start_p_line),
+        WIDTHS(hit_ray_line_block_p_line), WIDTHS(hit_ray_line_dense_p_line), LANES}};
+    static const struct kernel kernel = {WIDTHS(hit_ray_line_block), WIDTHS(hit_ray_line_dense), LANES,
+        (any_function *)NAME(hit_ray_line), NAME(call_aaarr), 3, 5, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6272,11 +6285,11 @@ static INLINE void NAME(hit_ray_segment_dense_d_a_b)(intptr_t n, char **args, co
     REAL *a0 = (REAL *)args[0];
     REAL *a4 = (REAL *)args[4];
     REAL *a5 = (REAL *)args[5];
-    _Alignas(64) REAL r4[1 * SPAN];
-    _Alignas(64) REAL r5[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r4[1 * LANES];
+    _Alignas(64) REAL r5[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x4[1];
             REAL x5[1];
@@ -6285,8 +6298,8 @@ static INLINE void NAME(hit_ray_segment_dense_d_a_b)(intptr_t n, char **args, co
             NAME(store_scalar)((char *)(r4 + i), x4);
             NAME(store_scalar)((char *)(r5 + i), x5);
         }
-        NAME(store_few)(a4 + first * 1, r4, 1, SPAN);
-        NAME(store_few)(a5 + first * 1, r5, 1, SPAN);
+        NAME(store_few)(a4 + first * 1, r4, 1, LANES, LANES);
+        NAME(store_few)(a5 + first * 1, r5, 1, LANES, LANES);
     }
 }
 LOOPS(hit_ray_segment_dense_d_a_b)
@@ -6332,11 +6345,11 @@ static INLINE void NAME(hit_ray_segment_dense_p_a_b)(intptr_t n, char **args, co
     REAL *a1 = (REAL *)args[1];
     REAL *a4 = (REAL *)args[4];
     REAL *a5 = (REAL *)args[5];
-    _Alignas(64) REAL r4[1 * SPAN];
-    _Alignas(64) REAL r5[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r4[1 * LANES];
+    _Alignas(64) REAL r5[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x1[2];
             REAL x4[1];
             REAL x5[1];
@@ -6345,8 +6358,8 @@ static INLINE void NAME(hit_ray_segment_dense_p_a_b)(intptr_t n, char **args, co
             NAME(store_scalar)((char *)(r4 + i), x4);
             NAME(store_scalar)((char *)(r5 + i), x5);
         }
-        NAME(store_few)(a4 + first * 1, r4, 1, SPAN);
-        NAME(store_few)(a5 + first * 1, r5, 1, SPAN);
+        NAME(store_few)(a4 + first * 1, r4, 1, LANES, LANES);
+        NAME(store_few)(a5 + first * 1, r5, 1, LANES, LANES);
     }
 }
 LOOPS(hit_ray_segment_dense_p_a_b)
@@ -6392,11 +6405,11 @@ static INLINE void NAME(hit_ray_segment_dense_p_d_b)(intptr_t n, char **args, co
     REAL *a2 = (REAL *)args[2];
     REAL *a4 = (REAL *)args[4];
     REAL *a5 = (REAL *)args[5];
-    _Alignas(64) REAL r4[1 * SPAN];
-    _Alignas(64) REAL r5[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r4[1 * LANES];
+    _Alignas(64) REAL r5[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x2[2];
             REAL x4[1];
             REAL x5[1];
@@ -6405,8 +6418,8 @@ static INLINE void NAME(hit_ray_segment_dense_p_d_b)(intptr_t n, char **args, co
             NAME(store_scalar)((char *)(r4 + i), x4);
             NAME(store_scalar)((char *)(r5 + i), x5);
         }
-        NAME(store_few)(a4 + first * 1, r4, 1, SPAN);
-        NAME(store_few)(a5 + first * 1, r5, 1, SPAN);
+        NAME(store_few)(a4 + first * 1, r4, 1, LANES, LANES);
+        NAME(store_few)(a5 + first * 1, r5, 1, LANES, LANES);
     }
 }
 LOOPS(hit_ray_segment_dense_p_d_b)
@@ -6462,11 +6475,11 @@ static INLINE void NAME(hit_ray_segment_dense)(intptr_t n, char **args, const in
     REAL *a3 = (REAL *)args[3];
     REAL *a4 = (REAL *)args[4];
     REAL *a5 = (REAL *)args[5];
-    _Alignas(64) REAL r4[1 * SPAN];
-    _Alignas(64) REAL r5[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r4[1 * LANES];
+    _Alignas(64) REAL r5[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[2];
             REAL x2[2];
@@ -6481,8 +6494,8 @@ static INLINE void NAME(hit_ray_segment_dense)(intptr_t n, char **args, const in
             NAME(store_scalar)((char *)(r4 + i), x4);
             NAME(store_scalar)((char *)(r5 + i), x5);
         }
-        NAME(store_few)(a4 + first * 1, r4, 1, SPAN);
-        NAME(store_few)(a5 + first * 1, r5, 1, SPAN);
+        NAME(store_few)(a4 + first * 1, r4, 1, LANES, LANES);
+        NAME(store_few)(a5 + first * 1, r5, 1, LANES, LANES);
     }
 }
 LOOPS(hit_ray_segment_dense)
@@ -6492,12 +6505,12 @@ void NAME(hit_ray_segment_loop)(char **args, const intptr_t *dimensions, const i
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}, {2, 1, 3, {2}}, {1, 0, 4,
         {0}}, {1, 0, 4, {0}}};
     static const struct form forms[] = {{14, 2, NAME(hit_ray_segment_start_d_a_b),
-        WIDTHS(hit_ray_segment_block_d_a_b), WIDTHS(hit_ray_segment_dense_d_a_b)}, {13, 2,
-        NAME(hit_ray_segment_start_p_a_b), WIDTHS(hit_ray_segment_block_p_a_b),
-        WIDTHS(hit_ray_segment_dense_p_a_b)}, {11, 2, NAME(hit_ray_segment_start_p_d_b),
-        WIDTHS(hit_ray_segment_block_p_d_b), WIDTHS(hit_ray_segment_dense_p_d_b)}};
-    static const struct kernel kernel = {WIDTHS(hit_ray_segment_block), WIDTHS(hit_ray_segment_dense), (any_function
-        *)NAME(hit_ray_segment), NAME(call_aaaarr), 4, 6, 3, 0, 0, parts, forms};
+        WIDTHS(hit_ray_segment_block_d_a_b), WIDTHS(hit_ray_segment_dense_d_a_b), LANES}, {13, 2,
+        NAME(hit_ray_segment_start_p_a_b), WIDTHS(hit_ray_segment_block_p_a_b), WIDTHS(hit_ray_segment_dense_p_a_b),
+        LANES}, {11, 2, NAME(hit_ray_segment_start_p_d_b), WIDTHS(hit_ray_segment_block_p_d_b),
+        WIDTHS(hit_ray_segment_dense_p_d_b), LANES}};
+    static const struct kernel kernel = {WIDTHS(hit_ray_segment_block), WIDTHS(hit_ray_segment_dense), LANES,
+        (any_function *)NAME(hit_ray_segment), NAME(call_aaaarr), 4, 6, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6588,8 +6601,8 @@ LOOP(motor_product_dense)
 void NAME(motor_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(motor_product_block), WIDTH(motor_product_dense), (any_function
-        *)NAME(motor_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_product_block), WIDTH(motor_product_dense), TILE,
+        (any_function *)NAME(motor_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6680,7 +6693,7 @@ LOOP(even_product_dense)
 void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(even_product_block), WIDTH(even_product_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(even_product_block), WIDTH(even_product_dense), TILE, (any_function
         *)NAME(even_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -6743,8 +6756,8 @@ LOOP(motor_inverse_dense)
 void NAME(motor_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(motor_inverse_block), WIDTH(motor_inverse_dense), (any_function
-        *)NAME(motor_inverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_inverse_block), WIDTH(motor_inverse_dense), TILE,
+        (any_function *)NAME(motor_inverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6812,8 +6825,8 @@ LOOP(normalize_motor_dense)
 void NAME(normalize_motor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(normalize_motor_block), WIDTH(normalize_motor_dense), (any_function
-        *)NAME(normalize_motor), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(normalize_motor_block), WIDTH(normalize_motor_dense), TILE,
+        (any_function *)NAME(normalize_motor), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6870,19 +6883,19 @@ static INLINE void NAME(move_point_dense)(intptr_t n, char **args, const intptr_
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x1[2];
             REAL x2[2];
             NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(move_point)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
     }
 }
 LOOPS(move_point_dense)
@@ -6890,7 +6903,7 @@ LOOPS(move_point_dense)
 void NAME(move_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(move_point_block), WIDTHS(move_point_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(move_point_block), WIDTHS(move_point_dense), LANES, (any_function
         *)NAME(move_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -6943,19 +6956,19 @@ static INLINE void NAME(move_direction_dense)(intptr_t n, char **args, const int
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x1[2];
             REAL x2[2];
             NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(move_direction)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
     }
 }
 LOOPS(move_direction_dense)
@@ -6963,8 +6976,8 @@ LOOPS(move_direction_dense)
 void NAME(move_direction_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(move_direction_block), WIDTHS(move_direction_dense), (any_function
-        *)NAME(move_direction), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(move_direction_block), WIDTHS(move_direction_dense), LANES,
+        (any_function *)NAME(move_direction), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7071,17 +7084,17 @@ static INLINE void NAME(move_line_dense_m)(intptr_t n, char **args, const intptr
     (void)strides;
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x1[3];
             REAL x2[3];
             NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(move_line_apply_m)(prepared, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(move_line_dense_m)
@@ -7121,19 +7134,19 @@ static INLINE void NAME(move_line_dense)(intptr_t n, char **args, const intptr_t
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x1[3];
             REAL x2[3];
             NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(move_line)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(move_line_dense)
@@ -7142,8 +7155,8 @@ void NAME(move_line_loop)(char **args, const intptr_t *dimensions, const intptr_
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{1, 3, NAME(move_line_start_m), WIDTHS(move_line_block_m),
-        WIDTHS(move_line_dense_m)}};
-    static const struct kernel kernel = {WIDTHS(move_line_block), WIDTHS(move_line_dense), (any_function
+        WIDTHS(move_line_dense_m), LANES}};
+    static const struct kernel kernel = {WIDTHS(move_line_block), WIDTHS(move_line_dense), LANES, (any_function
         *)NAME(move_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -7201,19 +7214,19 @@ static INLINE void NAME(move_point_back_dense)(intptr_t n, char **args, const in
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x1[2];
             REAL x2[2];
             NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(move_point_back)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
     }
 }
 LOOPS(move_point_back_dense)
@@ -7221,8 +7234,8 @@ LOOPS(move_point_back_dense)
 void NAME(move_point_back_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(move_point_back_block), WIDTHS(move_point_back_dense), (any_function
-        *)NAME(move_point_back), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(move_point_back_block), WIDTHS(move_point_back_dense), LANES,
+        (any_function *)NAME(move_point_back), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7272,7 +7285,7 @@ LOOPS(rotor_from_angle_block)
 void NAME(rotor_from_angle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{1, 0, 0, {0}}, {2, 1, 0, {2}}};
-    static const struct kernel kernel = {WIDTHS(rotor_from_angle_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(rotor_from_angle_block), {NULL}, 0, (any_function
         *)NAME(rotor_from_angle), NAME(call_nr), 1, 2, 0, 1, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -7311,17 +7324,17 @@ static INLINE void NAME(translator_from_vector_dense)(intptr_t n, char **args, c
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[2];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(translator_from_vector)(x0, x1);
-            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
         }
-        NAME(store_few)(a1 + first * 2, r1, 2, SPAN);
+        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
     }
 }
 LOOPS(translator_from_vector_dense)
@@ -7330,7 +7343,7 @@ void NAME(translator_from_vector_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
     static const struct kernel kernel = {WIDTHS(translator_from_vector_block), WIDTHS(translator_from_vector_dense),
-        (any_function *)NAME(translator_from_vector), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+        LANES, (any_function *)NAME(translator_from_vector), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7472,8 +7485,8 @@ void NAME(motor_from_point_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
     static const struct form forms[] = {{2, 2, NAME(motor_from_point_start_angle),
-        WIDTHS(motor_from_point_block_angle), WIDTH(motor_from_point_dense_angle)}};
-    static const struct kernel kernel = {WIDTHS(motor_from_point_block), {NULL}, (any_function
+        WIDTHS(motor_from_point_block_angle), WIDTH(motor_from_point_dense_angle), TILE}};
+    static const struct kernel kernel = {WIDTHS(motor_from_point_block), {NULL}, 0, (any_function
         *)NAME(motor_from_point), NAME(call_anr), 2, 3, 1, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -7626,8 +7639,8 @@ void NAME(motor_from_angle_translation_loop)(char **args, const intptr_t *dimens
 {
     static const struct part parts[] = {{1, 0, 0, {0}}, {2, 1, 0, {2}}, {4, 1, 1, {4}}};
     static const struct form forms[] = {{1, 2, NAME(motor_from_angle_translation_start_angle),
-        WIDTHS(motor_from_angle_translation_block_angle), WIDTH(motor_from_angle_translation_dense_angle)}};
-    static const struct kernel kernel = {WIDTHS(motor_from_angle_translation_block), {NULL}, (any_function
+        WIDTHS(motor_from_angle_translation_block_angle), WIDTH(motor_from_angle_translation_dense_angle), TILE}};
+    static const struct kernel kernel = {WIDTHS(motor_from_angle_translation_block), {NULL}, 0, (any_function
         *)NAME(motor_from_angle_translation), NAME(call_nar), 2, 3, 1, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -7680,7 +7693,7 @@ LOOPS(motor_to_angle_translation_block)
 void NAME(motor_to_angle_translation_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(motor_to_angle_translation_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(motor_to_angle_translation_block), {NULL}, 0, (any_function
         *)NAME(motor_to_angle_translation), NAME(call_arr), 1, 3, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -7757,8 +7770,8 @@ LOOP(motor_to_matrix_dense)
 void NAME(motor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {9, 2, 1, {3, 3}}};
-    static const struct kernel kernel = {WIDTHS(motor_to_matrix_block), WIDTH(motor_to_matrix_dense), (any_function
-        *)NAME(motor_to_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_to_matrix_block), WIDTH(motor_to_matrix_dense), TILE,
+        (any_function *)NAME(motor_to_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7853,7 +7866,7 @@ LOOP(motor_from_matrix_dense)
 void NAME(motor_from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(motor_from_matrix_block), WIDTH(motor_from_matrix_dense),
+    static const struct kernel kernel = {WIDTHS(motor_from_matrix_block), WIDTH(motor_from_matrix_dense), TILE,
         (any_function *)NAME(motor_from_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -7915,7 +7928,7 @@ LOOPS(motor_exponential_block)
 void NAME(motor_exponential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(motor_exponential_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(motor_exponential_block), {NULL}, 0, (any_function
         *)NAME(motor_exponential), NAME(call_ar), 1, 2, 0, 1, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -7964,7 +7977,7 @@ LOOPS(motor_logarithm_block)
 void NAME(motor_logarithm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(motor_logarithm_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(motor_logarithm_block), {NULL}, 0, (any_function
         *)NAME(motor_logarithm), NAME(call_ar), 1, 2, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -8037,7 +8050,7 @@ LOOP(motor_square_root_dense)
 void NAME(motor_square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(motor_square_root_block), WIDTH(motor_square_root_dense),
+    static const struct kernel kernel = {WIDTHS(motor_square_root_block), WIDTH(motor_square_root_dense), TILE,
         (any_function *)NAME(motor_square_root), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -8204,8 +8217,8 @@ LOOPS(motor_power_block)
 void NAME(motor_power_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
-    static const struct form forms[] = {{1, 2, NAME(motor_power_start_m), WIDTHS(motor_power_block_m), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(motor_power_block), {NULL}, (any_function *)NAME(motor_power),
+    static const struct form forms[] = {{1, 2, NAME(motor_power_start_m), WIDTHS(motor_power_block_m), {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(motor_power_block), {NULL}, 0, (any_function *)NAME(motor_power),
         NAME(call_anr), 2, 3, 1, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -8476,8 +8489,8 @@ void NAME(interpolate_motors_loop)(char **args, const intptr_t *dimensions, cons
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{3, 2, NAME(interpolate_motors_start_a_b),
-        WIDTHS(interpolate_motors_block_a_b), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(interpolate_motors_block), {NULL}, (any_function
+        WIDTHS(interpolate_motors_block_a_b), {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(interpolate_motors_block), {NULL}, 0, (any_function
         *)NAME(interpolate_motors), NAME(call_aanr), 3, 4, 1, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -8524,19 +8537,19 @@ static INLINE void NAME(twist_on_point_dense)(intptr_t n, char **args, const int
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[2];
             REAL x2[2];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(twist_on_point)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
     }
 }
 LOOPS(twist_on_point_dense)
@@ -8544,8 +8557,8 @@ LOOPS(twist_on_point_dense)
 void NAME(twist_on_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(twist_on_point_block), WIDTHS(twist_on_point_dense), (any_function
-        *)NAME(twist_on_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(twist_on_point_block), WIDTHS(twist_on_point_dense), LANES,
+        (any_function *)NAME(twist_on_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8590,19 +8603,19 @@ static INLINE void NAME(translator_between_points_dense)(intptr_t n, char **args
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[2];
             REAL x2[2];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(translator_between_points)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
     }
 }
 LOOPS(translator_between_points_dense)
@@ -8611,8 +8624,8 @@ void NAME(translator_between_points_loop)(char **args, const intptr_t *dimension
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
     static const struct kernel kernel = {WIDTHS(translator_between_points_block),
-        WIDTHS(translator_between_points_dense), (any_function *)NAME(translator_between_points), NAME(call_aar), 2,
-        3, 0, 0, 0, parts, NULL};
+        WIDTHS(translator_between_points_dense), LANES, (any_function *)NAME(translator_between_points),
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8712,7 +8725,7 @@ LOOPS(motor_between_lines_block)
 void NAME(motor_between_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(motor_between_lines_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(motor_between_lines_block), {NULL}, 0, (any_function
         *)NAME(motor_between_lines), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -8806,7 +8819,7 @@ void NAME(motor_between_frames_loop)(char **args, const intptr_t *dimensions, co
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(motor_between_frames_block), WIDTH(motor_between_frames_dense),
-        (any_function *)NAME(motor_between_frames), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+        TILE, (any_function *)NAME(motor_between_frames), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8898,8 +8911,8 @@ LOOP(motor_relative_dense)
 void NAME(motor_relative_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(motor_relative_block), WIDTH(motor_relative_dense), (any_function
-        *)NAME(motor_relative), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_relative_block), WIDTH(motor_relative_dense), TILE,
+        (any_function *)NAME(motor_relative), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9006,7 +9019,7 @@ LOOP(blend_motors_dense)
 void NAME(blend_motors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(blend_motors_block), WIDTH(blend_motors_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(blend_motors_block), WIDTH(blend_motors_dense), TILE, (any_function
         *)NAME(blend_motors), NAME(call_aanr), 3, 4, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -9069,8 +9082,8 @@ LOOPS(motor_to_point_block)
 void NAME(motor_to_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(motor_to_point_block), {NULL}, (any_function *)NAME(motor_to_point),
-        NAME(call_arr), 1, 3, 0, 0, 1, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_to_point_block), {NULL}, 0, (any_function
+        *)NAME(motor_to_point), NAME(call_arr), 1, 3, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9138,7 +9151,7 @@ LOOPS(motor_from_twist_block)
 void NAME(motor_from_twist_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(motor_from_twist_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(motor_from_twist_block), {NULL}, 0, (any_function
         *)NAME(motor_from_twist), NAME(call_ar), 1, 2, 0, 1, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -9191,8 +9204,8 @@ LOOPS(motor_to_twist_block)
 void NAME(motor_to_twist_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(motor_to_twist_block), {NULL}, (any_function *)NAME(motor_to_twist),
-        NAME(call_ar), 1, 2, 0, 0, 1, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_to_twist_block), {NULL}, 0, (any_function
+        *)NAME(motor_to_twist), NAME(call_ar), 1, 2, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9233,19 +9246,19 @@ static INLINE void NAME(twist_from_velocities_dense)(intptr_t n, char **args, co
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[1];
             REAL x1[2];
             REAL x2[3];
             NAME(load_scalar)(x0, (char *)a0 + (first + i) * w);
             NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(twist_from_velocities)(x0[0], x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(twist_from_velocities_dense)
@@ -9254,7 +9267,7 @@ void NAME(twist_from_velocities_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{1, 0, 0, {0}}, {2, 1, 0, {2}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {WIDTHS(twist_from_velocities_block), WIDTHS(twist_from_velocities_dense),
-        (any_function *)NAME(twist_from_velocities), NAME(call_nar), 2, 3, 0, 0, 0, parts, NULL};
+        LANES, (any_function *)NAME(twist_from_velocities), NAME(call_nar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9296,21 +9309,21 @@ static INLINE void NAME(twist_to_velocities_dense)(intptr_t n, char **args, cons
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r1[1 * SPAN];
-    _Alignas(64) REAL r2[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[1 * LANES];
+    _Alignas(64) REAL r2[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[1];
             REAL x2[2];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(twist_to_velocities)(x0, x1, x2);
             NAME(store_scalar)((char *)(r1 + i), x1);
-            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a1 + first * 1, r1, 1, SPAN);
-        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
+        NAME(store_few)(a1 + first * 1, r1, 1, LANES, LANES);
+        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
     }
 }
 LOOPS(twist_to_velocities_dense)
@@ -9319,7 +9332,7 @@ void NAME(twist_to_velocities_loop)(char **args, const intptr_t *dimensions, con
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {2, 1, 1, {2}}};
     static const struct kernel kernel = {WIDTHS(twist_to_velocities_block), WIDTHS(twist_to_velocities_dense),
-        (any_function *)NAME(twist_to_velocities), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
+        LANES, (any_function *)NAME(twist_to_velocities), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9406,7 +9419,7 @@ LOOP(motor_derivative_dense)
 void NAME(motor_derivative_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(motor_derivative_block), WIDTH(motor_derivative_dense),
+    static const struct kernel kernel = {WIDTHS(motor_derivative_block), WIDTH(motor_derivative_dense), TILE,
         (any_function *)NAME(motor_derivative), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -9473,19 +9486,19 @@ static INLINE void NAME(twist_from_motor_derivative_dense)(intptr_t n, char **ar
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x1[4];
             REAL x2[3];
             NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
             NAME(twist_from_motor_derivative)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(twist_from_motor_derivative_dense)
@@ -9494,7 +9507,7 @@ void NAME(twist_from_motor_derivative_loop)(char **args, const intptr_t *dimensi
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(twist_from_motor_derivative_block),
-        WIDTHS(twist_from_motor_derivative_dense), (any_function *)NAME(twist_from_motor_derivative),
+        WIDTHS(twist_from_motor_derivative_dense), LANES, (any_function *)NAME(twist_from_motor_derivative),
         NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -9571,7 +9584,7 @@ LOOP(motor_to_adjoint_dense)
 void NAME(motor_to_adjoint_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {9, 2, 1, {3, 3}}};
-    static const struct kernel kernel = {WIDTHS(motor_to_adjoint_block), WIDTH(motor_to_adjoint_dense),
+    static const struct kernel kernel = {WIDTHS(motor_to_adjoint_block), WIDTH(motor_to_adjoint_dense), TILE,
         (any_function *)NAME(motor_to_adjoint), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -9642,7 +9655,7 @@ LOOP(even_inverse_dense)
 void NAME(even_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(even_inverse_block), WIDTH(even_inverse_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(even_inverse_block), WIDTH(even_inverse_dense), TILE, (any_function
         *)NAME(even_inverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -9699,17 +9712,17 @@ static INLINE void NAME(rotor_from_complex_dense)(intptr_t n, char **args, const
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[2];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(rotor_from_complex)(x0, x1);
-            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
         }
-        NAME(store_few)(a1 + first * 2, r1, 2, SPAN);
+        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
     }
 }
 LOOPS(rotor_from_complex_dense)
@@ -9717,7 +9730,7 @@ LOOPS(rotor_from_complex_dense)
 void NAME(rotor_from_complex_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(rotor_from_complex_block), WIDTHS(rotor_from_complex_dense),
+    static const struct kernel kernel = {WIDTHS(rotor_from_complex_block), WIDTHS(rotor_from_complex_dense), LANES,
         (any_function *)NAME(rotor_from_complex), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -9758,17 +9771,17 @@ static INLINE void NAME(rotor_to_complex_dense)(intptr_t n, char **args, const i
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[2];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(rotor_to_complex)(x0, x1);
-            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
         }
-        NAME(store_few)(a1 + first * 2, r1, 2, SPAN);
+        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
     }
 }
 LOOPS(rotor_to_complex_dense)
@@ -9776,7 +9789,7 @@ LOOPS(rotor_to_complex_dense)
 void NAME(rotor_to_complex_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(rotor_to_complex_block), WIDTHS(rotor_to_complex_dense),
+    static const struct kernel kernel = {WIDTHS(rotor_to_complex_block), WIDTHS(rotor_to_complex_dense), LANES,
         (any_function *)NAME(rotor_to_complex), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -9826,19 +9839,19 @@ static INLINE void NAME(twist_on_line_dense)(intptr_t n, char **args, const intp
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[3];
             REAL x2[3];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(twist_on_line)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(twist_on_line_dense)
@@ -9846,8 +9859,8 @@ LOOPS(twist_on_line_dense)
 void NAME(twist_on_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(twist_on_line_block), WIDTHS(twist_on_line_dense), (any_function
-        *)NAME(twist_on_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(twist_on_line_block), WIDTHS(twist_on_line_dense), LANES,
+        (any_function *)NAME(twist_on_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

@@ -2,7 +2,7 @@
 // command: gac generate --all pga3
 // spec: 5ff9daa919aa8689
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: dae11b70b7219e7bf56555a67b8733281c0b4927f5c5be10c400852c1df1c8f9
+// body: fcf96d60dad257e231c40fd5946b79fe8947507de3baa36d592f879ce53d5ddc
 
 #ifndef REAL
 #include "pga3.h"
@@ -64,6 +64,9 @@
 // Elements in C order go through rows of this many.
 #define SPAN 32
 
+// As many elements are run one after the other.
+#define ALONE 2
+
 // A vector of neighbours in memory, where the compiler turns such of 32 bytes well.
 #if defined(__has_builtin) && (defined(ON) || defined(__clang__))
 #if __has_builtin(__builtin_shufflevector)
@@ -121,12 +124,15 @@ struct form {
     intptr_t least;
     void (*start)(char **args, const intptr_t *strides, void *prepared);
     loop_function *block[2], *dense[2];
+    int together;
 };
 
-// The loops of a kernel, over rows and in C order, its plain function and how that is called, and its forms. A kernel
-// that repeats reads its inputs again after it has written: its outputs cannot lie where they do.
+// The loops of a kernel, over rows and in C order, which takes so many elements together; its plain function and how
+// that is called; and its forms. A kernel that repeats reads its inputs again after it has written: its outputs cannot
+// lie where they do.
 struct kernel {
     loop_function *block[2], *dense[2];
+    int together;
     any_function *function;
     void (*call)(any_function *function, void **parts);
     int n_inputs, n_parts, n_forms, repeats, busy;
@@ -2106,39 +2112,39 @@ static INLINE void NAME(store_tile_16)(REAL *a, const REAL *x, intptr_t row)
 }
 #endif
 
-// Rows, SPAN numbers long, of `n` elements of at most three numbers in C order, and back.
-static INLINE void NAME(load_few)(REAL *x, const REAL *a, intptr_t size, intptr_t n)
+// Rows, `row` numbers long, of `n` elements of at most three numbers in C order, and back.
+static INLINE void NAME(load_few)(REAL *x, const REAL *a, intptr_t size, intptr_t row, intptr_t n)
 {
     if (size == 1) {
         memcpy(x, a, n * sizeof(REAL));
     } else if (size == 2) {
         for (intptr_t i = 0; i < n; ++i) {
             x[i] = a[2 * i];
-            x[SPAN + i] = a[2 * i + 1];
+            x[row + i] = a[2 * i + 1];
         }
     } else {
         for (intptr_t i = 0; i < n; ++i) {
             x[i] = a[3 * i];
-            x[SPAN + i] = a[3 * i + 1];
-            x[2 * SPAN + i] = a[3 * i + 2];
+            x[row + i] = a[3 * i + 1];
+            x[2 * row + i] = a[3 * i + 2];
         }
     }
 }
 
-static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr_t n)
+static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr_t row, intptr_t n)
 {
     if (size == 1) {
         memcpy(a, x, n * sizeof(REAL));
     } else if (size == 2) {
         for (intptr_t i = 0; i < n; ++i) {
             a[2 * i] = x[i];
-            a[2 * i + 1] = x[SPAN + i];
+            a[2 * i + 1] = x[row + i];
         }
     } else {
         for (intptr_t i = 0; i < n; ++i) {
             a[3 * i] = x[i];
-            a[3 * i + 1] = x[SPAN + i];
-            a[3 * i + 2] = x[2 * SPAN + i];
+            a[3 * i + 1] = x[row + i];
+            a[3 * i + 2] = x[2 * row + i];
         }
     }
 }
@@ -2147,28 +2153,28 @@ static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr
 static INLINE void NAME(load_span_1)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 1, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 1, SPAN, n);
 }
 LOOPS(load_span_1)
 
 static INLINE void NAME(store_span_1)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 1, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 1, SPAN, n);
 }
 LOOPS(store_span_1)
 
 static INLINE void NAME(load_span_3)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 3, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 3, SPAN, n);
 }
 LOOPS(load_span_3)
 
 static INLINE void NAME(store_span_3)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 3, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 3, SPAN, n);
 }
 LOOPS(store_span_3)
 
@@ -2387,11 +2393,12 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     intptr_t cores[CORES], row_cores[CORES], total = 0, numbers = 0, bytes = 0;
     unsigned still = 0, units = 0, hoisted = 0;
     int in_place = 1, ordered = 1, known = 1;
-    if (width < 0 || n == 1) {
+    if (width < 0 || n <= 1) {
         NAME(each)(kernel, args, n, steps);
         return;
     }
     loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width], *loads[PARTS], *stores[PARTS];
+    int together = kernel->together;
     for (int p = 0; p < n_parts; ++p) {
         const struct part *part = &kernel->parts[p];
         const int same = p < n_inputs && steps[p] == 0;
@@ -2410,7 +2417,8 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         const struct form *form = &kernel->forms[f];
         if ((still & form->same) == form->same && n >= form->least) {
             form->start(args, strides, prepared);
-            hoisted = form->same, in_rows = form->block[width], in_order = form->dense[width];
+            hoisted = form->same, together = form->together;
+            in_rows = form->block[width], in_order = form->dense[width];
         }
     }
     // Results that no cache holds go past the caches, where that is what takes the time and all rows start lines alike.
@@ -2425,7 +2433,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     loop_function *const at_once = ordered && still == hoisted && in_order ? in_order
         : (units | hoisted) == (1u << n_parts) - 1 && !past && !kernel->repeats ? in_rows : NULL;
     if (at_once) {
-        const intptr_t whole = n & -(at_once == in_order ? SPAN : LANES);
+        const intptr_t whole = n & -(at_once == in_order ? together : LANES);
         for (int p = 0; p < n_parts; ++p) {
             starts[p] = hoisted >> p & 1 ? (char *)prepared : args[p];
             rest[p] = args[p] + whole * steps[p];
@@ -2435,6 +2443,11 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         args = rest, n -= whole;
         if (n == 0)
             return;
+    }
+    // Rows cost more than a few elements do.
+    if (n <= ALONE && !hoisted) {
+        NAME(each)(kernel, args, n, steps);
+        return;
     }
     const int spans = ordered && known && total * SPAN <= SPACE;
     // Long rows spare calls; beyond the last cache, short turns keep reading and writing going side by side.
@@ -2839,7 +2852,7 @@ LOOPS(geometric_product_block)
 void NAME(geometric_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {WIDTHS(geometric_product_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(geometric_product_block), {NULL}, 0, (any_function
         *)NAME(geometric_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3065,8 +3078,8 @@ LOOPS(outer_product_block)
 void NAME(outer_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {WIDTHS(outer_product_block), {NULL}, (any_function *)NAME(outer_product),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(outer_product_block), {NULL}, 0, (any_function
+        *)NAME(outer_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3291,7 +3304,7 @@ LOOPS(regressive_product_block)
 void NAME(regressive_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {WIDTHS(regressive_product_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(regressive_product_block), {NULL}, 0, (any_function
         *)NAME(regressive_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3557,8 +3570,8 @@ LOOPS(inner_product_block)
 void NAME(inner_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {WIDTHS(inner_product_block), {NULL}, (any_function *)NAME(inner_product),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(inner_product_block), {NULL}, 0, (any_function
+        *)NAME(inner_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3798,7 +3811,7 @@ LOOPS(commutator_block)
 void NAME(commutator_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {14, 1, 2, {14}}};
-    static const struct kernel kernel = {WIDTHS(commutator_block), {NULL}, (any_function *)NAME(commutator),
+    static const struct kernel kernel = {WIDTHS(commutator_block), {NULL}, 0, (any_function *)NAME(commutator),
         NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3892,8 +3905,8 @@ LOOP(reverse_dense)
 void NAME(reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {WIDTHS(reverse_block), WIDTH(reverse_dense), (any_function *)NAME(reverse),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(reverse_block), WIDTH(reverse_dense), TILE, (any_function
+        *)NAME(reverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3984,7 +3997,7 @@ LOOP(grade_involution_dense)
 void NAME(grade_involution_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {WIDTHS(grade_involution_block), WIDTH(grade_involution_dense),
+    static const struct kernel kernel = {WIDTHS(grade_involution_block), WIDTH(grade_involution_dense), TILE,
         (any_function *)NAME(grade_involution), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -4078,7 +4091,7 @@ LOOP(clifford_conjugate_dense)
 void NAME(clifford_conjugate_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {WIDTHS(clifford_conjugate_block), WIDTH(clifford_conjugate_dense),
+    static const struct kernel kernel = {WIDTHS(clifford_conjugate_block), WIDTH(clifford_conjugate_dense), TILE,
         (any_function *)NAME(clifford_conjugate), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -4168,7 +4181,7 @@ LOOP(dual_dense)
 void NAME(dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {WIDTHS(dual_block), WIDTH(dual_dense), (any_function *)NAME(dual),
+    static const struct kernel kernel = {WIDTHS(dual_block), WIDTH(dual_dense), TILE, (any_function *)NAME(dual),
         NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -4258,8 +4271,8 @@ LOOP(undual_dense)
 void NAME(undual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {WIDTHS(undual_block), WIDTH(undual_dense), (any_function *)NAME(undual),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(undual_block), WIDTH(undual_dense), TILE, (any_function
+        *)NAME(undual), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4335,7 +4348,7 @@ LOOP(norm_dense)
 void NAME(norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(norm_block), WIDTH(norm_dense), (any_function *)NAME(norm),
+    static const struct kernel kernel = {WIDTHS(norm_block), WIDTH(norm_dense), TILE, (any_function *)NAME(norm),
         NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -4412,7 +4425,7 @@ LOOP(ideal_norm_dense)
 void NAME(ideal_norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(ideal_norm_block), WIDTH(ideal_norm_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(ideal_norm_block), WIDTH(ideal_norm_dense), TILE, (any_function
         *)NAME(ideal_norm), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -4455,17 +4468,17 @@ static INLINE void NAME(point_from_trivector_dense)(intptr_t n, char **args, con
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x1[3];
             NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(point_from_trivector)(x0, x1);
-            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_3)((char *)(r1 + i), LANES * w, x1);
         }
-        NAME(store_few)(a1 + first * 3, r1, 3, SPAN);
+        NAME(store_few)(a1 + first * 3, r1, 3, LANES, LANES);
     }
 }
 LOOPS(point_from_trivector_dense)
@@ -4474,7 +4487,7 @@ void NAME(point_from_trivector_loop)(char **args, const intptr_t *dimensions, co
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {WIDTHS(point_from_trivector_block), WIDTHS(point_from_trivector_dense),
-        (any_function *)NAME(point_from_trivector), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+        LANES, (any_function *)NAME(point_from_trivector), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4550,8 +4563,8 @@ LOOP(normalize_line_dense)
 void NAME(normalize_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {WIDTHS(normalize_line_block), WIDTH(normalize_line_dense), (any_function
-        *)NAME(normalize_line), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(normalize_line_block), WIDTH(normalize_line_dense), TILE,
+        (any_function *)NAME(normalize_line), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4621,8 +4634,8 @@ LOOP(normalize_plane_dense)
 void NAME(normalize_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(normalize_plane_block), WIDTH(normalize_plane_dense), (any_function
-        *)NAME(normalize_plane), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(normalize_plane_block), WIDTH(normalize_plane_dense), TILE,
+        (any_function *)NAME(normalize_plane), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4705,7 +4718,7 @@ LOOP(join_points_dense)
 void NAME(join_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(join_points_block), WIDTH(join_points_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(join_points_block), WIDTH(join_points_dense), TILE, (any_function
         *)NAME(join_points), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -4788,7 +4801,7 @@ void NAME(join_point_direction_loop)(char **args, const intptr_t *dimensions, co
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
     static const struct kernel kernel = {WIDTHS(join_point_direction_block), WIDTH(join_point_direction_dense),
-        (any_function *)NAME(join_point_direction), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+        TILE, (any_function *)NAME(join_point_direction), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4878,8 +4891,8 @@ LOOP(join_point_line_dense)
 void NAME(join_point_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(join_point_line_block), WIDTH(join_point_line_dense), (any_function
-        *)NAME(join_point_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(join_point_line_block), WIDTH(join_point_line_dense), TILE,
+        (any_function *)NAME(join_point_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4980,7 +4993,7 @@ LOOP(join_three_points_dense)
 void NAME(join_three_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {4, 1, 3, {4}}};
-    static const struct kernel kernel = {WIDTHS(join_three_points_block), WIDTH(join_three_points_dense),
+    static const struct kernel kernel = {WIDTHS(join_three_points_block), WIDTH(join_three_points_dense), TILE,
         (any_function *)NAME(join_three_points), NAME(call_aaar), 3, 4, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -5306,17 +5319,17 @@ static INLINE void NAME(join_four_points_dense_a_b_c)(intptr_t n, char **args, c
     (void)strides;
     REAL *a3 = (REAL *)args[3];
     REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r4[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r4[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x3[3];
             REAL x4[1];
             NAME(load_3)(x3, (char *)a3 + (first + i) * 3 * w, w);
             NAME(join_four_points_apply_a_b_c)(prepared, x3, x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_few)(a4 + first * 1, r4, 1, SPAN);
+        NAME(store_few)(a4 + first * 1, r4, 1, LANES, LANES);
     }
 }
 LOOPS(join_four_points_dense_a_b_c)
@@ -5358,17 +5371,17 @@ static INLINE void NAME(join_four_points_dense_a_b_d)(intptr_t n, char **args, c
     (void)strides;
     REAL *a2 = (REAL *)args[2];
     REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r4[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r4[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x2[3];
             REAL x4[1];
             NAME(load_3)(x2, (char *)a2 + (first + i) * 3 * w, w);
             NAME(join_four_points_apply_a_b_d)(prepared, x2, x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_few)(a4 + first * 1, r4, 1, SPAN);
+        NAME(store_few)(a4 + first * 1, r4, 1, LANES, LANES);
     }
 }
 LOOPS(join_four_points_dense_a_b_d)
@@ -5410,17 +5423,17 @@ static INLINE void NAME(join_four_points_dense_a_c_d)(intptr_t n, char **args, c
     (void)strides;
     REAL *a1 = (REAL *)args[1];
     REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r4[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r4[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x1[3];
             REAL x4[1];
             NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(join_four_points_apply_a_c_d)(prepared, x1, x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_few)(a4 + first * 1, r4, 1, SPAN);
+        NAME(store_few)(a4 + first * 1, r4, 1, LANES, LANES);
     }
 }
 LOOPS(join_four_points_dense_a_c_d)
@@ -5462,17 +5475,17 @@ static INLINE void NAME(join_four_points_dense_b_c_d)(intptr_t n, char **args, c
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r4[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r4[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x4[1];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(join_four_points_apply_b_c_d)(prepared, x0, x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_few)(a4 + first * 1, r4, 1, SPAN);
+        NAME(store_few)(a4 + first * 1, r4, 1, LANES, LANES);
     }
 }
 LOOPS(join_four_points_dense_b_c_d)
@@ -5524,10 +5537,10 @@ static INLINE void NAME(join_four_points_dense)(intptr_t n, char **args, const i
     REAL *a2 = (REAL *)args[2];
     REAL *a3 = (REAL *)args[3];
     REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r4[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r4[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[3];
             REAL x2[3];
@@ -5540,7 +5553,7 @@ static INLINE void NAME(join_four_points_dense)(intptr_t n, char **args, const i
             NAME(join_four_points)(x0, x1, x2, x3, x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_few)(a4 + first * 1, r4, 1, SPAN);
+        NAME(store_few)(a4 + first * 1, r4, 1, LANES, LANES);
     }
 }
 LOOPS(join_four_points_dense)
@@ -5550,13 +5563,13 @@ void NAME(join_four_points_loop)(char **args, const intptr_t *dimensions, const 
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}, {1, 0, 4,
         {0}}};
     static const struct form forms[] = {{7, 2, NAME(join_four_points_start_a_b_c),
-        WIDTHS(join_four_points_block_a_b_c), WIDTHS(join_four_points_dense_a_b_c)}, {11, 2,
+        WIDTHS(join_four_points_block_a_b_c), WIDTHS(join_four_points_dense_a_b_c), LANES}, {11, 2,
         NAME(join_four_points_start_a_b_d), WIDTHS(join_four_points_block_a_b_d),
-        WIDTHS(join_four_points_dense_a_b_d)}, {13, 2, NAME(join_four_points_start_a_c_d),
-        WIDTHS(join_four_points_block_a_c_d), WIDTHS(join_four_points_dense_a_c_d)}, {14, 2,
+        WIDTHS(join_four_points_dense_a_b_d), LANES}, {13, 2, NAME(join_four_points_start_a_c_d),
+        WIDTHS(join_four_points_block_a_c_d), WIDTHS(join_four_points_dense_a_c_d), LANES}, {14, 2,
         NAME(join_four_points_start_b_c_d), WIDTHS(join_four_points_block_b_c_d),
-        WIDTHS(join_four_points_dense_b_c_d)}};
-    static const struct kernel kernel = {WIDTHS(join_four_points_block), WIDTHS(join_four_points_dense),
+        WIDTHS(join_four_points_dense_b_c_d), LANES}};
+    static const struct kernel kernel = {WIDTHS(join_four_points_block), WIDTHS(join_four_points_dense), LANES,
         (any_function *)NAME(join_four_points), NAME(call_aaaar), 4, 5, 4, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -5648,7 +5661,7 @@ LOOP(meet_planes_dense)
 void NAME(meet_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(meet_planes_block), WIDTH(meet_planes_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(meet_planes_block), WIDTH(meet_planes_dense), TILE, (any_function
         *)NAME(meet_planes), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -5742,8 +5755,8 @@ LOOP(meet_line_plane_dense)
 void NAME(meet_line_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(meet_line_plane_block), WIDTH(meet_line_plane_dense), (any_function
-        *)NAME(meet_line_plane), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(meet_line_plane_block), WIDTH(meet_line_plane_dense), TILE,
+        (any_function *)NAME(meet_line_plane), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6249,11 +6262,11 @@ void NAME(meet_three_planes_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}, {4, 1, 3, {4}}};
     static const struct form forms[] = {{3, 2, NAME(meet_three_planes_start_p_q),
-        WIDTHS(meet_three_planes_block_p_q), WIDTH(meet_three_planes_dense_p_q)}, {5, 2,
-        NAME(meet_three_planes_start_p_r), WIDTHS(meet_three_planes_block_p_r), WIDTH(meet_three_planes_dense_p_r)},
-        {6, 2, NAME(meet_three_planes_start_q_r), WIDTHS(meet_three_planes_block_q_r),
-        WIDTH(meet_three_planes_dense_q_r)}};
-    static const struct kernel kernel = {WIDTHS(meet_three_planes_block), WIDTH(meet_three_planes_dense),
+        WIDTHS(meet_three_planes_block_p_q), WIDTH(meet_three_planes_dense_p_q), TILE}, {5, 2,
+        NAME(meet_three_planes_start_p_r), WIDTHS(meet_three_planes_block_p_r), WIDTH(meet_three_planes_dense_p_r),
+        TILE}, {6, 2, NAME(meet_three_planes_start_q_r), WIDTHS(meet_three_planes_block_q_r),
+        WIDTH(meet_three_planes_dense_q_r), TILE}};
+    static const struct kernel kernel = {WIDTHS(meet_three_planes_block), WIDTH(meet_three_planes_dense), TILE,
         (any_function *)NAME(meet_three_planes), NAME(call_aaar), 3, 4, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -6336,8 +6349,8 @@ void NAME(line_orthogonal_to_plane_loop)(char **args, const intptr_t *dimensions
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
     static const struct kernel kernel = {WIDTHS(line_orthogonal_to_plane_block),
-        WIDTH(line_orthogonal_to_plane_dense), (any_function *)NAME(line_orthogonal_to_plane), NAME(call_aar), 2, 3,
-        0, 0, 0, parts, NULL};
+        WIDTH(line_orthogonal_to_plane_dense), TILE, (any_function *)NAME(line_orthogonal_to_plane), NAME(call_aar),
+        2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6413,8 +6426,8 @@ void NAME(plane_orthogonal_to_line_loop)(char **args, const intptr_t *dimensions
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(plane_orthogonal_to_line_block),
-        WIDTH(plane_orthogonal_to_line_dense), (any_function *)NAME(plane_orthogonal_to_line), NAME(call_aar), 2, 3,
-        0, 0, 0, parts, NULL};
+        WIDTH(plane_orthogonal_to_line_dense), TILE, (any_function *)NAME(plane_orthogonal_to_line), NAME(call_aar),
+        2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6489,7 +6502,7 @@ LOOP(plane_through_point_dense)
 void NAME(plane_through_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(plane_through_point_block), WIDTH(plane_through_point_dense),
+    static const struct kernel kernel = {WIDTHS(plane_through_point_block), WIDTH(plane_through_point_dense), TILE,
         (any_function *)NAME(plane_through_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -6540,10 +6553,10 @@ static INLINE void NAME(distance_squared_points_dense)(intptr_t n, char **args, 
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[3];
             REAL x2[1];
@@ -6552,7 +6565,7 @@ static INLINE void NAME(distance_squared_points_dense)(intptr_t n, char **args, 
             NAME(distance_squared_points)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(distance_squared_points_dense)
@@ -6561,8 +6574,8 @@ void NAME(distance_squared_points_loop)(char **args, const intptr_t *dimensions,
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(distance_squared_points_block),
-        WIDTHS(distance_squared_points_dense), (any_function *)NAME(distance_squared_points), NAME(call_aar), 2, 3,
-        0, 0, 0, parts, NULL};
+        WIDTHS(distance_squared_points_dense), LANES, (any_function *)NAME(distance_squared_points), NAME(call_aar),
+        2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6613,10 +6626,10 @@ static INLINE void NAME(distance_points_dense)(intptr_t n, char **args, const in
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[3];
             REAL x2[1];
@@ -6625,7 +6638,7 @@ static INLINE void NAME(distance_points_dense)(intptr_t n, char **args, const in
             NAME(distance_points)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(distance_points_dense)
@@ -6633,8 +6646,8 @@ LOOPS(distance_points_dense)
 void NAME(distance_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(distance_points_block), WIDTHS(distance_points_dense), (any_function
-        *)NAME(distance_points), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(distance_points_block), WIDTHS(distance_points_dense), LANES,
+        (any_function *)NAME(distance_points), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6683,10 +6696,10 @@ static INLINE void NAME(signed_distance_point_plane_dense)(intptr_t n, char **ar
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[4];
             REAL x2[1];
@@ -6695,7 +6708,7 @@ static INLINE void NAME(signed_distance_point_plane_dense)(intptr_t n, char **ar
             NAME(signed_distance_point_plane)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(signed_distance_point_plane_dense)
@@ -6704,7 +6717,7 @@ void NAME(signed_distance_point_plane_loop)(char **args, const intptr_t *dimensi
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(signed_distance_point_plane_block),
-        WIDTHS(signed_distance_point_plane_dense), (any_function *)NAME(signed_distance_point_plane),
+        WIDTHS(signed_distance_point_plane_dense), LANES, (any_function *)NAME(signed_distance_point_plane),
         NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -6792,7 +6805,7 @@ LOOP(distance_point_line_dense)
 void NAME(distance_point_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(distance_point_line_block), WIDTH(distance_point_line_dense),
+    static const struct kernel kernel = {WIDTHS(distance_point_line_block), WIDTH(distance_point_line_dense), TILE,
         (any_function *)NAME(distance_point_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -6876,8 +6889,8 @@ LOOP(mutual_moment_dense)
 void NAME(mutual_moment_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(mutual_moment_block), WIDTH(mutual_moment_dense), (any_function
-        *)NAME(mutual_moment), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(mutual_moment_block), WIDTH(mutual_moment_dense), TILE,
+        (any_function *)NAME(mutual_moment), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6936,7 +6949,7 @@ LOOPS(angle_between_planes_block)
 void NAME(angle_between_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(angle_between_planes_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(angle_between_planes_block), {NULL}, 0, (any_function
         *)NAME(angle_between_planes), NAME(call_aar), 2, 3, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -6996,7 +7009,7 @@ LOOPS(angle_between_lines_block)
 void NAME(angle_between_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(angle_between_lines_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(angle_between_lines_block), {NULL}, 0, (any_function
         *)NAME(angle_between_lines), NAME(call_aar), 2, 3, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -7132,17 +7145,17 @@ static INLINE void NAME(project_point_on_plane_dense_plane)(intptr_t n, char **a
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x2[3];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(project_point_on_plane_apply_plane)(prepared, x0, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(project_point_on_plane_dense_plane)
@@ -7182,19 +7195,19 @@ static INLINE void NAME(project_point_on_plane_dense)(intptr_t n, char **args, c
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[4];
             REAL x2[3];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
             NAME(project_point_on_plane)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(project_point_on_plane_dense)
@@ -7203,9 +7216,9 @@ void NAME(project_point_on_plane_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{2, 4, NAME(project_point_on_plane_start_plane),
-        WIDTHS(project_point_on_plane_block_plane), WIDTHS(project_point_on_plane_dense_plane)}};
+        WIDTHS(project_point_on_plane_block_plane), WIDTHS(project_point_on_plane_dense_plane), LANES}};
     static const struct kernel kernel = {WIDTHS(project_point_on_plane_block), WIDTHS(project_point_on_plane_dense),
-        (any_function *)NAME(project_point_on_plane), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+        LANES, (any_function *)NAME(project_point_on_plane), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7262,19 +7275,19 @@ static INLINE void NAME(project_point_on_unit_plane_dense)(intptr_t n, char **ar
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[4];
             REAL x2[3];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
             NAME(project_point_on_unit_plane)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(project_point_on_unit_plane_dense)
@@ -7283,7 +7296,7 @@ void NAME(project_point_on_unit_plane_loop)(char **args, const intptr_t *dimensi
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(project_point_on_unit_plane_block),
-        WIDTHS(project_point_on_unit_plane_dense), (any_function *)NAME(project_point_on_unit_plane),
+        WIDTHS(project_point_on_unit_plane_dense), LANES, (any_function *)NAME(project_point_on_unit_plane),
         NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -7427,17 +7440,17 @@ static INLINE void NAME(project_point_on_line_dense_line)(intptr_t n, char **arg
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x2[3];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(project_point_on_line_apply_line)(prepared, x0, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(project_point_on_line_dense_line)
@@ -7502,9 +7515,9 @@ void NAME(project_point_on_line_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{2, 2, NAME(project_point_on_line_start_line),
-        WIDTHS(project_point_on_line_block_line), WIDTHS(project_point_on_line_dense_line)}};
+        WIDTHS(project_point_on_line_block_line), WIDTHS(project_point_on_line_dense_line), LANES}};
     static const struct kernel kernel = {WIDTHS(project_point_on_line_block), WIDTH(project_point_on_line_dense),
-        (any_function *)NAME(project_point_on_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+        TILE, (any_function *)NAME(project_point_on_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7621,17 +7634,17 @@ static INLINE void NAME(project_point_on_unit_line_dense_line)(intptr_t n, char 
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x2[3];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(project_point_on_unit_line_apply_line)(prepared, x0, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(project_point_on_unit_line_dense_line)
@@ -7696,10 +7709,10 @@ void NAME(project_point_on_unit_line_loop)(char **args, const intptr_t *dimensio
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{2, 2, NAME(project_point_on_unit_line_start_line),
-        WIDTHS(project_point_on_unit_line_block_line), WIDTHS(project_point_on_unit_line_dense_line)}};
+        WIDTHS(project_point_on_unit_line_block_line), WIDTHS(project_point_on_unit_line_dense_line), LANES}};
     static const struct kernel kernel = {WIDTHS(project_point_on_unit_line_block),
-        WIDTH(project_point_on_unit_line_dense), (any_function *)NAME(project_point_on_unit_line), NAME(call_aar),
-        2, 3, 1, 0, 0, parts, forms};
+        WIDTH(project_point_on_unit_line_dense), TILE, (any_function *)NAME(project_point_on_unit_line),
+        NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7807,8 +7820,8 @@ void NAME(project_line_on_unit_plane_loop)(char **args, const intptr_t *dimensio
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
     static const struct kernel kernel = {WIDTHS(project_line_on_unit_plane_block),
-        WIDTH(project_line_on_unit_plane_dense), (any_function *)NAME(project_line_on_unit_plane), NAME(call_aar),
-        2, 3, 0, 0, 0, parts, NULL};
+        WIDTH(project_line_on_unit_plane_dense), TILE, (any_function *)NAME(project_line_on_unit_plane),
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7866,19 +7879,19 @@ static INLINE void NAME(reflect_point_dense)(intptr_t n, char **args, const intp
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[4];
             REAL x2[3];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
             NAME(reflect_point)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(reflect_point_dense)
@@ -7886,8 +7899,8 @@ LOOPS(reflect_point_dense)
 void NAME(reflect_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(reflect_point_block), WIDTHS(reflect_point_dense), (any_function
-        *)NAME(reflect_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(reflect_point_block), WIDTHS(reflect_point_dense), LANES,
+        (any_function *)NAME(reflect_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7960,8 +7973,8 @@ void NAME(line_from_direction_moment_loop)(char **args, const intptr_t *dimensio
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
     static const struct kernel kernel = {WIDTHS(line_from_direction_moment_block),
-        WIDTH(line_from_direction_moment_dense), (any_function *)NAME(line_from_direction_moment), NAME(call_aar),
-        2, 3, 0, 0, 0, parts, NULL};
+        WIDTH(line_from_direction_moment_dense), TILE, (any_function *)NAME(line_from_direction_moment),
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8034,8 +8047,8 @@ void NAME(line_to_direction_moment_loop)(char **args, const intptr_t *dimensions
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(line_to_direction_moment_block),
-        WIDTH(line_to_direction_moment_dense), (any_function *)NAME(line_to_direction_moment), NAME(call_arr), 1, 3,
-        0, 0, 0, parts, NULL};
+        WIDTH(line_to_direction_moment_dense), TILE, (any_function *)NAME(line_to_direction_moment), NAME(call_arr),
+        1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8098,7 +8111,7 @@ LOOP(plucker_residual_dense)
 void NAME(plucker_residual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(plucker_residual_block), WIDTH(plucker_residual_dense),
+    static const struct kernel kernel = {WIDTHS(plucker_residual_block), WIDTH(plucker_residual_dense), TILE,
         (any_function *)NAME(plucker_residual), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -8178,7 +8191,7 @@ LOOP(line_support_dense)
 void NAME(line_support_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(line_support_block), WIDTH(line_support_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(line_support_block), WIDTH(line_support_dense), TILE, (any_function
         *)NAME(line_support), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -8262,8 +8275,8 @@ LOOP(point_on_line_dense)
 void NAME(point_on_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(point_on_line_block), WIDTH(point_on_line_dense), (any_function
-        *)NAME(point_on_line), NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(point_on_line_block), WIDTH(point_on_line_dense), TILE,
+        (any_function *)NAME(point_on_line), NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8334,7 +8347,7 @@ LOOP(position_along_line_dense)
 void NAME(position_along_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(position_along_line_block), WIDTH(position_along_line_dense),
+    static const struct kernel kernel = {WIDTHS(position_along_line_block), WIDTH(position_along_line_dense), TILE,
         (any_function *)NAME(position_along_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -8402,7 +8415,7 @@ LOOP(plane_from_normal_dense)
 void NAME(plane_from_normal_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(plane_from_normal_block), WIDTH(plane_from_normal_dense),
+    static const struct kernel kernel = {WIDTHS(plane_from_normal_block), WIDTH(plane_from_normal_dense), TILE,
         (any_function *)NAME(plane_from_normal), NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -8479,8 +8492,8 @@ void NAME(plane_from_point_normal_loop)(char **args, const intptr_t *dimensions,
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(plane_from_point_normal_block),
-        WIDTH(plane_from_point_normal_dense), (any_function *)NAME(plane_from_point_normal), NAME(call_aar), 2, 3,
-        0, 0, 0, parts, NULL};
+        WIDTH(plane_from_point_normal_dense), TILE, (any_function *)NAME(plane_from_point_normal), NAME(call_aar),
+        2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8576,7 +8589,7 @@ void NAME(join_point_directions_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {4, 1, 3, {4}}};
     static const struct kernel kernel = {WIDTHS(join_point_directions_block), WIDTH(join_point_directions_dense),
-        (any_function *)NAME(join_point_directions), NAME(call_aaar), 3, 4, 0, 0, 0, parts, NULL};
+        TILE, (any_function *)NAME(join_point_directions), NAME(call_aaar), 3, 4, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8631,21 +8644,21 @@ static INLINE void NAME(plane_to_normal_dense)(intptr_t n, char **args, const in
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[3 * LANES];
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x1[3];
             REAL x2[1];
             NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(plane_to_normal)(x0, x1, x2);
-            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_3)((char *)(r1 + i), LANES * w, x1);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a1 + first * 3, r1, 3, SPAN);
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a1 + first * 3, r1, 3, LANES, LANES);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(plane_to_normal_dense)
@@ -8653,8 +8666,8 @@ LOOPS(plane_to_normal_dense)
 void NAME(plane_to_normal_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(plane_to_normal_block), WIDTHS(plane_to_normal_dense), (any_function
-        *)NAME(plane_to_normal), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(plane_to_normal_block), WIDTHS(plane_to_normal_dense), LANES,
+        (any_function *)NAME(plane_to_normal), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8704,17 +8717,17 @@ static INLINE void NAME(plane_support_dense)(intptr_t n, char **args, const intp
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x1[3];
             NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(plane_support)(x0, x1);
-            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_3)((char *)(r1 + i), LANES * w, x1);
         }
-        NAME(store_few)(a1 + first * 3, r1, 3, SPAN);
+        NAME(store_few)(a1 + first * 3, r1, 3, LANES, LANES);
     }
 }
 LOOPS(plane_support_dense)
@@ -8722,8 +8735,8 @@ LOOPS(plane_support_dense)
 void NAME(plane_support_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(plane_support_block), WIDTHS(plane_support_dense), (any_function
-        *)NAME(plane_support), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(plane_support_block), WIDTHS(plane_support_dense), LANES,
+        (any_function *)NAME(plane_support), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8805,8 +8818,8 @@ LOOP(bisector_plane_dense)
 void NAME(bisector_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(bisector_plane_block), WIDTH(bisector_plane_dense), (any_function
-        *)NAME(bisector_plane), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(bisector_plane_block), WIDTH(bisector_plane_dense), TILE,
+        (any_function *)NAME(bisector_plane), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8897,7 +8910,7 @@ LOOP(bisectors_of_planes_dense)
 void NAME(bisectors_of_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}, {4, 1, 3, {4}}};
-    static const struct kernel kernel = {WIDTHS(bisectors_of_planes_block), WIDTH(bisectors_of_planes_dense),
+    static const struct kernel kernel = {WIDTHS(bisectors_of_planes_block), WIDTH(bisectors_of_planes_dense), TILE,
         (any_function *)NAME(bisectors_of_planes), NAME(call_aarr), 2, 4, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -8948,19 +8961,19 @@ static INLINE void NAME(midpoint_dense)(intptr_t n, char **args, const intptr_t 
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[3];
             REAL x2[3];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(midpoint)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(midpoint_dense)
@@ -8968,7 +8981,7 @@ LOOPS(midpoint_dense)
 void NAME(midpoint_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(midpoint_block), WIDTHS(midpoint_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(midpoint_block), WIDTHS(midpoint_dense), LANES, (any_function
         *)NAME(midpoint), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -9176,7 +9189,7 @@ LOOPS(closest_points_of_lines_block)
 void NAME(closest_points_of_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}};
-    static const struct kernel kernel = {WIDTHS(closest_points_of_lines_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(closest_points_of_lines_block), {NULL}, 0, (any_function
         *)NAME(closest_points_of_lines), NAME(call_aarr), 2, 4, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -9371,7 +9384,7 @@ LOOPS(common_perpendicular_block)
 void NAME(common_perpendicular_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(common_perpendicular_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(common_perpendicular_block), {NULL}, 0, (any_function
         *)NAME(common_perpendicular), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -9503,7 +9516,7 @@ void NAME(signed_distance_lines_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(signed_distance_lines_block), WIDTH(signed_distance_lines_dense),
-        (any_function *)NAME(signed_distance_lines), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+        TILE, (any_function *)NAME(signed_distance_lines), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9634,8 +9647,8 @@ LOOP(distance_lines_dense)
 void NAME(distance_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(distance_lines_block), WIDTH(distance_lines_dense), (any_function
-        *)NAME(distance_lines), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(distance_lines_block), WIDTH(distance_lines_dense), TILE,
+        (any_function *)NAME(distance_lines), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9756,17 +9769,17 @@ static INLINE void NAME(signed_distance_line_plane_dense_line)(intptr_t n, char 
     (void)strides;
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x1[4];
             REAL x2[1];
             NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
             NAME(signed_distance_line_plane_apply_line)(prepared, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(signed_distance_line_plane_dense_line)
@@ -9831,10 +9844,10 @@ void NAME(signed_distance_line_plane_loop)(char **args, const intptr_t *dimensio
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{1, 2, NAME(signed_distance_line_plane_start_line),
-        WIDTHS(signed_distance_line_plane_block_line), WIDTHS(signed_distance_line_plane_dense_line)}};
+        WIDTHS(signed_distance_line_plane_block_line), WIDTHS(signed_distance_line_plane_dense_line), LANES}};
     static const struct kernel kernel = {WIDTHS(signed_distance_line_plane_block),
-        WIDTH(signed_distance_line_plane_dense), (any_function *)NAME(signed_distance_line_plane), NAME(call_aar),
-        2, 3, 1, 0, 0, parts, forms};
+        WIDTH(signed_distance_line_plane_dense), TILE, (any_function *)NAME(signed_distance_line_plane),
+        NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10002,17 +10015,17 @@ static INLINE void NAME(signed_distance_planes_dense_p)(intptr_t n, char **args,
     (void)strides;
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x1[4];
             REAL x2[1];
             NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
             NAME(signed_distance_planes_apply_p)(prepared, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(signed_distance_planes_dense_p)
@@ -10050,17 +10063,17 @@ static INLINE void NAME(signed_distance_planes_dense_q)(intptr_t n, char **args,
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x2[1];
             NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(signed_distance_planes_apply_q)(prepared, x0, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(signed_distance_planes_dense_q)
@@ -10100,10 +10113,10 @@ static INLINE void NAME(signed_distance_planes_dense)(intptr_t n, char **args, c
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x1[4];
             REAL x2[1];
@@ -10112,7 +10125,7 @@ static INLINE void NAME(signed_distance_planes_dense)(intptr_t n, char **args, c
             NAME(signed_distance_planes)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(signed_distance_planes_dense)
@@ -10121,11 +10134,11 @@ void NAME(signed_distance_planes_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{1, 2, NAME(signed_distance_planes_start_p),
-        WIDTHS(signed_distance_planes_block_p), WIDTHS(signed_distance_planes_dense_p)}, {2, 2,
+        WIDTHS(signed_distance_planes_block_p), WIDTHS(signed_distance_planes_dense_p), LANES}, {2, 2,
         NAME(signed_distance_planes_start_q), WIDTHS(signed_distance_planes_block_q),
-        WIDTHS(signed_distance_planes_dense_q)}};
+        WIDTHS(signed_distance_planes_dense_q), LANES}};
     static const struct kernel kernel = {WIDTHS(signed_distance_planes_block), WIDTHS(signed_distance_planes_dense),
-        (any_function *)NAME(signed_distance_planes), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
+        LANES, (any_function *)NAME(signed_distance_planes), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10184,7 +10197,7 @@ LOOPS(signed_angle_line_plane_block)
 void NAME(signed_angle_line_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(signed_angle_line_plane_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(signed_angle_line_plane_block), {NULL}, 0, (any_function
         *)NAME(signed_angle_line_plane), NAME(call_aar), 2, 3, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -10322,17 +10335,17 @@ static INLINE void NAME(signed_angle_between_lines_dense_a_b)(intptr_t n, char *
     (void)strides;
     REAL *a2 = (REAL *)args[2];
     REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r3[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r3[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x2[3];
             REAL x3[1];
             NAME(load_3)(x2, (char *)a2 + (first + i) * 3 * w, w);
             NAME(signed_angle_between_lines_apply_a_b)(prepared, x2, x3);
             NAME(store_scalar)((char *)(r3 + i), x3);
         }
-        NAME(store_few)(a3 + first * 1, r3, 1, SPAN);
+        NAME(store_few)(a3 + first * 1, r3, 1, LANES, LANES);
     }
 }
 LOOPS(signed_angle_between_lines_dense_a_b)
@@ -10374,8 +10387,8 @@ void NAME(signed_angle_between_lines_loop)(char **args, const intptr_t *dimensio
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {3, 1, 2, {3}}, {1, 0, 3, {0}}};
     static const struct form forms[] = {{3, 2, NAME(signed_angle_between_lines_start_a_b),
-        WIDTHS(signed_angle_between_lines_block_a_b), WIDTHS(signed_angle_between_lines_dense_a_b)}};
-    static const struct kernel kernel = {WIDTHS(signed_angle_between_lines_block), {NULL}, (any_function
+        WIDTHS(signed_angle_between_lines_block_a_b), WIDTHS(signed_angle_between_lines_dense_a_b), LANES}};
+    static const struct kernel kernel = {WIDTHS(signed_angle_between_lines_block), {NULL}, 0, (any_function
         *)NAME(signed_angle_between_lines), NAME(call_aaar), 3, 4, 1, 0, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -10505,17 +10518,17 @@ static INLINE void NAME(signed_angle_between_planes_dense_p_q)(intptr_t n, char 
     (void)strides;
     REAL *a2 = (REAL *)args[2];
     REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r3[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r3[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x2[3];
             REAL x3[1];
             NAME(load_3)(x2, (char *)a2 + (first + i) * 3 * w, w);
             NAME(signed_angle_between_planes_apply_p_q)(prepared, x2, x3);
             NAME(store_scalar)((char *)(r3 + i), x3);
         }
-        NAME(store_few)(a3 + first * 1, r3, 1, SPAN);
+        NAME(store_few)(a3 + first * 1, r3, 1, LANES, LANES);
     }
 }
 LOOPS(signed_angle_between_planes_dense_p_q)
@@ -10557,8 +10570,8 @@ void NAME(signed_angle_between_planes_loop)(char **args, const intptr_t *dimensi
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}, {1, 0, 3, {0}}};
     static const struct form forms[] = {{3, 2, NAME(signed_angle_between_planes_start_p_q),
-        WIDTHS(signed_angle_between_planes_block_p_q), WIDTHS(signed_angle_between_planes_dense_p_q)}};
-    static const struct kernel kernel = {WIDTHS(signed_angle_between_planes_block), {NULL}, (any_function
+        WIDTHS(signed_angle_between_planes_block_p_q), WIDTHS(signed_angle_between_planes_dense_p_q), LANES}};
+    static const struct kernel kernel = {WIDTHS(signed_angle_between_planes_block), {NULL}, 0, (any_function
         *)NAME(signed_angle_between_planes), NAME(call_aaar), 3, 4, 1, 0, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -10708,7 +10721,7 @@ LOOP(join_lines_dense)
 void NAME(join_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(join_lines_block), WIDTH(join_lines_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(join_lines_block), WIDTH(join_lines_dense), TILE, (any_function
         *)NAME(join_lines), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -10841,7 +10854,7 @@ LOOPS(meet_lines_block)
 void NAME(meet_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(meet_lines_block), {NULL}, (any_function *)NAME(meet_lines),
+    static const struct kernel kernel = {WIDTHS(meet_lines_block), {NULL}, 0, (any_function *)NAME(meet_lines),
         NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -11248,9 +11261,9 @@ void NAME(relation_of_lines_loop)(char **args, const intptr_t *dimensions, const
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}, {1, 0, 2, {0}}, {1, 0, 2,
         {0}}};
     static const struct form forms[] = {{7, 2, NAME(relation_of_lines_start_a_b_distance),
-        WIDTHS(relation_of_lines_block_a_b_distance), {NULL}}, {11, 2, NAME(relation_of_lines_start_a_b_sine),
-        WIDTHS(relation_of_lines_block_a_b_sine), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(relation_of_lines_block), WIDTH(relation_of_lines_dense),
+        WIDTHS(relation_of_lines_block_a_b_distance), {NULL}, 0}, {11, 2, NAME(relation_of_lines_start_a_b_sine),
+        WIDTHS(relation_of_lines_block_a_b_sine), {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(relation_of_lines_block), WIDTH(relation_of_lines_dense), TILE,
         (any_function *)NAME(relation_of_lines), NAME(call_aannr), 4, 5, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -11551,17 +11564,17 @@ static INLINE void NAME(relation_of_line_plane_dense_line_distance_sine)(intptr_
     (void)strides;
     REAL *a1 = (REAL *)args[1];
     REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r4[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r4[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x1[4];
             REAL x4[1];
             NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
             NAME(relation_of_line_plane_apply_line_distance_sine)(prepared, x1, x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_few)(a4 + first * 1, r4, 1, SPAN);
+        NAME(store_few)(a4 + first * 1, r4, 1, LANES, LANES);
     }
 }
 LOOPS(relation_of_line_plane_dense_line_distance_sine)
@@ -11648,13 +11661,13 @@ void NAME(relation_of_line_plane_loop)(char **args, const intptr_t *dimensions, 
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}, {1, 0, 2, {0}}, {1, 0, 2,
         {0}}};
     static const struct form forms[] = {{7, 2, NAME(relation_of_line_plane_start_line_plane_distance),
-        WIDTHS(relation_of_line_plane_block_line_plane_distance), {NULL}}, {11, 2,
+        WIDTHS(relation_of_line_plane_block_line_plane_distance), {NULL}, 0}, {11, 2,
         NAME(relation_of_line_plane_start_line_plane_sine), WIDTHS(relation_of_line_plane_block_line_plane_sine),
-        {NULL}}, {13, 2, NAME(relation_of_line_plane_start_line_distance_sine),
+        {NULL}, 0}, {13, 2, NAME(relation_of_line_plane_start_line_distance_sine),
         WIDTHS(relation_of_line_plane_block_line_distance_sine),
-        WIDTHS(relation_of_line_plane_dense_line_distance_sine)}};
+        WIDTHS(relation_of_line_plane_dense_line_distance_sine), LANES}};
     static const struct kernel kernel = {WIDTHS(relation_of_line_plane_block), WIDTH(relation_of_line_plane_dense),
-        (any_function *)NAME(relation_of_line_plane), NAME(call_aannr), 4, 5, 3, 0, 0, parts, forms};
+        TILE, (any_function *)NAME(relation_of_line_plane), NAME(call_aannr), 4, 5, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12004,17 +12017,17 @@ static INLINE void NAME(relation_of_planes_dense_p_distance_sine)(intptr_t n, ch
     (void)strides;
     REAL *a1 = (REAL *)args[1];
     REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r4[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r4[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x1[4];
             REAL x4[1];
             NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
             NAME(relation_of_planes_apply_p_distance_sine)(prepared, x1, x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_few)(a4 + first * 1, r4, 1, SPAN);
+        NAME(store_few)(a4 + first * 1, r4, 1, LANES, LANES);
     }
 }
 LOOPS(relation_of_planes_dense_p_distance_sine)
@@ -12056,17 +12069,17 @@ static INLINE void NAME(relation_of_planes_dense_q_distance_sine)(intptr_t n, ch
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r4[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r4[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x4[1];
             NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(relation_of_planes_apply_q_distance_sine)(prepared, x0, x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_few)(a4 + first * 1, r4, 1, SPAN);
+        NAME(store_few)(a4 + first * 1, r4, 1, LANES, LANES);
     }
 }
 LOOPS(relation_of_planes_dense_q_distance_sine)
@@ -12118,10 +12131,10 @@ static INLINE void NAME(relation_of_planes_dense)(intptr_t n, char **args, const
     REAL *a2 = (REAL *)args[2];
     REAL *a3 = (REAL *)args[3];
     REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r4[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r4[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x1[4];
             REAL x2[1];
@@ -12134,7 +12147,7 @@ static INLINE void NAME(relation_of_planes_dense)(intptr_t n, char **args, const
             NAME(relation_of_planes)(x0, x1, x2[0], x3[0], x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_few)(a4 + first * 1, r4, 1, SPAN);
+        NAME(store_few)(a4 + first * 1, r4, 1, LANES, LANES);
     }
 }
 LOOPS(relation_of_planes_dense)
@@ -12144,12 +12157,13 @@ void NAME(relation_of_planes_loop)(char **args, const intptr_t *dimensions, cons
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}, {1, 0, 2, {0}}, {1, 0, 2,
         {0}}};
     static const struct form forms[] = {{7, 2, NAME(relation_of_planes_start_p_q_distance),
-        WIDTHS(relation_of_planes_block_p_q_distance), {NULL}}, {11, 2, NAME(relation_of_planes_start_p_q_sine),
-        WIDTHS(relation_of_planes_block_p_q_sine), {NULL}}, {13, 2, NAME(relation_of_planes_start_p_distance_sine),
-        WIDTHS(relation_of_planes_block_p_distance_sine), WIDTHS(relation_of_planes_dense_p_distance_sine)}, {14, 2,
+        WIDTHS(relation_of_planes_block_p_q_distance), {NULL}, 0}, {11, 2, NAME(relation_of_planes_start_p_q_sine),
+        WIDTHS(relation_of_planes_block_p_q_sine), {NULL}, 0}, {13, 2,
+        NAME(relation_of_planes_start_p_distance_sine), WIDTHS(relation_of_planes_block_p_distance_sine),
+        WIDTHS(relation_of_planes_dense_p_distance_sine), LANES}, {14, 2,
         NAME(relation_of_planes_start_q_distance_sine), WIDTHS(relation_of_planes_block_q_distance_sine),
-        WIDTHS(relation_of_planes_dense_q_distance_sine)}};
-    static const struct kernel kernel = {WIDTHS(relation_of_planes_block), WIDTHS(relation_of_planes_dense),
+        WIDTHS(relation_of_planes_dense_q_distance_sine), LANES}};
+    static const struct kernel kernel = {WIDTHS(relation_of_planes_block), WIDTHS(relation_of_planes_dense), LANES,
         (any_function *)NAME(relation_of_planes), NAME(call_aannr), 4, 5, 4, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -12860,10 +12874,10 @@ void NAME(relation_of_three_planes_loop)(char **args, const intptr_t *dimensions
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}, {1, 0, 3, {0}}, {1, 0, 3,
         {0}}, {1, 0, 3, {0}}};
     static const struct form forms[] = {{15, 2, NAME(relation_of_three_planes_start_p_q_r_distance),
-        WIDTHS(relation_of_three_planes_block_p_q_r_distance), {NULL}}, {23, 2,
-        NAME(relation_of_three_planes_start_p_q_r_sine), WIDTHS(relation_of_three_planes_block_p_q_r_sine),
-        {NULL}}};
-    static const struct kernel kernel = {WIDTHS(relation_of_three_planes_block), {NULL}, (any_function
+        WIDTHS(relation_of_three_planes_block_p_q_r_distance), {NULL}, 0}, {23, 2,
+        NAME(relation_of_three_planes_start_p_q_r_sine), WIDTHS(relation_of_three_planes_block_p_q_r_sine), {NULL},
+        0}};
+    static const struct kernel kernel = {WIDTHS(relation_of_three_planes_block), {NULL}, 0, (any_function
         *)NAME(relation_of_three_planes), NAME(call_aaannr), 5, 6, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -12918,19 +12932,19 @@ static INLINE void NAME(reject_point_from_plane_dense)(intptr_t n, char **args, 
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[4];
             REAL x2[3];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
             NAME(reject_point_from_plane)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(reject_point_from_plane_dense)
@@ -12939,8 +12953,8 @@ void NAME(reject_point_from_plane_loop)(char **args, const intptr_t *dimensions,
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(reject_point_from_plane_block),
-        WIDTHS(reject_point_from_plane_dense), (any_function *)NAME(reject_point_from_plane), NAME(call_aar), 2, 3,
-        0, 0, 0, parts, NULL};
+        WIDTHS(reject_point_from_plane_dense), LANES, (any_function *)NAME(reject_point_from_plane), NAME(call_aar),
+        2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13063,17 +13077,17 @@ static INLINE void NAME(reject_point_from_line_dense_line)(intptr_t n, char **ar
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x2[3];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(reject_point_from_line_apply_line)(prepared, x0, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(reject_point_from_line_dense_line)
@@ -13138,9 +13152,9 @@ void NAME(reject_point_from_line_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{2, 2, NAME(reject_point_from_line_start_line),
-        WIDTHS(reject_point_from_line_block_line), WIDTHS(reject_point_from_line_dense_line)}};
+        WIDTHS(reject_point_from_line_block_line), WIDTHS(reject_point_from_line_dense_line), LANES}};
     static const struct kernel kernel = {WIDTHS(reject_point_from_line_block), WIDTH(reject_point_from_line_dense),
-        (any_function *)NAME(reject_point_from_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+        TILE, (any_function *)NAME(reject_point_from_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13250,7 +13264,7 @@ void NAME(reject_line_from_plane_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
     static const struct kernel kernel = {WIDTHS(reject_line_from_plane_block), WIDTH(reject_line_from_plane_dense),
-        (any_function *)NAME(reject_line_from_plane), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+        TILE, (any_function *)NAME(reject_line_from_plane), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13332,7 +13346,7 @@ void NAME(project_line_on_point_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
     static const struct kernel kernel = {WIDTHS(project_line_on_point_block), WIDTH(project_line_on_point_dense),
-        (any_function *)NAME(project_line_on_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+        TILE, (any_function *)NAME(project_line_on_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13428,7 +13442,7 @@ void NAME(project_plane_on_line_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(project_plane_on_line_block), WIDTH(project_plane_on_line_dense),
-        (any_function *)NAME(project_plane_on_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+        TILE, (any_function *)NAME(project_plane_on_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13526,7 +13540,7 @@ void NAME(reject_plane_from_line_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(reject_plane_from_line_block), WIDTH(reject_plane_from_line_dense),
-        (any_function *)NAME(reject_plane_from_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+        TILE, (any_function *)NAME(reject_plane_from_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13641,7 +13655,7 @@ LOOP(reflect_line_dense)
 void NAME(reflect_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(reflect_line_block), WIDTH(reflect_line_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(reflect_line_block), WIDTH(reflect_line_dense), TILE, (any_function
         *)NAME(reflect_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -13727,8 +13741,8 @@ LOOP(reflect_plane_dense)
 void NAME(reflect_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(reflect_plane_block), WIDTH(reflect_plane_dense), (any_function
-        *)NAME(reflect_plane), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(reflect_plane_block), WIDTH(reflect_plane_dense), TILE,
+        (any_function *)NAME(reflect_plane), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13879,17 +13893,17 @@ static INLINE void NAME(reflect_point_in_line_dense_line)(intptr_t n, char **arg
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x2[3];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(reflect_point_in_line_apply_line)(prepared, x0, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(reflect_point_in_line_dense_line)
@@ -13954,9 +13968,9 @@ void NAME(reflect_point_in_line_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{2, 4, NAME(reflect_point_in_line_start_line),
-        WIDTHS(reflect_point_in_line_block_line), WIDTHS(reflect_point_in_line_dense_line)}};
+        WIDTHS(reflect_point_in_line_block_line), WIDTHS(reflect_point_in_line_dense_line), LANES}};
     static const struct kernel kernel = {WIDTHS(reflect_point_in_line_block), WIDTH(reflect_point_in_line_dense),
-        (any_function *)NAME(reflect_point_in_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+        TILE, (any_function *)NAME(reflect_point_in_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -14087,7 +14101,7 @@ void NAME(reflect_line_in_line_loop)(char **args, const intptr_t *dimensions, co
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
     static const struct kernel kernel = {WIDTHS(reflect_line_in_line_block), WIDTH(reflect_line_in_line_dense),
-        (any_function *)NAME(reflect_line_in_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+        TILE, (any_function *)NAME(reflect_line_in_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -14325,9 +14339,9 @@ void NAME(reflect_plane_in_line_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{2, 4, NAME(reflect_plane_in_line_start_line),
-        WIDTHS(reflect_plane_in_line_block_line), WIDTH(reflect_plane_in_line_dense_line)}};
+        WIDTHS(reflect_plane_in_line_block_line), WIDTH(reflect_plane_in_line_dense_line), TILE}};
     static const struct kernel kernel = {WIDTHS(reflect_plane_in_line_block), WIDTH(reflect_plane_in_line_dense),
-        (any_function *)NAME(reflect_plane_in_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+        TILE, (any_function *)NAME(reflect_plane_in_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -14377,19 +14391,19 @@ static INLINE void NAME(reflect_point_in_point_dense)(intptr_t n, char **args, c
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[3];
             REAL x2[3];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(reflect_point_in_point)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(reflect_point_in_point_dense)
@@ -14398,7 +14412,7 @@ void NAME(reflect_point_in_point_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(reflect_point_in_point_block), WIDTHS(reflect_point_in_point_dense),
-        (any_function *)NAME(reflect_point_in_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+        LANES, (any_function *)NAME(reflect_point_in_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -14491,7 +14505,7 @@ void NAME(reflect_line_in_point_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
     static const struct kernel kernel = {WIDTHS(reflect_line_in_point_block), WIDTH(reflect_line_in_point_dense),
-        (any_function *)NAME(reflect_line_in_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+        TILE, (any_function *)NAME(reflect_line_in_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -14572,7 +14586,7 @@ void NAME(reflect_plane_in_point_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(reflect_plane_in_point_block), WIDTH(reflect_plane_in_point_dense),
-        (any_function *)NAME(reflect_plane_in_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+        TILE, (any_function *)NAME(reflect_plane_in_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -14773,17 +14787,17 @@ static INLINE void NAME(collinearity_residual_dense_a_b)(intptr_t n, char **args
     (void)strides;
     REAL *a2 = (REAL *)args[2];
     REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r3[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r3[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x2[3];
             REAL x3[1];
             NAME(load_3)(x2, (char *)a2 + (first + i) * 3 * w, w);
             NAME(collinearity_residual_apply_a_b)(prepared, x2, x3);
             NAME(store_scalar)((char *)(r3 + i), x3);
         }
-        NAME(store_few)(a3 + first * 1, r3, 1, SPAN);
+        NAME(store_few)(a3 + first * 1, r3, 1, LANES, LANES);
     }
 }
 LOOPS(collinearity_residual_dense_a_b)
@@ -14825,8 +14839,8 @@ void NAME(collinearity_residual_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {1, 0, 3, {0}}};
     static const struct form forms[] = {{3, 2, NAME(collinearity_residual_start_a_b),
-        WIDTHS(collinearity_residual_block_a_b), WIDTHS(collinearity_residual_dense_a_b)}};
-    static const struct kernel kernel = {WIDTHS(collinearity_residual_block), {NULL}, (any_function
+        WIDTHS(collinearity_residual_block_a_b), WIDTHS(collinearity_residual_dense_a_b), LANES}};
+    static const struct kernel kernel = {WIDTHS(collinearity_residual_block), {NULL}, 0, (any_function
         *)NAME(collinearity_residual), NAME(call_aaar), 3, 4, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -15815,11 +15829,11 @@ void NAME(coplanarity_residual_loop)(char **args, const intptr_t *dimensions, co
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}, {1, 0, 4,
         {0}}};
     static const struct form forms[] = {{7, 2, NAME(coplanarity_residual_start_a_b_c),
-        WIDTHS(coplanarity_residual_block_a_b_c), {NULL}}, {11, 2, NAME(coplanarity_residual_start_a_b_d),
-        WIDTHS(coplanarity_residual_block_a_b_d), {NULL}}, {13, 2, NAME(coplanarity_residual_start_a_c_d),
-        WIDTHS(coplanarity_residual_block_a_c_d), {NULL}}, {14, 2, NAME(coplanarity_residual_start_b_c_d),
-        WIDTHS(coplanarity_residual_block_b_c_d), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(coplanarity_residual_block), {NULL}, (any_function
+        WIDTHS(coplanarity_residual_block_a_b_c), {NULL}, 0}, {11, 2, NAME(coplanarity_residual_start_a_b_d),
+        WIDTHS(coplanarity_residual_block_a_b_d), {NULL}, 0}, {13, 2, NAME(coplanarity_residual_start_a_c_d),
+        WIDTHS(coplanarity_residual_block_a_c_d), {NULL}, 0}, {14, 2, NAME(coplanarity_residual_start_b_c_d),
+        WIDTHS(coplanarity_residual_block_b_c_d), {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(coplanarity_residual_block), {NULL}, 0, (any_function
         *)NAME(coplanarity_residual), NAME(call_aaaar), 4, 5, 4, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -15975,12 +15989,12 @@ static INLINE void NAME(flag_residuals_dense_p_line)(intptr_t n, char **args, co
     REAL *a3 = (REAL *)args[3];
     REAL *a4 = (REAL *)args[4];
     REAL *a5 = (REAL *)args[5];
-    _Alignas(64) REAL r3[1 * SPAN];
-    _Alignas(64) REAL r4[1 * SPAN];
-    _Alignas(64) REAL r5[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r3[1 * LANES];
+    _Alignas(64) REAL r4[1 * LANES];
+    _Alignas(64) REAL r5[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x2[4];
             REAL x3[1];
             REAL x4[1];
@@ -15991,9 +16005,9 @@ static INLINE void NAME(flag_residuals_dense_p_line)(intptr_t n, char **args, co
             NAME(store_scalar)((char *)(r4 + i), x4);
             NAME(store_scalar)((char *)(r5 + i), x5);
         }
-        NAME(store_few)(a3 + first * 1, r3, 1, SPAN);
-        NAME(store_few)(a4 + first * 1, r4, 1, SPAN);
-        NAME(store_few)(a5 + first * 1, r5, 1, SPAN);
+        NAME(store_few)(a3 + first * 1, r3, 1, LANES, LANES);
+        NAME(store_few)(a4 + first * 1, r4, 1, LANES, LANES);
+        NAME(store_few)(a5 + first * 1, r5, 1, LANES, LANES);
     }
 }
 LOOPS(flag_residuals_dense_p_line)
@@ -16085,9 +16099,9 @@ void NAME(flag_residuals_loop)(char **args, const intptr_t *dimensions, const in
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}, {1, 0, 3, {0}}, {1, 0, 3,
         {0}}, {1, 0, 3, {0}}};
     static const struct form forms[] = {{3, 2, NAME(flag_residuals_start_p_line),
-        WIDTHS(flag_residuals_block_p_line), WIDTHS(flag_residuals_dense_p_line)}};
-    static const struct kernel kernel = {WIDTHS(flag_residuals_block), WIDTH(flag_residuals_dense), (any_function
-        *)NAME(flag_residuals), NAME(call_aaarrr), 3, 6, 1, 0, 0, parts, forms};
+        WIDTHS(flag_residuals_block_p_line), WIDTHS(flag_residuals_dense_p_line), LANES}};
+    static const struct kernel kernel = {WIDTHS(flag_residuals_block), WIDTH(flag_residuals_dense), TILE,
+        (any_function *)NAME(flag_residuals), NAME(call_aaarrr), 3, 6, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -16439,8 +16453,8 @@ void NAME(flag_from_points_loop)(char **args, const intptr_t *dimensions, const 
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}, {6, 1, 4,
         {6}}, {4, 1, 5, {4}}};
     static const struct form forms[] = {{3, 2, NAME(flag_from_points_start_a_b), WIDTHS(flag_from_points_block_a_b),
-        WIDTH(flag_from_points_dense_a_b)}};
-    static const struct kernel kernel = {WIDTHS(flag_from_points_block), WIDTH(flag_from_points_dense),
+        WIDTH(flag_from_points_dense_a_b), TILE}};
+    static const struct kernel kernel = {WIDTHS(flag_from_points_block), WIDTH(flag_from_points_dense), TILE,
         (any_function *)NAME(flag_from_points), NAME(call_aaarrr), 3, 6, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -16581,8 +16595,8 @@ LOOP(flag_from_motor_dense)
 void NAME(flag_from_motor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}, {4, 1, 3, {4}}};
-    static const struct kernel kernel = {WIDTHS(flag_from_motor_block), WIDTH(flag_from_motor_dense), (any_function
-        *)NAME(flag_from_motor), NAME(call_arrr), 1, 4, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(flag_from_motor_block), WIDTH(flag_from_motor_dense), TILE,
+        (any_function *)NAME(flag_from_motor), NAME(call_arrr), 1, 4, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -16990,9 +17004,9 @@ void NAME(motor_from_flag_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}, {8, 1, 3, {8}}};
     static const struct form forms[] = {{6, 2, NAME(motor_from_flag_start_line_plane),
-        WIDTHS(motor_from_flag_block_line_plane), WIDTH(motor_from_flag_dense_line_plane)}};
-    static const struct kernel kernel = {WIDTHS(motor_from_flag_block), WIDTH(motor_from_flag_dense), (any_function
-        *)NAME(motor_from_flag), NAME(call_aaar), 3, 4, 1, 0, 0, parts, forms};
+        WIDTHS(motor_from_flag_block_line_plane), WIDTH(motor_from_flag_dense_line_plane), TILE}};
+    static const struct kernel kernel = {WIDTHS(motor_from_flag_block), WIDTH(motor_from_flag_dense), TILE,
+        (any_function *)NAME(motor_from_flag), NAME(call_aaar), 3, 4, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -17419,8 +17433,8 @@ void NAME(motor_from_points_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {8, 1, 3, {8}}};
     static const struct form forms[] = {{3, 2, NAME(motor_from_points_start_a_b),
-        WIDTHS(motor_from_points_block_a_b), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(motor_from_points_block), {NULL}, (any_function
+        WIDTHS(motor_from_points_block_a_b), {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(motor_from_points_block), {NULL}, 0, (any_function
         *)NAME(motor_from_points), NAME(call_aaar), 3, 4, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -17603,21 +17617,21 @@ static INLINE void NAME(hit_ray_plane_dense_p_plane)(intptr_t n, char **args, co
     REAL *a1 = (REAL *)args[1];
     REAL *a3 = (REAL *)args[3];
     REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r3[1 * SPAN];
-    _Alignas(64) REAL r4[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r3[1 * LANES];
+    _Alignas(64) REAL r4[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x1[3];
             REAL x3[1];
             REAL x4[3];
             NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(hit_ray_plane_apply_p_plane)(prepared, x1, x3, x4);
             NAME(store_scalar)((char *)(r3 + i), x3);
-            NAME(store_3)((char *)(r4 + i), SPAN * w, x4);
+            NAME(store_3)((char *)(r4 + i), LANES * w, x4);
         }
-        NAME(store_few)(a3 + first * 1, r3, 1, SPAN);
-        NAME(store_few)(a4 + first * 3, r4, 3, SPAN);
+        NAME(store_few)(a3 + first * 1, r3, 1, LANES, LANES);
+        NAME(store_few)(a4 + first * 3, r4, 3, LANES, LANES);
     }
 }
 LOOPS(hit_ray_plane_dense_p_plane)
@@ -17661,21 +17675,21 @@ static INLINE void NAME(hit_ray_plane_dense_d_plane)(intptr_t n, char **args, co
     REAL *a0 = (REAL *)args[0];
     REAL *a3 = (REAL *)args[3];
     REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r3[1 * SPAN];
-    _Alignas(64) REAL r4[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r3[1 * LANES];
+    _Alignas(64) REAL r4[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x3[1];
             REAL x4[3];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(hit_ray_plane_apply_d_plane)(prepared, x0, x3, x4);
             NAME(store_scalar)((char *)(r3 + i), x3);
-            NAME(store_3)((char *)(r4 + i), SPAN * w, x4);
+            NAME(store_3)((char *)(r4 + i), LANES * w, x4);
         }
-        NAME(store_few)(a3 + first * 1, r3, 1, SPAN);
-        NAME(store_few)(a4 + first * 3, r4, 3, SPAN);
+        NAME(store_few)(a3 + first * 1, r3, 1, LANES, LANES);
+        NAME(store_few)(a4 + first * 3, r4, 3, LANES, LANES);
     }
 }
 LOOPS(hit_ray_plane_dense_d_plane)
@@ -17725,11 +17739,11 @@ static INLINE void NAME(hit_ray_plane_dense)(intptr_t n, char **args, const intp
     REAL *a2 = (REAL *)args[2];
     REAL *a3 = (REAL *)args[3];
     REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r3[1 * SPAN];
-    _Alignas(64) REAL r4[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r3[1 * LANES];
+    _Alignas(64) REAL r4[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[3];
             REAL x2[4];
@@ -17740,10 +17754,10 @@ static INLINE void NAME(hit_ray_plane_dense)(intptr_t n, char **args, const intp
             NAME(load_4)(x2, (char *)a2 + (first + i) * 4 * w, w);
             NAME(hit_ray_plane)(x0, x1, x2, x3, x4);
             NAME(store_scalar)((char *)(r3 + i), x3);
-            NAME(store_3)((char *)(r4 + i), SPAN * w, x4);
+            NAME(store_3)((char *)(r4 + i), LANES * w, x4);
         }
-        NAME(store_few)(a3 + first * 1, r3, 1, SPAN);
-        NAME(store_few)(a4 + first * 3, r4, 3, SPAN);
+        NAME(store_few)(a3 + first * 1, r3, 1, LANES, LANES);
+        NAME(store_few)(a4 + first * 3, r4, 3, LANES, LANES);
     }
 }
 LOOPS(hit_ray_plane_dense)
@@ -17753,11 +17767,11 @@ void NAME(hit_ray_plane_loop)(char **args, const intptr_t *dimensions, const int
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}, {1, 0, 3, {0}}, {3, 1, 3,
         {3}}};
     static const struct form forms[] = {{5, 2, NAME(hit_ray_plane_start_p_plane),
-        WIDTHS(hit_ray_plane_block_p_plane), WIDTHS(hit_ray_plane_dense_p_plane)}, {6, 2,
-        NAME(hit_ray_plane_start_d_plane), WIDTHS(hit_ray_plane_block_d_plane),
-        WIDTHS(hit_ray_plane_dense_d_plane)}};
-    static const struct kernel kernel = {WIDTHS(hit_ray_plane_block), WIDTHS(hit_ray_plane_dense), (any_function
-        *)NAME(hit_ray_plane), NAME(call_aaarr), 3, 5, 2, 0, 0, parts, forms};
+        WIDTHS(hit_ray_plane_block_p_plane), WIDTHS(hit_ray_plane_dense_p_plane), LANES}, {6, 2,
+        NAME(hit_ray_plane_start_d_plane), WIDTHS(hit_ray_plane_block_d_plane), WIDTHS(hit_ray_plane_dense_d_plane),
+        LANES}};
+    static const struct kernel kernel = {WIDTHS(hit_ray_plane_block), WIDTHS(hit_ray_plane_dense), LANES,
+        (any_function *)NAME(hit_ray_plane), NAME(call_aaarr), 3, 5, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -18842,21 +18856,21 @@ static INLINE void NAME(hit_ray_triangle_dense_d_a_b_c)(intptr_t n, char **args,
     REAL *a0 = (REAL *)args[0];
     REAL *a5 = (REAL *)args[5];
     REAL *a6 = (REAL *)args[6];
-    _Alignas(64) REAL r5[1 * SPAN];
-    _Alignas(64) REAL r6[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r5[1 * LANES];
+    _Alignas(64) REAL r6[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x5[1];
             REAL x6[3];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(hit_ray_triangle_apply_d_a_b_c)(prepared, x0, x5, x6);
             NAME(store_scalar)((char *)(r5 + i), x5);
-            NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
+            NAME(store_3)((char *)(r6 + i), LANES * w, x6);
         }
-        NAME(store_few)(a5 + first * 1, r5, 1, SPAN);
-        NAME(store_few)(a6 + first * 3, r6, 3, SPAN);
+        NAME(store_few)(a5 + first * 1, r5, 1, LANES, LANES);
+        NAME(store_few)(a6 + first * 3, r6, 3, LANES, LANES);
     }
 }
 LOOPS(hit_ray_triangle_dense_d_a_b_c)
@@ -19053,12 +19067,12 @@ void NAME(hit_ray_triangle_loop)(char **args, const intptr_t *dimensions, const 
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}, {3, 1, 4,
         {3}}, {1, 0, 5, {0}}, {3, 1, 5, {3}}};
     static const struct form forms[] = {{30, 2, NAME(hit_ray_triangle_start_d_a_b_c),
-        WIDTHS(hit_ray_triangle_block_d_a_b_c), WIDTHS(hit_ray_triangle_dense_d_a_b_c)}, {29, 2,
-        NAME(hit_ray_triangle_start_p_a_b_c), WIDTHS(hit_ray_triangle_block_p_a_b_c), {NULL}}, {15, 2,
-        NAME(hit_ray_triangle_start_p_d_a_b), WIDTHS(hit_ray_triangle_block_p_d_a_b), {NULL}}, {23, 2,
-        NAME(hit_ray_triangle_start_p_d_a_c), WIDTHS(hit_ray_triangle_block_p_d_a_c), {NULL}}, {27, 2,
-        NAME(hit_ray_triangle_start_p_d_b_c), WIDTHS(hit_ray_triangle_block_p_d_b_c), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(hit_ray_triangle_block), {NULL}, (any_function
+        WIDTHS(hit_ray_triangle_block_d_a_b_c), WIDTHS(hit_ray_triangle_dense_d_a_b_c), LANES}, {29, 2,
+        NAME(hit_ray_triangle_start_p_a_b_c), WIDTHS(hit_ray_triangle_block_p_a_b_c), {NULL}, 0}, {15, 2,
+        NAME(hit_ray_triangle_start_p_d_a_b), WIDTHS(hit_ray_triangle_block_p_d_a_b), {NULL}, 0}, {23, 2,
+        NAME(hit_ray_triangle_start_p_d_a_c), WIDTHS(hit_ray_triangle_block_p_d_a_c), {NULL}, 0}, {27, 2,
+        NAME(hit_ray_triangle_start_p_d_b_c), WIDTHS(hit_ray_triangle_block_p_d_b_c), {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(hit_ray_triangle_block), {NULL}, 0, (any_function
         *)NAME(hit_ray_triangle), NAME(call_aaaaarr), 5, 7, 5, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -19232,8 +19246,8 @@ LOOP(motor_product_dense)
 void NAME(motor_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_product_block), WIDTH(motor_product_dense), (any_function
-        *)NAME(motor_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_product_block), WIDTH(motor_product_dense), TILE,
+        (any_function *)NAME(motor_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -19406,7 +19420,7 @@ LOOP(even_product_dense)
 void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(even_product_block), WIDTH(even_product_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(even_product_block), WIDTH(even_product_dense), TILE, (any_function
         *)NAME(even_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -19480,8 +19494,8 @@ LOOP(motor_inverse_dense)
 void NAME(motor_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_inverse_block), WIDTH(motor_inverse_dense), (any_function
-        *)NAME(motor_inverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_inverse_block), WIDTH(motor_inverse_dense), TILE,
+        (any_function *)NAME(motor_inverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -19587,7 +19601,7 @@ LOOP(even_inverse_dense)
 void NAME(even_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(even_inverse_block), WIDTH(even_inverse_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(even_inverse_block), WIDTH(even_inverse_dense), TILE, (any_function
         *)NAME(even_inverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -19690,8 +19704,8 @@ LOOP(normalize_motor_dense)
 void NAME(normalize_motor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(normalize_motor_block), WIDTH(normalize_motor_dense), (any_function
-        *)NAME(normalize_motor), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(normalize_motor_block), WIDTH(normalize_motor_dense), TILE,
+        (any_function *)NAME(normalize_motor), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -19894,17 +19908,17 @@ static INLINE void NAME(move_point_dense_m)(intptr_t n, char **args, const intpt
     (void)strides;
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x1[3];
             REAL x2[3];
             NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(move_point_apply_m)(prepared, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(move_point_dense_m)
@@ -19944,19 +19958,19 @@ static INLINE void NAME(move_point_dense)(intptr_t n, char **args, const intptr_
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[8];
             REAL x1[3];
             REAL x2[3];
             NAME(load_8)(x0, (char *)a0 + (first + i) * 8 * w, w);
             NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(move_point)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(move_point_dense)
@@ -19965,8 +19979,8 @@ void NAME(move_point_loop)(char **args, const intptr_t *dimensions, const intptr
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{1, 3, NAME(move_point_start_m), WIDTHS(move_point_block_m),
-        WIDTHS(move_point_dense_m)}};
-    static const struct kernel kernel = {WIDTHS(move_point_block), WIDTHS(move_point_dense), (any_function
+        WIDTHS(move_point_dense_m), LANES}};
+    static const struct kernel kernel = {WIDTHS(move_point_block), WIDTHS(move_point_dense), LANES, (any_function
         *)NAME(move_point), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -20120,17 +20134,17 @@ static INLINE void NAME(move_direction_dense_m)(intptr_t n, char **args, const i
     (void)strides;
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x1[3];
             REAL x2[3];
             NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(move_direction_apply_m)(prepared, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(move_direction_dense_m)
@@ -20170,19 +20184,19 @@ static INLINE void NAME(move_direction_dense)(intptr_t n, char **args, const int
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[8];
             REAL x1[3];
             REAL x2[3];
             NAME(load_8)(x0, (char *)a0 + (first + i) * 8 * w, w);
             NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(move_direction)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(move_direction_dense)
@@ -20191,9 +20205,9 @@ void NAME(move_direction_loop)(char **args, const intptr_t *dimensions, const in
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{1, 2, NAME(move_direction_start_m), WIDTHS(move_direction_block_m),
-        WIDTHS(move_direction_dense_m)}};
-    static const struct kernel kernel = {WIDTHS(move_direction_block), WIDTHS(move_direction_dense), (any_function
-        *)NAME(move_direction), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+        WIDTHS(move_direction_dense_m), LANES}};
+    static const struct kernel kernel = {WIDTHS(move_direction_block), WIDTHS(move_direction_dense), LANES,
+        (any_function *)NAME(move_direction), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -20594,8 +20608,8 @@ void NAME(move_line_loop)(char **args, const intptr_t *dimensions, const intptr_
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
     static const struct form forms[] = {{1, 2, NAME(move_line_start_m), WIDTHS(move_line_block_m),
-        WIDTH(move_line_dense_m)}};
-    static const struct kernel kernel = {WIDTHS(move_line_block), WIDTH(move_line_dense), (any_function
+        WIDTH(move_line_dense_m), TILE}};
+    static const struct kernel kernel = {WIDTHS(move_line_block), WIDTH(move_line_dense), TILE, (any_function
         *)NAME(move_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -20889,8 +20903,8 @@ void NAME(move_plane_loop)(char **args, const intptr_t *dimensions, const intptr
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{1, 3, NAME(move_plane_start_m), WIDTHS(move_plane_block_m),
-        WIDTH(move_plane_dense_m)}};
-    static const struct kernel kernel = {WIDTHS(move_plane_block), WIDTH(move_plane_dense), (any_function
+        WIDTH(move_plane_dense_m), TILE}};
+    static const struct kernel kernel = {WIDTHS(move_plane_block), WIDTH(move_plane_dense), TILE, (any_function
         *)NAME(move_plane), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -21300,8 +21314,8 @@ void NAME(move_motor_loop)(char **args, const intptr_t *dimensions, const intptr
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
     static const struct form forms[] = {{1, 2, NAME(move_motor_start_m), WIDTHS(move_motor_block_m),
-        WIDTH(move_motor_dense_m)}};
-    static const struct kernel kernel = {WIDTHS(move_motor_block), WIDTH(move_motor_dense), (any_function
+        WIDTH(move_motor_dense_m), TILE}};
+    static const struct kernel kernel = {WIDTHS(move_motor_block), WIDTH(move_motor_dense), TILE, (any_function
         *)NAME(move_motor), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -21505,17 +21519,17 @@ static INLINE void NAME(move_point_back_dense_m)(intptr_t n, char **args, const 
     (void)strides;
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x1[3];
             REAL x2[3];
             NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(move_point_back_apply_m)(prepared, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(move_point_back_dense_m)
@@ -21555,19 +21569,19 @@ static INLINE void NAME(move_point_back_dense)(intptr_t n, char **args, const in
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[8];
             REAL x1[3];
             REAL x2[3];
             NAME(load_8)(x0, (char *)a0 + (first + i) * 8 * w, w);
             NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(move_point_back)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(move_point_back_dense)
@@ -21576,9 +21590,9 @@ void NAME(move_point_back_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{1, 3, NAME(move_point_back_start_m), WIDTHS(move_point_back_block_m),
-        WIDTHS(move_point_back_dense_m)}};
-    static const struct kernel kernel = {WIDTHS(move_point_back_block), WIDTHS(move_point_back_dense), (any_function
-        *)NAME(move_point_back), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+        WIDTHS(move_point_back_dense_m), LANES}};
+    static const struct kernel kernel = {WIDTHS(move_point_back_block), WIDTHS(move_point_back_dense), LANES,
+        (any_function *)NAME(move_point_back), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -21809,9 +21823,9 @@ void NAME(rotor_from_axis_angle_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
     static const struct form forms[] = {{2, 2, NAME(rotor_from_axis_angle_start_angle),
-        WIDTHS(rotor_from_axis_angle_block_angle), WIDTH(rotor_from_axis_angle_dense_angle)}, {1, 2,
-        NAME(rotor_from_axis_angle_start_axis), WIDTHS(rotor_from_axis_angle_block_axis), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(rotor_from_axis_angle_block), {NULL}, (any_function
+        WIDTHS(rotor_from_axis_angle_block_angle), WIDTH(rotor_from_axis_angle_dense_angle), TILE}, {1, 2,
+        NAME(rotor_from_axis_angle_start_axis), WIDTHS(rotor_from_axis_angle_block_axis), {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(rotor_from_axis_angle_block), {NULL}, 0, (any_function
         *)NAME(rotor_from_axis_angle), NAME(call_anr), 2, 3, 2, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -21883,7 +21897,7 @@ LOOPS(rotor_from_rotation_vector_block)
 void NAME(rotor_from_rotation_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(rotor_from_rotation_vector_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(rotor_from_rotation_vector_block), {NULL}, 0, (any_function
         *)NAME(rotor_from_rotation_vector), NAME(call_ar), 1, 2, 0, 1, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -21927,17 +21941,17 @@ static INLINE void NAME(translator_from_vector_dense)(intptr_t n, char **args, c
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[3];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(translator_from_vector)(x0, x1);
-            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_3)((char *)(r1 + i), LANES * w, x1);
         }
-        NAME(store_few)(a1 + first * 3, r1, 3, SPAN);
+        NAME(store_few)(a1 + first * 3, r1, 3, LANES, LANES);
     }
 }
 LOOPS(translator_from_vector_dense)
@@ -21946,7 +21960,7 @@ void NAME(translator_from_vector_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {WIDTHS(translator_from_vector_block), WIDTHS(translator_from_vector_dense),
-        (any_function *)NAME(translator_from_vector), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+        LANES, (any_function *)NAME(translator_from_vector), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -22116,8 +22130,8 @@ void NAME(motor_from_line_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
     static const struct form forms[] = {{2, 2, NAME(motor_from_line_start_angle),
-        WIDTHS(motor_from_line_block_angle), WIDTH(motor_from_line_dense_angle)}};
-    static const struct kernel kernel = {WIDTHS(motor_from_line_block), {NULL}, (any_function
+        WIDTHS(motor_from_line_block_angle), WIDTH(motor_from_line_dense_angle), TILE}};
+    static const struct kernel kernel = {WIDTHS(motor_from_line_block), {NULL}, 0, (any_function
         *)NAME(motor_from_line), NAME(call_anr), 2, 3, 1, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -22572,11 +22586,11 @@ void NAME(motor_from_screw_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
     static const struct form forms[] = {{3, 2, NAME(motor_from_screw_start_line_angle),
-        WIDTHS(motor_from_screw_block_line_angle), WIDTH(motor_from_screw_dense_line_angle)}, {6, 2,
+        WIDTHS(motor_from_screw_block_line_angle), WIDTH(motor_from_screw_dense_line_angle), TILE}, {6, 2,
         NAME(motor_from_screw_start_angle_distance), WIDTHS(motor_from_screw_block_angle_distance),
-        WIDTH(motor_from_screw_dense_angle_distance)}, {2, 2, NAME(motor_from_screw_start_angle),
-        WIDTHS(motor_from_screw_block_angle), WIDTH(motor_from_screw_dense_angle)}};
-    static const struct kernel kernel = {WIDTHS(motor_from_screw_block), {NULL}, (any_function
+        WIDTH(motor_from_screw_dense_angle_distance), TILE}, {2, 2, NAME(motor_from_screw_start_angle),
+        WIDTHS(motor_from_screw_block_angle), WIDTH(motor_from_screw_dense_angle), TILE}};
+    static const struct kernel kernel = {WIDTHS(motor_from_screw_block), {NULL}, 0, (any_function
         *)NAME(motor_from_screw), NAME(call_annr), 3, 4, 3, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -22677,7 +22691,7 @@ void NAME(motor_from_rotor_translation_loop)(char **args, const intptr_t *dimens
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {8, 1, 2, {8}}};
     static const struct kernel kernel = {WIDTHS(motor_from_rotor_translation_block),
-        WIDTH(motor_from_rotor_translation_dense), (any_function *)NAME(motor_from_rotor_translation),
+        WIDTH(motor_from_rotor_translation_dense), TILE, (any_function *)NAME(motor_from_rotor_translation),
         NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -22779,8 +22793,8 @@ void NAME(motor_to_rotor_translation_loop)(char **args, const intptr_t *dimensio
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(motor_to_rotor_translation_block),
-        WIDTH(motor_to_rotor_translation_dense), (any_function *)NAME(motor_to_rotor_translation), NAME(call_arr),
-        1, 3, 0, 0, 0, parts, NULL};
+        WIDTH(motor_to_rotor_translation_dense), TILE, (any_function *)NAME(motor_to_rotor_translation),
+        NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -22842,7 +22856,7 @@ void NAME(rotor_from_quaternion_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(rotor_from_quaternion_block), WIDTH(rotor_from_quaternion_dense),
-        (any_function *)NAME(rotor_from_quaternion), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+        TILE, (any_function *)NAME(rotor_from_quaternion), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -22903,7 +22917,7 @@ LOOP(rotor_to_quaternion_dense)
 void NAME(rotor_to_quaternion_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(rotor_to_quaternion_block), WIDTH(rotor_to_quaternion_dense),
+    static const struct kernel kernel = {WIDTHS(rotor_to_quaternion_block), WIDTH(rotor_to_quaternion_dense), TILE,
         (any_function *)NAME(rotor_to_quaternion), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -22978,8 +22992,8 @@ void NAME(motor_from_dual_quaternion_loop)(char **args, const intptr_t *dimensio
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
     static const struct kernel kernel = {WIDTHS(motor_from_dual_quaternion_block),
-        WIDTH(motor_from_dual_quaternion_dense), (any_function *)NAME(motor_from_dual_quaternion), NAME(call_ar), 1,
-        2, 0, 0, 0, parts, NULL};
+        WIDTH(motor_from_dual_quaternion_dense), TILE, (any_function *)NAME(motor_from_dual_quaternion),
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -23053,8 +23067,8 @@ void NAME(motor_to_dual_quaternion_loop)(char **args, const intptr_t *dimensions
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
     static const struct kernel kernel = {WIDTHS(motor_to_dual_quaternion_block),
-        WIDTH(motor_to_dual_quaternion_dense), (any_function *)NAME(motor_to_dual_quaternion), NAME(call_ar), 1, 2,
-        0, 0, 0, parts, NULL};
+        WIDTH(motor_to_dual_quaternion_dense), TILE, (any_function *)NAME(motor_to_dual_quaternion), NAME(call_ar),
+        1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -23180,8 +23194,8 @@ LOOP(motor_to_matrix_dense)
 void NAME(motor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {16, 2, 1, {4, 4}}};
-    static const struct kernel kernel = {WIDTHS(motor_to_matrix_block), WIDTH(motor_to_matrix_dense), (any_function
-        *)NAME(motor_to_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_to_matrix_block), WIDTH(motor_to_matrix_dense), TILE,
+        (any_function *)NAME(motor_to_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -23273,8 +23287,8 @@ LOOP(rotor_to_matrix_dense)
 void NAME(rotor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {9, 2, 1, {3, 3}}};
-    static const struct kernel kernel = {WIDTHS(rotor_to_matrix_block), WIDTH(rotor_to_matrix_dense), (any_function
-        *)NAME(rotor_to_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_to_matrix_block), WIDTH(rotor_to_matrix_dense), TILE,
+        (any_function *)NAME(rotor_to_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -23416,7 +23430,7 @@ LOOP(motor_from_matrix_dense)
 void NAME(motor_from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 2, 0, {4, 4}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_from_matrix_block), WIDTH(motor_from_matrix_dense),
+    static const struct kernel kernel = {WIDTHS(motor_from_matrix_block), WIDTH(motor_from_matrix_dense), TILE,
         (any_function *)NAME(motor_from_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -23529,7 +23543,7 @@ LOOP(rotor_from_matrix_dense)
 void NAME(rotor_from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(rotor_from_matrix_block), WIDTH(rotor_from_matrix_dense),
+    static const struct kernel kernel = {WIDTHS(rotor_from_matrix_block), WIDTH(rotor_from_matrix_dense), TILE,
         (any_function *)NAME(rotor_from_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -24088,14 +24102,14 @@ void NAME(motor_from_denavit_hartenberg_loop)(char **args, const intptr_t *dimen
         {8}}};
     static const struct form forms[] = {{11, 2, NAME(motor_from_denavit_hartenberg_start_theta_d_alpha),
         WIDTHS(motor_from_denavit_hartenberg_block_theta_d_alpha),
-        WIDTH(motor_from_denavit_hartenberg_dense_theta_d_alpha)}, {13, 2,
+        WIDTH(motor_from_denavit_hartenberg_dense_theta_d_alpha), TILE}, {13, 2,
         NAME(motor_from_denavit_hartenberg_start_theta_a_alpha),
         WIDTHS(motor_from_denavit_hartenberg_block_theta_a_alpha),
-        WIDTH(motor_from_denavit_hartenberg_dense_theta_a_alpha)}, {7, 2,
+        WIDTH(motor_from_denavit_hartenberg_dense_theta_a_alpha), TILE}, {7, 2,
         NAME(motor_from_denavit_hartenberg_start_theta_d_a), WIDTHS(motor_from_denavit_hartenberg_block_theta_d_a),
-        {NULL}}, {14, 2, NAME(motor_from_denavit_hartenberg_start_d_a_alpha),
-        WIDTHS(motor_from_denavit_hartenberg_block_d_a_alpha), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(motor_from_denavit_hartenberg_block), {NULL}, (any_function
+        {NULL}, 0}, {14, 2, NAME(motor_from_denavit_hartenberg_start_d_a_alpha),
+        WIDTHS(motor_from_denavit_hartenberg_block_d_a_alpha), {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(motor_from_denavit_hartenberg_block), {NULL}, 0, (any_function
         *)NAME(motor_from_denavit_hartenberg), NAME(call_nnnnr), 4, 5, 4, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -24658,16 +24672,17 @@ void NAME(motor_from_modified_denavit_hartenberg_loop)(char **args, const intptr
         {8}}};
     static const struct form forms[] = {{11, 2, NAME(motor_from_modified_denavit_hartenberg_start_theta_d_alpha),
         WIDTHS(motor_from_modified_denavit_hartenberg_block_theta_d_alpha),
-        WIDTH(motor_from_modified_denavit_hartenberg_dense_theta_d_alpha)}, {13, 2,
+        WIDTH(motor_from_modified_denavit_hartenberg_dense_theta_d_alpha), TILE}, {13, 2,
         NAME(motor_from_modified_denavit_hartenberg_start_theta_a_alpha),
         WIDTHS(motor_from_modified_denavit_hartenberg_block_theta_a_alpha),
-        WIDTH(motor_from_modified_denavit_hartenberg_dense_theta_a_alpha)}, {7, 2,
+        WIDTH(motor_from_modified_denavit_hartenberg_dense_theta_a_alpha), TILE}, {7, 2,
         NAME(motor_from_modified_denavit_hartenberg_start_theta_d_a),
-        WIDTHS(motor_from_modified_denavit_hartenberg_block_theta_d_a), {NULL}}, {14, 2,
+        WIDTHS(motor_from_modified_denavit_hartenberg_block_theta_d_a), {NULL}, 0}, {14, 2,
         NAME(motor_from_modified_denavit_hartenberg_start_d_a_alpha),
-        WIDTHS(motor_from_modified_denavit_hartenberg_block_d_a_alpha), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(motor_from_modified_denavit_hartenberg_block), {NULL}, (any_function
-        *)NAME(motor_from_modified_denavit_hartenberg), NAME(call_nnnnr), 4, 5, 4, 1, 1, parts, forms};
+        WIDTHS(motor_from_modified_denavit_hartenberg_block_d_a_alpha), {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(motor_from_modified_denavit_hartenberg_block), {NULL}, 0,
+        (any_function *)NAME(motor_from_modified_denavit_hartenberg), NAME(call_nnnnr), 4, 5, 4, 1, 1, parts,
+        forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -24764,7 +24779,7 @@ LOOPS(motor_exponential_block)
 void NAME(motor_exponential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_exponential_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(motor_exponential_block), {NULL}, 0, (any_function
         *)NAME(motor_exponential), NAME(call_ar), 1, 2, 0, 1, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -24837,7 +24852,7 @@ LOOPS(motor_logarithm_block)
 void NAME(motor_logarithm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {WIDTHS(motor_logarithm_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(motor_logarithm_block), {NULL}, 0, (any_function
         *)NAME(motor_logarithm), NAME(call_ar), 1, 2, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -24942,7 +24957,7 @@ LOOP(motor_square_root_dense)
 void NAME(motor_square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_square_root_block), WIDTH(motor_square_root_dense),
+    static const struct kernel kernel = {WIDTHS(motor_square_root_block), WIDTH(motor_square_root_dense), TILE,
         (any_function *)NAME(motor_square_root), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -25231,8 +25246,8 @@ LOOPS(motor_power_block)
 void NAME(motor_power_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
-    static const struct form forms[] = {{1, 2, NAME(motor_power_start_m), WIDTHS(motor_power_block_m), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(motor_power_block), {NULL}, (any_function *)NAME(motor_power),
+    static const struct form forms[] = {{1, 2, NAME(motor_power_start_m), WIDTHS(motor_power_block_m), {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(motor_power_block), {NULL}, 0, (any_function *)NAME(motor_power),
         NAME(call_anr), 2, 3, 1, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -25911,8 +25926,8 @@ void NAME(interpolate_motors_loop)(char **args, const intptr_t *dimensions, cons
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {1, 0, 2, {0}}, {8, 1, 2, {8}}};
     static const struct form forms[] = {{3, 2, NAME(interpolate_motors_start_a_b),
-        WIDTHS(interpolate_motors_block_a_b), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(interpolate_motors_block), {NULL}, (any_function
+        WIDTHS(interpolate_motors_block_a_b), {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(interpolate_motors_block), {NULL}, 0, (any_function
         *)NAME(interpolate_motors), NAME(call_aanr), 3, 4, 1, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -26228,7 +26243,7 @@ LOOPS(motor_between_lines_block)
 void NAME(motor_between_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_between_lines_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(motor_between_lines_block), {NULL}, 0, (any_function
         *)NAME(motor_between_lines), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -26435,7 +26450,7 @@ LOOPS(motor_between_planes_block)
 void NAME(motor_between_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_between_planes_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(motor_between_planes_block), {NULL}, 0, (any_function
         *)NAME(motor_between_planes), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -26571,7 +26586,7 @@ LOOPS(motor_to_adjoint_block)
 void NAME(motor_to_adjoint_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {36, 2, 1, {6, 6}}};
-    static const struct kernel kernel = {WIDTHS(motor_to_adjoint_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(motor_to_adjoint_block), {NULL}, 0, (any_function
         *)NAME(motor_to_adjoint), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -26707,8 +26722,8 @@ LOOPS(motor_equation_block)
 void NAME(motor_equation_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {64, 2, 2, {8, 8}}};
-    static const struct kernel kernel = {WIDTHS(motor_equation_block), {NULL}, (any_function *)NAME(motor_equation),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_equation_block), {NULL}, 0, (any_function
+        *)NAME(motor_equation), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -26845,7 +26860,7 @@ LOOP(bivector_to_screw_dense)
 void NAME(bivector_to_screw_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(bivector_to_screw_block), WIDTH(bivector_to_screw_dense),
+    static const struct kernel kernel = {WIDTHS(bivector_to_screw_block), WIDTH(bivector_to_screw_dense), TILE,
         (any_function *)NAME(bivector_to_screw), NAME(call_arrr), 1, 4, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -26938,7 +26953,7 @@ LOOP(bivector_from_screw_dense)
 void NAME(bivector_from_screw_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {1, 0, 1, {0}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {WIDTHS(bivector_from_screw_block), WIDTH(bivector_from_screw_dense),
+    static const struct kernel kernel = {WIDTHS(bivector_from_screw_block), WIDTH(bivector_from_screw_dense), TILE,
         (any_function *)NAME(bivector_from_screw), NAME(call_annr), 3, 4, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -27084,8 +27099,8 @@ LOOPS(motor_to_screw_block)
 void NAME(motor_to_screw_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(motor_to_screw_block), {NULL}, (any_function *)NAME(motor_to_screw),
-        NAME(call_arrr), 1, 4, 0, 0, 1, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_to_screw_block), {NULL}, 0, (any_function
+        *)NAME(motor_to_screw), NAME(call_arrr), 1, 4, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -27540,11 +27555,11 @@ void NAME(motor_from_screw_pitch_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
     static const struct form forms[] = {{3, 2, NAME(motor_from_screw_pitch_start_line_angle),
-        WIDTHS(motor_from_screw_pitch_block_line_angle), WIDTH(motor_from_screw_pitch_dense_line_angle)}, {6, 2,
-        NAME(motor_from_screw_pitch_start_angle_pitch), WIDTHS(motor_from_screw_pitch_block_angle_pitch),
-        WIDTH(motor_from_screw_pitch_dense_angle_pitch)}, {2, 2, NAME(motor_from_screw_pitch_start_angle),
-        WIDTHS(motor_from_screw_pitch_block_angle), WIDTH(motor_from_screw_pitch_dense_angle)}};
-    static const struct kernel kernel = {WIDTHS(motor_from_screw_pitch_block), {NULL}, (any_function
+        WIDTHS(motor_from_screw_pitch_block_line_angle), WIDTH(motor_from_screw_pitch_dense_line_angle), TILE}, {6,
+        2, NAME(motor_from_screw_pitch_start_angle_pitch), WIDTHS(motor_from_screw_pitch_block_angle_pitch),
+        WIDTH(motor_from_screw_pitch_dense_angle_pitch), TILE}, {2, 2, NAME(motor_from_screw_pitch_start_angle),
+        WIDTHS(motor_from_screw_pitch_block_angle), WIDTH(motor_from_screw_pitch_dense_angle), TILE}};
+    static const struct kernel kernel = {WIDTHS(motor_from_screw_pitch_block), {NULL}, 0, (any_function
         *)NAME(motor_from_screw_pitch), NAME(call_annr), 3, 4, 3, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -27650,7 +27665,7 @@ LOOPS(motor_from_twist_block)
 void NAME(motor_from_twist_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_from_twist_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(motor_from_twist_block), {NULL}, 0, (any_function
         *)NAME(motor_from_twist), NAME(call_ar), 1, 2, 0, 1, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -27733,8 +27748,8 @@ LOOPS(motor_to_twist_block)
 void NAME(motor_to_twist_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {WIDTHS(motor_to_twist_block), {NULL}, (any_function *)NAME(motor_to_twist),
-        NAME(call_ar), 1, 2, 0, 0, 1, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_to_twist_block), {NULL}, 0, (any_function
+        *)NAME(motor_to_twist), NAME(call_ar), 1, 2, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -27807,7 +27822,7 @@ void NAME(twist_from_velocities_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
     static const struct kernel kernel = {WIDTHS(twist_from_velocities_block), WIDTH(twist_from_velocities_dense),
-        (any_function *)NAME(twist_from_velocities), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+        TILE, (any_function *)NAME(twist_from_velocities), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -27879,7 +27894,7 @@ LOOP(twist_to_velocities_dense)
 void NAME(twist_to_velocities_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(twist_to_velocities_block), WIDTH(twist_to_velocities_dense),
+    static const struct kernel kernel = {WIDTHS(twist_to_velocities_block), WIDTH(twist_to_velocities_dense), TILE,
         (any_function *)NAME(twist_to_velocities), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -28033,7 +28048,7 @@ LOOP(motor_derivative_dense)
 void NAME(motor_derivative_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_derivative_block), WIDTH(motor_derivative_dense),
+    static const struct kernel kernel = {WIDTHS(motor_derivative_block), WIDTH(motor_derivative_dense), TILE,
         (any_function *)NAME(motor_derivative), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -28188,8 +28203,8 @@ void NAME(twist_from_motor_derivative_loop)(char **args, const intptr_t *dimensi
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {6, 1, 2, {6}}};
     static const struct kernel kernel = {WIDTHS(twist_from_motor_derivative_block),
-        WIDTH(twist_from_motor_derivative_dense), (any_function *)NAME(twist_from_motor_derivative), NAME(call_aar),
-        2, 3, 0, 0, 0, parts, NULL};
+        WIDTH(twist_from_motor_derivative_dense), TILE, (any_function *)NAME(twist_from_motor_derivative),
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -28574,17 +28589,17 @@ static INLINE void NAME(acceleration_of_point_dense_v_a)(intptr_t n, char **args
     (void)strides;
     REAL *a2 = (REAL *)args[2];
     REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r3[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r3[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x2[3];
             REAL x3[3];
             NAME(load_3)(x2, (char *)a2 + (first + i) * 3 * w, w);
             NAME(acceleration_of_point_apply_v_a)(prepared, x2, x3);
-            NAME(store_3)((char *)(r3 + i), SPAN * w, x3);
+            NAME(store_3)((char *)(r3 + i), LANES * w, x3);
         }
-        NAME(store_few)(a3 + first * 3, r3, 3, SPAN);
+        NAME(store_few)(a3 + first * 3, r3, 3, LANES, LANES);
     }
 }
 LOOPS(acceleration_of_point_dense_v_a)
@@ -28711,12 +28726,12 @@ void NAME(acceleration_of_point_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}};
     static const struct form forms[] = {{5, 2, NAME(acceleration_of_point_start_v_p),
-        WIDTHS(acceleration_of_point_block_v_p), WIDTH(acceleration_of_point_dense_v_p)}, {3, 2,
+        WIDTHS(acceleration_of_point_block_v_p), WIDTH(acceleration_of_point_dense_v_p), TILE}, {3, 2,
         NAME(acceleration_of_point_start_v_a), WIDTHS(acceleration_of_point_block_v_a),
-        WIDTHS(acceleration_of_point_dense_v_a)}, {6, 2, NAME(acceleration_of_point_start_a_p),
-        WIDTHS(acceleration_of_point_block_a_p), WIDTH(acceleration_of_point_dense_a_p)}};
+        WIDTHS(acceleration_of_point_dense_v_a), LANES}, {6, 2, NAME(acceleration_of_point_start_a_p),
+        WIDTHS(acceleration_of_point_block_a_p), WIDTH(acceleration_of_point_dense_a_p), TILE}};
     static const struct kernel kernel = {WIDTHS(acceleration_of_point_block), WIDTH(acceleration_of_point_dense),
-        (any_function *)NAME(acceleration_of_point), NAME(call_aaar), 3, 4, 3, 0, 0, parts, forms};
+        TILE, (any_function *)NAME(acceleration_of_point), NAME(call_aaar), 3, 4, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -28769,7 +28784,7 @@ LOOPS(rotor_to_rotation_vector_block)
 void NAME(rotor_to_rotation_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(rotor_to_rotation_vector_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(rotor_to_rotation_vector_block), {NULL}, 0, (any_function
         *)NAME(rotor_to_rotation_vector), NAME(call_ar), 1, 2, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -28831,7 +28846,7 @@ LOOPS(rotor_to_axis_angle_block)
 void NAME(rotor_to_axis_angle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(rotor_to_axis_angle_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(rotor_to_axis_angle_block), {NULL}, 0, (any_function
         *)NAME(rotor_to_axis_angle), NAME(call_arr), 1, 3, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -29081,9 +29096,9 @@ void NAME(motor_from_rotation_vector_translation_loop)(char **args, const intptr
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {8, 1, 2, {8}}};
     static const struct form forms[] = {{1, 2, NAME(motor_from_rotation_vector_translation_start_v),
         WIDTHS(motor_from_rotation_vector_translation_block_v),
-        WIDTH(motor_from_rotation_vector_translation_dense_v)}};
-    static const struct kernel kernel = {WIDTHS(motor_from_rotation_vector_translation_block), {NULL}, (any_function
-        *)NAME(motor_from_rotation_vector_translation), NAME(call_aar), 2, 3, 1, 1, 1, parts, forms};
+        WIDTH(motor_from_rotation_vector_translation_dense_v), TILE}};
+    static const struct kernel kernel = {WIDTHS(motor_from_rotation_vector_translation_block), {NULL}, 0,
+        (any_function *)NAME(motor_from_rotation_vector_translation), NAME(call_aar), 2, 3, 1, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -29179,8 +29194,8 @@ LOOPS(motor_to_rotation_vector_translation_block)
 void NAME(motor_to_rotation_vector_translation_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(motor_to_rotation_vector_translation_block), {NULL}, (any_function
-        *)NAME(motor_to_rotation_vector_translation), NAME(call_arr), 1, 3, 0, 0, 1, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_to_rotation_vector_translation_block), {NULL}, 0,
+        (any_function *)NAME(motor_to_rotation_vector_translation), NAME(call_arr), 1, 3, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -29282,8 +29297,8 @@ void NAME(motor_from_quaternion_translation_loop)(char **args, const intptr_t *d
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {8, 1, 2, {8}}};
     static const struct kernel kernel = {WIDTHS(motor_from_quaternion_translation_block),
-        WIDTH(motor_from_quaternion_translation_dense), (any_function *)NAME(motor_from_quaternion_translation),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+        WIDTH(motor_from_quaternion_translation_dense), TILE, (any_function
+        *)NAME(motor_from_quaternion_translation), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -29386,7 +29401,7 @@ void NAME(motor_to_quaternion_translation_loop)(char **args, const intptr_t *dim
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(motor_to_quaternion_translation_block),
-        WIDTH(motor_to_quaternion_translation_dense), (any_function *)NAME(motor_to_quaternion_translation),
+        WIDTH(motor_to_quaternion_translation_dense), TILE, (any_function *)NAME(motor_to_quaternion_translation),
         NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -29449,8 +29464,8 @@ void NAME(rotor_from_quaternion_scalar_last_loop)(char **args, const intptr_t *d
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(rotor_from_quaternion_scalar_last_block),
-        WIDTH(rotor_from_quaternion_scalar_last_dense), (any_function *)NAME(rotor_from_quaternion_scalar_last),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+        WIDTH(rotor_from_quaternion_scalar_last_dense), TILE, (any_function
+        *)NAME(rotor_from_quaternion_scalar_last), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -29512,7 +29527,7 @@ void NAME(rotor_to_quaternion_scalar_last_loop)(char **args, const intptr_t *dim
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(rotor_to_quaternion_scalar_last_block),
-        WIDTH(rotor_to_quaternion_scalar_last_dense), (any_function *)NAME(rotor_to_quaternion_scalar_last),
+        WIDTH(rotor_to_quaternion_scalar_last_dense), TILE, (any_function *)NAME(rotor_to_quaternion_scalar_last),
         NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -29590,7 +29605,7 @@ void NAME(motor_from_dual_quaternion_scalar_last_loop)(char **args, const intptr
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
     static const struct kernel kernel = {WIDTHS(motor_from_dual_quaternion_scalar_last_block),
-        WIDTH(motor_from_dual_quaternion_scalar_last_dense), (any_function
+        WIDTH(motor_from_dual_quaternion_scalar_last_dense), TILE, (any_function
         *)NAME(motor_from_dual_quaternion_scalar_last), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -29667,7 +29682,7 @@ void NAME(motor_to_dual_quaternion_scalar_last_loop)(char **args, const intptr_t
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
     static const struct kernel kernel = {WIDTHS(motor_to_dual_quaternion_scalar_last_block),
-        WIDTH(motor_to_dual_quaternion_scalar_last_dense), (any_function
+        WIDTH(motor_to_dual_quaternion_scalar_last_dense), TILE, (any_function
         *)NAME(motor_to_dual_quaternion_scalar_last), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -29831,7 +29846,7 @@ LOOPS(motor_from_adjoint_block)
 void NAME(motor_from_adjoint_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{36, 2, 0, {6, 6}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_from_adjoint_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(motor_from_adjoint_block), {NULL}, 0, (any_function
         *)NAME(motor_from_adjoint), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -29882,19 +29897,19 @@ static INLINE void NAME(translator_between_points_dense)(intptr_t n, char **args
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[3];
             REAL x2[3];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(translator_between_points)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(translator_between_points_dense)
@@ -29903,8 +29918,8 @@ void NAME(translator_between_points_loop)(char **args, const intptr_t *dimension
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(translator_between_points_block),
-        WIDTHS(translator_between_points_dense), (any_function *)NAME(translator_between_points), NAME(call_aar), 2,
-        3, 0, 0, 0, parts, NULL};
+        WIDTHS(translator_between_points_dense), LANES, (any_function *)NAME(translator_between_points),
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -30077,7 +30092,7 @@ void NAME(motor_between_frames_loop)(char **args, const intptr_t *dimensions, co
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
     static const struct kernel kernel = {WIDTHS(motor_between_frames_block), WIDTH(motor_between_frames_dense),
-        (any_function *)NAME(motor_between_frames), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+        TILE, (any_function *)NAME(motor_between_frames), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -30250,8 +30265,8 @@ LOOP(motor_relative_dense)
 void NAME(motor_relative_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_relative_block), WIDTH(motor_relative_dense), (any_function
-        *)NAME(motor_relative), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_relative_block), WIDTH(motor_relative_dense), TILE,
+        (any_function *)NAME(motor_relative), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -30414,7 +30429,7 @@ LOOP(blend_motors_dense)
 void NAME(blend_motors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {1, 0, 2, {0}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(blend_motors_block), WIDTH(blend_motors_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(blend_motors_block), WIDTH(blend_motors_dense), TILE, (any_function
         *)NAME(blend_motors), NAME(call_aanr), 3, 4, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -30754,10 +30769,10 @@ void NAME(rotation_form_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {16, 2, 2, {4, 4}}};
     static const struct form forms[] = {{1, 2, NAME(rotation_form_start_a), WIDTHS(rotation_form_block_a),
-        WIDTH(rotation_form_dense_a)}, {2, 2, NAME(rotation_form_start_b), WIDTHS(rotation_form_block_b),
-        WIDTH(rotation_form_dense_b)}};
-    static const struct kernel kernel = {WIDTHS(rotation_form_block), WIDTH(rotation_form_dense), (any_function
-        *)NAME(rotation_form), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
+        WIDTH(rotation_form_dense_a), TILE}, {2, 2, NAME(rotation_form_start_b), WIDTHS(rotation_form_block_b),
+        WIDTH(rotation_form_dense_b), TILE}};
+    static const struct kernel kernel = {WIDTHS(rotation_form_block), WIDTH(rotation_form_dense), TILE,
+        (any_function *)NAME(rotation_form), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -31504,11 +31519,12 @@ void NAME(rotor_from_euler_angles_loop)(char **args, const intptr_t *dimensions,
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}, {4, 1, 4,
         {4}}};
     static const struct form forms[] = {{11, 2, NAME(rotor_from_euler_angles_start_a_b_angles),
-        WIDTHS(rotor_from_euler_angles_block_a_b_angles), WIDTH(rotor_from_euler_angles_dense_a_b_angles)}, {13, 2,
-        NAME(rotor_from_euler_angles_start_a_c_angles), WIDTHS(rotor_from_euler_angles_block_a_c_angles),
-        WIDTH(rotor_from_euler_angles_dense_a_c_angles)}, {14, 2, NAME(rotor_from_euler_angles_start_b_c_angles),
-        WIDTHS(rotor_from_euler_angles_block_b_c_angles), WIDTH(rotor_from_euler_angles_dense_b_c_angles)}};
-    static const struct kernel kernel = {WIDTHS(rotor_from_euler_angles_block), {NULL}, (any_function
+        WIDTHS(rotor_from_euler_angles_block_a_b_angles), WIDTH(rotor_from_euler_angles_dense_a_b_angles), TILE},
+        {13, 2, NAME(rotor_from_euler_angles_start_a_c_angles), WIDTHS(rotor_from_euler_angles_block_a_c_angles),
+        WIDTH(rotor_from_euler_angles_dense_a_c_angles), TILE}, {14, 2,
+        NAME(rotor_from_euler_angles_start_b_c_angles), WIDTHS(rotor_from_euler_angles_block_b_c_angles),
+        WIDTH(rotor_from_euler_angles_dense_b_c_angles), TILE}};
+    static const struct kernel kernel = {WIDTHS(rotor_from_euler_angles_block), {NULL}, 0, (any_function
         *)NAME(rotor_from_euler_angles), NAME(call_aaaar), 4, 5, 3, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -31616,7 +31632,7 @@ LOOPS(rotor_to_proper_euler_angles_block)
 void NAME(rotor_to_proper_euler_angles_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}};
-    static const struct kernel kernel = {WIDTHS(rotor_to_proper_euler_angles_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(rotor_to_proper_euler_angles_block), {NULL}, 0, (any_function
         *)NAME(rotor_to_proper_euler_angles), NAME(call_aaar), 3, 4, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -31734,7 +31750,7 @@ LOOPS(rotor_to_tait_bryan_angles_block)
 void NAME(rotor_to_tait_bryan_angles_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}};
-    static const struct kernel kernel = {WIDTHS(rotor_to_tait_bryan_angles_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(rotor_to_tait_bryan_angles_block), {NULL}, 0, (any_function
         *)NAME(rotor_to_tait_bryan_angles), NAME(call_aaar), 3, 4, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -31809,7 +31825,7 @@ void NAME(line_to_vector_algebra_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(line_to_vector_algebra_block), WIDTH(line_to_vector_algebra_dense),
-        (any_function *)NAME(line_to_vector_algebra), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
+        TILE, (any_function *)NAME(line_to_vector_algebra), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -31883,8 +31899,8 @@ void NAME(line_from_vector_algebra_loop)(char **args, const intptr_t *dimensions
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
     static const struct kernel kernel = {WIDTHS(line_from_vector_algebra_block),
-        WIDTH(line_from_vector_algebra_dense), (any_function *)NAME(line_from_vector_algebra), NAME(call_aar), 2, 3,
-        0, 0, 0, parts, NULL};
+        WIDTH(line_from_vector_algebra_dense), TILE, (any_function *)NAME(line_from_vector_algebra), NAME(call_aar),
+        2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -31929,21 +31945,21 @@ static INLINE void NAME(plane_to_vector_algebra_dense)(intptr_t n, char **args, 
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[3 * LANES];
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x1[3];
             REAL x2[1];
             NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(plane_to_vector_algebra)(x0, x1, x2);
-            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
-            NAME(store_1)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r1 + i), LANES * w, x1);
+            NAME(store_1)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a1 + first * 3, r1, 3, SPAN);
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a1 + first * 3, r1, 3, LANES, LANES);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(plane_to_vector_algebra_dense)
@@ -31952,8 +31968,8 @@ void NAME(plane_to_vector_algebra_loop)(char **args, const intptr_t *dimensions,
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {1, 1, 2, {1}}};
     static const struct kernel kernel = {WIDTHS(plane_to_vector_algebra_block),
-        WIDTHS(plane_to_vector_algebra_dense), (any_function *)NAME(plane_to_vector_algebra), NAME(call_arr), 1, 3,
-        0, 0, 0, parts, NULL};
+        WIDTHS(plane_to_vector_algebra_dense), LANES, (any_function *)NAME(plane_to_vector_algebra), NAME(call_arr),
+        1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -32023,8 +32039,8 @@ void NAME(plane_from_vector_algebra_loop)(char **args, const intptr_t *dimension
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 1, 1, {1}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(plane_from_vector_algebra_block),
-        WIDTH(plane_from_vector_algebra_dense), (any_function *)NAME(plane_from_vector_algebra), NAME(call_aar), 2,
-        3, 0, 0, 0, parts, NULL};
+        WIDTH(plane_from_vector_algebra_dense), TILE, (any_function *)NAME(plane_from_vector_algebra),
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -32082,7 +32098,7 @@ LOOP(point_to_projective_dense)
 void NAME(point_to_projective_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(point_to_projective_block), WIDTH(point_to_projective_dense),
+    static const struct kernel kernel = {WIDTHS(point_to_projective_block), WIDTH(point_to_projective_dense), TILE,
         (any_function *)NAME(point_to_projective), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -32142,8 +32158,8 @@ void NAME(direction_to_projective_loop)(char **args, const intptr_t *dimensions,
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(direction_to_projective_block),
-        WIDTH(direction_to_projective_dense), (any_function *)NAME(direction_to_projective), NAME(call_ar), 1, 2, 0,
-        0, 0, parts, NULL};
+        WIDTH(direction_to_projective_dense), TILE, (any_function *)NAME(direction_to_projective), NAME(call_ar), 1,
+        2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -32203,8 +32219,8 @@ void NAME(trivector_from_projective_loop)(char **args, const intptr_t *dimension
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(trivector_from_projective_block),
-        WIDTH(trivector_from_projective_dense), (any_function *)NAME(trivector_from_projective), NAME(call_ar), 1,
-        2, 0, 0, 0, parts, NULL};
+        WIDTH(trivector_from_projective_dense), TILE, (any_function *)NAME(trivector_from_projective),
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -32270,7 +32286,7 @@ LOOP(line_to_projective_dense)
 void NAME(line_to_projective_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {WIDTHS(line_to_projective_block), WIDTH(line_to_projective_dense),
+    static const struct kernel kernel = {WIDTHS(line_to_projective_block), WIDTH(line_to_projective_dense), TILE,
         (any_function *)NAME(line_to_projective), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -32338,7 +32354,7 @@ void NAME(line_from_projective_loop)(char **args, const intptr_t *dimensions, co
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}};
     static const struct kernel kernel = {WIDTHS(line_from_projective_block), WIDTH(line_from_projective_dense),
-        (any_function *)NAME(line_from_projective), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+        TILE, (any_function *)NAME(line_from_projective), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -32397,7 +32413,7 @@ LOOP(plane_to_projective_dense)
 void NAME(plane_to_projective_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(plane_to_projective_block), WIDTH(plane_to_projective_dense),
+    static const struct kernel kernel = {WIDTHS(plane_to_projective_block), WIDTH(plane_to_projective_dense), TILE,
         (any_function *)NAME(plane_to_projective), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -32458,7 +32474,7 @@ void NAME(plane_from_projective_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(plane_from_projective_block), WIDTH(plane_from_projective_dense),
-        (any_function *)NAME(plane_from_projective), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+        TILE, (any_function *)NAME(plane_from_projective), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -32498,17 +32514,17 @@ static INLINE void NAME(point_to_motor_algebra_dense)(intptr_t n, char **args, c
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[3];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(point_to_motor_algebra)(x0, x1);
-            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_3)((char *)(r1 + i), LANES * w, x1);
         }
-        NAME(store_few)(a1 + first * 3, r1, 3, SPAN);
+        NAME(store_few)(a1 + first * 3, r1, 3, LANES, LANES);
     }
 }
 LOOPS(point_to_motor_algebra_dense)
@@ -32517,7 +32533,7 @@ void NAME(point_to_motor_algebra_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {WIDTHS(point_to_motor_algebra_block), WIDTHS(point_to_motor_algebra_dense),
-        (any_function *)NAME(point_to_motor_algebra), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+        LANES, (any_function *)NAME(point_to_motor_algebra), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -32557,17 +32573,17 @@ static INLINE void NAME(point_from_motor_algebra_dense)(intptr_t n, char **args,
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[3];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(point_from_motor_algebra)(x0, x1);
-            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_3)((char *)(r1 + i), LANES * w, x1);
         }
-        NAME(store_few)(a1 + first * 3, r1, 3, SPAN);
+        NAME(store_few)(a1 + first * 3, r1, 3, LANES, LANES);
     }
 }
 LOOPS(point_from_motor_algebra_dense)
@@ -32576,8 +32592,8 @@ void NAME(point_from_motor_algebra_loop)(char **args, const intptr_t *dimensions
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {WIDTHS(point_from_motor_algebra_block),
-        WIDTHS(point_from_motor_algebra_dense), (any_function *)NAME(point_from_motor_algebra), NAME(call_ar), 1, 2,
-        0, 0, 0, parts, NULL};
+        WIDTHS(point_from_motor_algebra_dense), LANES, (any_function *)NAME(point_from_motor_algebra),
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -32653,7 +32669,7 @@ void NAME(line_to_motor_algebra_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(line_to_motor_algebra_block), WIDTH(line_to_motor_algebra_dense),
-        (any_function *)NAME(line_to_motor_algebra), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
+        TILE, (any_function *)NAME(line_to_motor_algebra), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -32729,8 +32745,8 @@ void NAME(line_from_motor_algebra_loop)(char **args, const intptr_t *dimensions,
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
     static const struct kernel kernel = {WIDTHS(line_from_motor_algebra_block),
-        WIDTH(line_from_motor_algebra_dense), (any_function *)NAME(line_from_motor_algebra), NAME(call_aar), 2, 3,
-        0, 0, 0, parts, NULL};
+        WIDTH(line_from_motor_algebra_dense), TILE, (any_function *)NAME(line_from_motor_algebra), NAME(call_aar),
+        2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -32791,7 +32807,7 @@ void NAME(plane_to_motor_algebra_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(plane_to_motor_algebra_block), WIDTH(plane_to_motor_algebra_dense),
-        (any_function *)NAME(plane_to_motor_algebra), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+        TILE, (any_function *)NAME(plane_to_motor_algebra), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -32852,8 +32868,8 @@ void NAME(plane_from_motor_algebra_loop)(char **args, const intptr_t *dimensions
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(plane_from_motor_algebra_block),
-        WIDTH(plane_from_motor_algebra_dense), (any_function *)NAME(plane_from_motor_algebra), NAME(call_ar), 1, 2,
-        0, 0, 0, parts, NULL};
+        WIDTH(plane_from_motor_algebra_dense), TILE, (any_function *)NAME(plane_from_motor_algebra), NAME(call_ar),
+        1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -33056,17 +33072,17 @@ static INLINE void NAME(move_point_of_motor_algebra_dense_m)(intptr_t n, char **
     (void)strides;
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x1[3];
             REAL x2[3];
             NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(move_point_of_motor_algebra_apply_m)(prepared, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(move_point_of_motor_algebra_dense_m)
@@ -33106,19 +33122,19 @@ static INLINE void NAME(move_point_of_motor_algebra_dense)(intptr_t n, char **ar
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[8];
             REAL x1[3];
             REAL x2[3];
             NAME(load_8)(x0, (char *)a0 + (first + i) * 8 * w, w);
             NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(move_point_of_motor_algebra)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(move_point_of_motor_algebra_dense)
@@ -33127,9 +33143,9 @@ void NAME(move_point_of_motor_algebra_loop)(char **args, const intptr_t *dimensi
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{1, 3, NAME(move_point_of_motor_algebra_start_m),
-        WIDTHS(move_point_of_motor_algebra_block_m), WIDTHS(move_point_of_motor_algebra_dense_m)}};
+        WIDTHS(move_point_of_motor_algebra_block_m), WIDTHS(move_point_of_motor_algebra_dense_m), LANES}};
     static const struct kernel kernel = {WIDTHS(move_point_of_motor_algebra_block),
-        WIDTHS(move_point_of_motor_algebra_dense), (any_function *)NAME(move_point_of_motor_algebra),
+        WIDTHS(move_point_of_motor_algebra_dense), LANES, (any_function *)NAME(move_point_of_motor_algebra),
         NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -33423,10 +33439,10 @@ void NAME(move_plane_of_motor_algebra_loop)(char **args, const intptr_t *dimensi
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{1, 3, NAME(move_plane_of_motor_algebra_start_m),
-        WIDTHS(move_plane_of_motor_algebra_block_m), WIDTH(move_plane_of_motor_algebra_dense_m)}};
+        WIDTHS(move_plane_of_motor_algebra_block_m), WIDTH(move_plane_of_motor_algebra_dense_m), TILE}};
     static const struct kernel kernel = {WIDTHS(move_plane_of_motor_algebra_block),
-        WIDTH(move_plane_of_motor_algebra_dense), (any_function *)NAME(move_plane_of_motor_algebra), NAME(call_aar),
-        2, 3, 1, 0, 0, parts, forms};
+        WIDTH(move_plane_of_motor_algebra_dense), TILE, (any_function *)NAME(move_plane_of_motor_algebra),
+        NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -33535,8 +33551,8 @@ LOOP(line_commutator_dense)
 void NAME(line_commutator_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(line_commutator_block), WIDTH(line_commutator_dense), (any_function
-        *)NAME(line_commutator), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_commutator_block), WIDTH(line_commutator_dense), TILE,
+        (any_function *)NAME(line_commutator), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -33620,8 +33636,8 @@ LOOP(twist_on_point_dense)
 void NAME(twist_on_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(twist_on_point_block), WIDTH(twist_on_point_dense), (any_function
-        *)NAME(twist_on_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(twist_on_point_block), WIDTH(twist_on_point_dense), TILE,
+        (any_function *)NAME(twist_on_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -33730,8 +33746,8 @@ LOOP(twist_on_line_dense)
 void NAME(twist_on_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(twist_on_line_block), WIDTH(twist_on_line_dense), (any_function
-        *)NAME(twist_on_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(twist_on_line_block), WIDTH(twist_on_line_dense), TILE,
+        (any_function *)NAME(twist_on_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -33819,8 +33835,8 @@ LOOP(twist_on_plane_dense)
 void NAME(twist_on_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(twist_on_plane_block), WIDTH(twist_on_plane_dense), (any_function
-        *)NAME(twist_on_plane), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(twist_on_plane_block), WIDTH(twist_on_plane_dense), TILE,
+        (any_function *)NAME(twist_on_plane), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -33903,7 +33919,7 @@ LOOP(power_dense)
 void NAME(power_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(power_block), WIDTH(power_dense), (any_function *)NAME(power),
+    static const struct kernel kernel = {WIDTHS(power_block), WIDTH(power_dense), TILE, (any_function *)NAME(power),
         NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -34127,7 +34143,7 @@ LOOPS(inertia_of_moved_body_block)
 void NAME(inertia_of_moved_body_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {10, 1, 1, {10}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {WIDTHS(inertia_of_moved_body_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(inertia_of_moved_body_block), {NULL}, 0, (any_function
         *)NAME(inertia_of_moved_body), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -34252,7 +34268,7 @@ LOOP(momentum_dense)
 void NAME(momentum_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(momentum_block), WIDTH(momentum_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(momentum_block), WIDTH(momentum_dense), TILE, (any_function
         *)NAME(momentum), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -35141,11 +35157,12 @@ void NAME(inertial_wrench_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}, {6, 1, 3, {6}}};
     static const struct form forms[] = {{3, 2, NAME(inertial_wrench_start_inertia_v),
-        WIDTHS(inertial_wrench_block_inertia_v), WIDTH(inertial_wrench_dense_inertia_v)}, {6, 2,
-        NAME(inertial_wrench_start_v_a), WIDTHS(inertial_wrench_block_v_a), WIDTH(inertial_wrench_dense_v_a)}, {2,
-        2, NAME(inertial_wrench_start_v), WIDTHS(inertial_wrench_block_v), WIDTH(inertial_wrench_dense_v)}};
-    static const struct kernel kernel = {WIDTHS(inertial_wrench_block), WIDTH(inertial_wrench_dense), (any_function
-        *)NAME(inertial_wrench), NAME(call_aaar), 3, 4, 3, 0, 0, parts, forms};
+        WIDTHS(inertial_wrench_block_inertia_v), WIDTH(inertial_wrench_dense_inertia_v), TILE}, {6, 2,
+        NAME(inertial_wrench_start_v_a), WIDTHS(inertial_wrench_block_v_a), WIDTH(inertial_wrench_dense_v_a), TILE},
+        {2, 2, NAME(inertial_wrench_start_v), WIDTHS(inertial_wrench_block_v), WIDTH(inertial_wrench_dense_v),
+        TILE}};
+    static const struct kernel kernel = {WIDTHS(inertial_wrench_block), WIDTH(inertial_wrench_dense), TILE,
+        (any_function *)NAME(inertial_wrench), NAME(call_aaar), 3, 4, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -35242,7 +35259,7 @@ LOOP(twist_after_joint_dense)
 void NAME(twist_after_joint_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(twist_after_joint_block), WIDTH(twist_after_joint_dense),
+    static const struct kernel kernel = {WIDTHS(twist_after_joint_block), WIDTH(twist_after_joint_dense), TILE,
         (any_function *)NAME(twist_after_joint), NAME(call_aanr), 3, 4, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -36079,17 +36096,17 @@ void NAME(twist_rate_after_joint_loop)(char **args, const intptr_t *dimensions, 
         {0}}, {6, 1, 3, {6}}};
     static const struct form forms[] = {{29, 2, NAME(twist_rate_after_joint_start_v_axis_speed_acceleration),
         WIDTHS(twist_rate_after_joint_block_v_axis_speed_acceleration),
-        WIDTH(twist_rate_after_joint_dense_v_axis_speed_acceleration)}, {15, 2,
+        WIDTH(twist_rate_after_joint_dense_v_axis_speed_acceleration), TILE}, {15, 2,
         NAME(twist_rate_after_joint_start_v_a_axis_speed), WIDTHS(twist_rate_after_joint_block_v_a_axis_speed),
-        WIDTH(twist_rate_after_joint_dense_v_a_axis_speed)}, {23, 2,
+        WIDTH(twist_rate_after_joint_dense_v_a_axis_speed), TILE}, {23, 2,
         NAME(twist_rate_after_joint_start_v_a_axis_acceleration),
         WIDTHS(twist_rate_after_joint_block_v_a_axis_acceleration),
-        WIDTH(twist_rate_after_joint_dense_v_a_axis_acceleration)}, {30, 2,
+        WIDTH(twist_rate_after_joint_dense_v_a_axis_acceleration), TILE}, {30, 2,
         NAME(twist_rate_after_joint_start_a_axis_speed_acceleration),
         WIDTHS(twist_rate_after_joint_block_a_axis_speed_acceleration),
-        WIDTH(twist_rate_after_joint_dense_a_axis_speed_acceleration)}};
+        WIDTH(twist_rate_after_joint_dense_a_axis_speed_acceleration), TILE}};
     static const struct kernel kernel = {WIDTHS(twist_rate_after_joint_block), WIDTH(twist_rate_after_joint_dense),
-        (any_function *)NAME(twist_rate_after_joint), NAME(call_aaannr), 5, 6, 4, 0, 0, parts, forms};
+        TILE, (any_function *)NAME(twist_rate_after_joint), NAME(call_aaannr), 5, 6, 4, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

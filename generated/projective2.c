@@ -2,7 +2,7 @@
 // command: gac generate --all projective2
 // spec: 0159c77a8494f6e7
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 230230bbb6b7eb0742b4e867d567b0463adc202b9b9b32d0af0adfd5c57bc5e5
+// body: b4af6258734fb933a9eae764d2b6b3d565505971fb8a0e12ee776eff078e25d1
 
 #ifndef REAL
 #include "projective2.h"
@@ -64,6 +64,9 @@
 // Elements in C order go through rows of this many.
 #define SPAN 32
 
+// As many elements are run one after the other.
+#define ALONE 2
+
 // A vector of neighbours in memory, where the compiler turns such of 32 bytes well.
 #if defined(__has_builtin) && (defined(ON) || defined(__clang__))
 #if __has_builtin(__builtin_shufflevector)
@@ -121,12 +124,15 @@ struct form {
     intptr_t least;
     void (*start)(char **args, const intptr_t *strides, void *prepared);
     loop_function *block[2], *dense[2];
+    int together;
 };
 
-// The loops of a kernel, over rows and in C order, its plain function and how that is called, and its forms. A kernel
-// that repeats reads its inputs again after it has written: its outputs cannot lie where they do.
+// The loops of a kernel, over rows and in C order, which takes so many elements together; its plain function and how
+// that is called; and its forms. A kernel that repeats reads its inputs again after it has written: its outputs cannot
+// lie where they do.
 struct kernel {
     loop_function *block[2], *dense[2];
+    int together;
     any_function *function;
     void (*call)(any_function *function, void **parts);
     int n_inputs, n_parts, n_forms, repeats, busy;
@@ -1574,39 +1580,39 @@ static INLINE void NAME(store_tile_18)(REAL *a, const REAL *x, intptr_t row)
 }
 #endif
 
-// Rows, SPAN numbers long, of `n` elements of at most three numbers in C order, and back.
-static INLINE void NAME(load_few)(REAL *x, const REAL *a, intptr_t size, intptr_t n)
+// Rows, `row` numbers long, of `n` elements of at most three numbers in C order, and back.
+static INLINE void NAME(load_few)(REAL *x, const REAL *a, intptr_t size, intptr_t row, intptr_t n)
 {
     if (size == 1) {
         memcpy(x, a, n * sizeof(REAL));
     } else if (size == 2) {
         for (intptr_t i = 0; i < n; ++i) {
             x[i] = a[2 * i];
-            x[SPAN + i] = a[2 * i + 1];
+            x[row + i] = a[2 * i + 1];
         }
     } else {
         for (intptr_t i = 0; i < n; ++i) {
             x[i] = a[3 * i];
-            x[SPAN + i] = a[3 * i + 1];
-            x[2 * SPAN + i] = a[3 * i + 2];
+            x[row + i] = a[3 * i + 1];
+            x[2 * row + i] = a[3 * i + 2];
         }
     }
 }
 
-static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr_t n)
+static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr_t row, intptr_t n)
 {
     if (size == 1) {
         memcpy(a, x, n * sizeof(REAL));
     } else if (size == 2) {
         for (intptr_t i = 0; i < n; ++i) {
             a[2 * i] = x[i];
-            a[2 * i + 1] = x[SPAN + i];
+            a[2 * i + 1] = x[row + i];
         }
     } else {
         for (intptr_t i = 0; i < n; ++i) {
             a[3 * i] = x[i];
-            a[3 * i + 1] = x[SPAN + i];
-            a[3 * i + 2] = x[2 * SPAN + i];
+            a[3 * i + 1] = x[row + i];
+            a[3 * i + 2] = x[2 * row + i];
         }
     }
 }
@@ -1615,42 +1621,42 @@ static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr
 static INLINE void NAME(load_span_1)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 1, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 1, SPAN, n);
 }
 LOOPS(load_span_1)
 
 static INLINE void NAME(store_span_1)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 1, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 1, SPAN, n);
 }
 LOOPS(store_span_1)
 
 static INLINE void NAME(load_span_2)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 2, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 2, SPAN, n);
 }
 LOOPS(load_span_2)
 
 static INLINE void NAME(store_span_2)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 2, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 2, SPAN, n);
 }
 LOOPS(store_span_2)
 
 static INLINE void NAME(load_span_3)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 3, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 3, SPAN, n);
 }
 LOOPS(load_span_3)
 
 static INLINE void NAME(store_span_3)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 3, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 3, SPAN, n);
 }
 LOOPS(store_span_3)
 
@@ -1851,11 +1857,12 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     intptr_t cores[CORES], row_cores[CORES], total = 0, numbers = 0, bytes = 0;
     unsigned still = 0, units = 0, hoisted = 0;
     int in_place = 1, ordered = 1, known = 1;
-    if (width < 0 || n == 1) {
+    if (width < 0 || n <= 1) {
         NAME(each)(kernel, args, n, steps);
         return;
     }
     loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width], *loads[PARTS], *stores[PARTS];
+    int together = kernel->together;
     for (int p = 0; p < n_parts; ++p) {
         const struct part *part = &kernel->parts[p];
         const int same = p < n_inputs && steps[p] == 0;
@@ -1874,7 +1881,8 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         const struct form *form = &kernel->forms[f];
         if ((still & form->same) == form->same && n >= form->least) {
             form->start(args, strides, prepared);
-            hoisted = form->same, in_rows = form->block[width], in_order = form->dense[width];
+            hoisted = form->same, together = form->together;
+            in_rows = form->block[width], in_order = form->dense[width];
         }
     }
     // Results that no cache holds go past the caches, where that is what takes the time and all rows start lines alike.
@@ -1889,7 +1897,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     loop_function *const at_once = ordered && still == hoisted && in_order ? in_order
         : (units | hoisted) == (1u << n_parts) - 1 && !past && !kernel->repeats ? in_rows : NULL;
     if (at_once) {
-        const intptr_t whole = n & -(at_once == in_order ? SPAN : LANES);
+        const intptr_t whole = n & -(at_once == in_order ? together : LANES);
         for (int p = 0; p < n_parts; ++p) {
             starts[p] = hoisted >> p & 1 ? (char *)prepared : args[p];
             rest[p] = args[p] + whole * steps[p];
@@ -1899,6 +1907,11 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         args = rest, n -= whole;
         if (n == 0)
             return;
+    }
+    // Rows cost more than a few elements do.
+    if (n <= ALONE && !hoisted) {
+        NAME(each)(kernel, args, n, steps);
+        return;
     }
     const int spans = ordered && known && total * SPAN <= SPACE;
     // Long rows spare calls; beyond the last cache, short turns keep reading and writing going side by side.
@@ -2039,10 +2052,10 @@ static INLINE void NAME(bracket_dense)(intptr_t n, char **args, const intptr_t *
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
     REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r3[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r3[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[3];
             REAL x2[3];
@@ -2053,7 +2066,7 @@ static INLINE void NAME(bracket_dense)(intptr_t n, char **args, const intptr_t *
             NAME(bracket)(x0, x1, x2, x3);
             NAME(store_scalar)((char *)(r3 + i), x3);
         }
-        NAME(store_few)(a3 + first * 1, r3, 1, SPAN);
+        NAME(store_few)(a3 + first * 1, r3, 1, LANES, LANES);
     }
 }
 LOOPS(bracket_dense)
@@ -2061,7 +2074,7 @@ LOOPS(bracket_dense)
 void NAME(bracket_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {1, 0, 3, {0}}};
-    static const struct kernel kernel = {WIDTHS(bracket_block), WIDTHS(bracket_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(bracket_block), WIDTHS(bracket_dense), LANES, (any_function
         *)NAME(bracket), NAME(call_aaar), 3, 4, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -2115,19 +2128,19 @@ static INLINE void NAME(join_points_dense)(intptr_t n, char **args, const intptr
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[3];
             REAL x2[3];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(join_points)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(join_points_dense)
@@ -2135,7 +2148,7 @@ LOOPS(join_points_dense)
 void NAME(join_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(join_points_block), WIDTHS(join_points_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(join_points_block), WIDTHS(join_points_dense), LANES, (any_function
         *)NAME(join_points), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -2223,8 +2236,8 @@ LOOP(transform_point_dense)
 void NAME(transform_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {2, 1, 2, {2}}, {2, 1, 3, {2}}};
-    static const struct kernel kernel = {WIDTHS(transform_point_block), WIDTH(transform_point_dense), (any_function
-        *)NAME(transform_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(transform_point_block), WIDTH(transform_point_dense), TILE,
+        (any_function *)NAME(transform_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2320,8 +2333,8 @@ LOOP(line_homography_dense)
 void NAME(line_homography_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {9, 2, 2, {3, 3}}};
-    static const struct kernel kernel = {WIDTHS(line_homography_block), WIDTH(line_homography_dense), (any_function
-        *)NAME(line_homography), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_homography_block), WIDTH(line_homography_dense), TILE,
+        (any_function *)NAME(line_homography), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2412,7 +2425,7 @@ void NAME(homography_equations_loop)(char **args, const intptr_t *dimensions, co
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {18, 2, 2, {2, 9}}};
     static const struct kernel kernel = {WIDTHS(homography_equations_block), WIDTH(homography_equations_dense),
-        (any_function *)NAME(homography_equations), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+        TILE, (any_function *)NAME(homography_equations), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2467,17 +2480,17 @@ static INLINE void NAME(cross_ratio_on_line_dense)(intptr_t n, char **args, cons
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[8];
             REAL x1[1];
             NAME(load_4x2)(x0, (char *)a0 + (first + i) * 8 * w, 2 * w, w);
             NAME(cross_ratio_on_line)(x0, x1);
             NAME(store_scalar)((char *)(r1 + i), x1);
         }
-        NAME(store_few)(a1 + first * 1, r1, 1, SPAN);
+        NAME(store_few)(a1 + first * 1, r1, 1, LANES, LANES);
     }
 }
 LOOPS(cross_ratio_on_line_dense)
@@ -2486,7 +2499,7 @@ void NAME(cross_ratio_on_line_loop)(char **args, const intptr_t *dimensions, con
 {
     static const struct part parts[] = {{8, 2, 0, {4, 2}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(cross_ratio_on_line_block), WIDTHS(cross_ratio_on_line_dense),
-        (any_function *)NAME(cross_ratio_on_line), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+        LANES, (any_function *)NAME(cross_ratio_on_line), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2595,7 +2608,7 @@ void NAME(cross_ratio_of_lines_loop)(char **args, const intptr_t *dimensions, co
 {
     static const struct part parts[] = {{15, 2, 0, {5, 3}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(cross_ratio_of_lines_block), WIDTH(cross_ratio_of_lines_dense),
-        (any_function *)NAME(cross_ratio_of_lines), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+        TILE, (any_function *)NAME(cross_ratio_of_lines), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2767,7 +2780,7 @@ LOOP(conic_from_points_dense)
 void NAME(conic_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{15, 2, 0, {5, 3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(conic_from_points_block), WIDTH(conic_from_points_dense),
+    static const struct kernel kernel = {WIDTHS(conic_from_points_block), WIDTH(conic_from_points_dense), TILE,
         (any_function *)NAME(conic_from_points), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -2933,8 +2946,8 @@ LOOP(pascal_bracket_dense)
 void NAME(pascal_bracket_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{18, 2, 0, {6, 3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(pascal_bracket_block), WIDTH(pascal_bracket_dense), (any_function
-        *)NAME(pascal_bracket), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(pascal_bracket_block), WIDTH(pascal_bracket_dense), TILE,
+        (any_function *)NAME(pascal_bracket), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3037,8 +3050,8 @@ void NAME(circular_point_equations_loop)(char **args, const intptr_t *dimensions
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {12, 2, 2, {2, 6}}};
     static const struct kernel kernel = {WIDTHS(circular_point_equations_block),
-        WIDTH(circular_point_equations_dense), (any_function *)NAME(circular_point_equations), NAME(call_ar), 1, 2,
-        0, 0, 0, parts, NULL};
+        WIDTH(circular_point_equations_dense), TILE, (any_function *)NAME(circular_point_equations), NAME(call_ar),
+        1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

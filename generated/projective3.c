@@ -2,7 +2,7 @@
 // command: gac generate --all projective3
 // spec: b8100e20257c1954
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: b96d7aed0fad68f01c50bd7459c2dc071d2918c456b954269ad072bd500c65f9
+// body: 2443db7ad63892f7d04b17571c5c69cd959f8d967a253b2c546a9caa83a9f0d6
 
 #ifndef REAL
 #include "projective3.h"
@@ -64,6 +64,9 @@
 // Elements in C order go through rows of this many.
 #define SPAN 32
 
+// As many elements are run one after the other.
+#define ALONE 2
+
 // A vector of neighbours in memory, where the compiler turns such of 32 bytes well.
 #if defined(__has_builtin) && (defined(ON) || defined(__clang__))
 #if __has_builtin(__builtin_shufflevector)
@@ -121,12 +124,15 @@ struct form {
     intptr_t least;
     void (*start)(char **args, const intptr_t *strides, void *prepared);
     loop_function *block[2], *dense[2];
+    int together;
 };
 
-// The loops of a kernel, over rows and in C order, its plain function and how that is called, and its forms. A kernel
-// that repeats reads its inputs again after it has written: its outputs cannot lie where they do.
+// The loops of a kernel, over rows and in C order, which takes so many elements together; its plain function and how
+// that is called; and its forms. A kernel that repeats reads its inputs again after it has written: its outputs cannot
+// lie where they do.
 struct kernel {
     loop_function *block[2], *dense[2];
+    int together;
     any_function *function;
     void (*call)(any_function *function, void **parts);
     int n_inputs, n_parts, n_forms, repeats, busy;
@@ -2230,39 +2236,39 @@ static INLINE void NAME(store_tile_27)(REAL *a, const REAL *x, intptr_t row)
 }
 #endif
 
-// Rows, SPAN numbers long, of `n` elements of at most three numbers in C order, and back.
-static INLINE void NAME(load_few)(REAL *x, const REAL *a, intptr_t size, intptr_t n)
+// Rows, `row` numbers long, of `n` elements of at most three numbers in C order, and back.
+static INLINE void NAME(load_few)(REAL *x, const REAL *a, intptr_t size, intptr_t row, intptr_t n)
 {
     if (size == 1) {
         memcpy(x, a, n * sizeof(REAL));
     } else if (size == 2) {
         for (intptr_t i = 0; i < n; ++i) {
             x[i] = a[2 * i];
-            x[SPAN + i] = a[2 * i + 1];
+            x[row + i] = a[2 * i + 1];
         }
     } else {
         for (intptr_t i = 0; i < n; ++i) {
             x[i] = a[3 * i];
-            x[SPAN + i] = a[3 * i + 1];
-            x[2 * SPAN + i] = a[3 * i + 2];
+            x[row + i] = a[3 * i + 1];
+            x[2 * row + i] = a[3 * i + 2];
         }
     }
 }
 
-static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr_t n)
+static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr_t row, intptr_t n)
 {
     if (size == 1) {
         memcpy(a, x, n * sizeof(REAL));
     } else if (size == 2) {
         for (intptr_t i = 0; i < n; ++i) {
             a[2 * i] = x[i];
-            a[2 * i + 1] = x[SPAN + i];
+            a[2 * i + 1] = x[row + i];
         }
     } else {
         for (intptr_t i = 0; i < n; ++i) {
             a[3 * i] = x[i];
-            a[3 * i + 1] = x[SPAN + i];
-            a[3 * i + 2] = x[2 * SPAN + i];
+            a[3 * i + 1] = x[row + i];
+            a[3 * i + 2] = x[2 * row + i];
         }
     }
 }
@@ -2271,42 +2277,42 @@ static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr
 static INLINE void NAME(load_span_1)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 1, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 1, SPAN, n);
 }
 LOOPS(load_span_1)
 
 static INLINE void NAME(store_span_1)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 1, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 1, SPAN, n);
 }
 LOOPS(store_span_1)
 
 static INLINE void NAME(load_span_2)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 2, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 2, SPAN, n);
 }
 LOOPS(load_span_2)
 
 static INLINE void NAME(store_span_2)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 2, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 2, SPAN, n);
 }
 LOOPS(store_span_2)
 
 static INLINE void NAME(load_span_3)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 3, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 3, SPAN, n);
 }
 LOOPS(load_span_3)
 
 static INLINE void NAME(store_span_3)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 3, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 3, SPAN, n);
 }
 LOOPS(store_span_3)
 
@@ -2526,11 +2532,12 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     intptr_t cores[CORES], row_cores[CORES], total = 0, numbers = 0, bytes = 0;
     unsigned still = 0, units = 0, hoisted = 0;
     int in_place = 1, ordered = 1, known = 1;
-    if (width < 0 || n == 1) {
+    if (width < 0 || n <= 1) {
         NAME(each)(kernel, args, n, steps);
         return;
     }
     loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width], *loads[PARTS], *stores[PARTS];
+    int together = kernel->together;
     for (int p = 0; p < n_parts; ++p) {
         const struct part *part = &kernel->parts[p];
         const int same = p < n_inputs && steps[p] == 0;
@@ -2549,7 +2556,8 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         const struct form *form = &kernel->forms[f];
         if ((still & form->same) == form->same && n >= form->least) {
             form->start(args, strides, prepared);
-            hoisted = form->same, in_rows = form->block[width], in_order = form->dense[width];
+            hoisted = form->same, together = form->together;
+            in_rows = form->block[width], in_order = form->dense[width];
         }
     }
     // Results that no cache holds go past the caches, where that is what takes the time and all rows start lines alike.
@@ -2564,7 +2572,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     loop_function *const at_once = ordered && still == hoisted && in_order ? in_order
         : (units | hoisted) == (1u << n_parts) - 1 && !past && !kernel->repeats ? in_rows : NULL;
     if (at_once) {
-        const intptr_t whole = n & -(at_once == in_order ? SPAN : LANES);
+        const intptr_t whole = n & -(at_once == in_order ? together : LANES);
         for (int p = 0; p < n_parts; ++p) {
             starts[p] = hoisted >> p & 1 ? (char *)prepared : args[p];
             rest[p] = args[p] + whole * steps[p];
@@ -2574,6 +2582,11 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         args = rest, n -= whole;
         if (n == 0)
             return;
+    }
+    // Rows cost more than a few elements do.
+    if (n <= ALONE && !hoisted) {
+        NAME(each)(kernel, args, n, steps);
+        return;
     }
     const int spans = ordered && known && total * SPAN <= SPACE;
     // Long rows spare calls; beyond the last cache, short turns keep reading and writing going side by side.
@@ -3058,17 +3071,17 @@ static INLINE void NAME(bracket_dense_a_b_c)(intptr_t n, char **args, const intp
     (void)strides;
     REAL *a3 = (REAL *)args[3];
     REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r4[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r4[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x3[4];
             REAL x4[1];
             NAME(load_4)(x3, (char *)a3 + (first + i) * 4 * w, w);
             NAME(bracket_apply_a_b_c)(prepared, x3, x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_few)(a4 + first * 1, r4, 1, SPAN);
+        NAME(store_few)(a4 + first * 1, r4, 1, LANES, LANES);
     }
 }
 LOOPS(bracket_dense_a_b_c)
@@ -3110,17 +3123,17 @@ static INLINE void NAME(bracket_dense_a_b_d)(intptr_t n, char **args, const intp
     (void)strides;
     REAL *a2 = (REAL *)args[2];
     REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r4[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r4[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x2[4];
             REAL x4[1];
             NAME(load_4)(x2, (char *)a2 + (first + i) * 4 * w, w);
             NAME(bracket_apply_a_b_d)(prepared, x2, x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_few)(a4 + first * 1, r4, 1, SPAN);
+        NAME(store_few)(a4 + first * 1, r4, 1, LANES, LANES);
     }
 }
 LOOPS(bracket_dense_a_b_d)
@@ -3162,17 +3175,17 @@ static INLINE void NAME(bracket_dense_a_c_d)(intptr_t n, char **args, const intp
     (void)strides;
     REAL *a1 = (REAL *)args[1];
     REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r4[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r4[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x1[4];
             REAL x4[1];
             NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
             NAME(bracket_apply_a_c_d)(prepared, x1, x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_few)(a4 + first * 1, r4, 1, SPAN);
+        NAME(store_few)(a4 + first * 1, r4, 1, LANES, LANES);
     }
 }
 LOOPS(bracket_dense_a_c_d)
@@ -3214,17 +3227,17 @@ static INLINE void NAME(bracket_dense_b_c_d)(intptr_t n, char **args, const intp
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r4[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r4[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x4[1];
             NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(bracket_apply_b_c_d)(prepared, x0, x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_few)(a4 + first * 1, r4, 1, SPAN);
+        NAME(store_few)(a4 + first * 1, r4, 1, LANES, LANES);
     }
 }
 LOOPS(bracket_dense_b_c_d)
@@ -3276,10 +3289,10 @@ static INLINE void NAME(bracket_dense)(intptr_t n, char **args, const intptr_t *
     REAL *a2 = (REAL *)args[2];
     REAL *a3 = (REAL *)args[3];
     REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r4[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r4[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x1[4];
             REAL x2[4];
@@ -3292,7 +3305,7 @@ static INLINE void NAME(bracket_dense)(intptr_t n, char **args, const intptr_t *
             NAME(bracket)(x0, x1, x2, x3, x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_few)(a4 + first * 1, r4, 1, SPAN);
+        NAME(store_few)(a4 + first * 1, r4, 1, LANES, LANES);
     }
 }
 LOOPS(bracket_dense)
@@ -3302,11 +3315,11 @@ void NAME(bracket_loop)(char **args, const intptr_t *dimensions, const intptr_t 
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}, {4, 1, 3, {4}}, {1, 0, 4,
         {0}}};
     static const struct form forms[] = {{7, 2, NAME(bracket_start_a_b_c), WIDTHS(bracket_block_a_b_c),
-        WIDTHS(bracket_dense_a_b_c)}, {11, 2, NAME(bracket_start_a_b_d), WIDTHS(bracket_block_a_b_d),
-        WIDTHS(bracket_dense_a_b_d)}, {13, 2, NAME(bracket_start_a_c_d), WIDTHS(bracket_block_a_c_d),
-        WIDTHS(bracket_dense_a_c_d)}, {14, 2, NAME(bracket_start_b_c_d), WIDTHS(bracket_block_b_c_d),
-        WIDTHS(bracket_dense_b_c_d)}};
-    static const struct kernel kernel = {WIDTHS(bracket_block), WIDTHS(bracket_dense), (any_function
+        WIDTHS(bracket_dense_a_b_c), LANES}, {11, 2, NAME(bracket_start_a_b_d), WIDTHS(bracket_block_a_b_d),
+        WIDTHS(bracket_dense_a_b_d), LANES}, {13, 2, NAME(bracket_start_a_c_d), WIDTHS(bracket_block_a_c_d),
+        WIDTHS(bracket_dense_a_c_d), LANES}, {14, 2, NAME(bracket_start_b_c_d), WIDTHS(bracket_block_b_c_d),
+        WIDTHS(bracket_dense_b_c_d), LANES}};
+    static const struct kernel kernel = {WIDTHS(bracket_block), WIDTHS(bracket_dense), LANES, (any_function
         *)NAME(bracket), NAME(call_aaaar), 4, 5, 4, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3398,7 +3411,7 @@ LOOP(join_points_dense)
 void NAME(join_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(join_points_block), WIDTH(join_points_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(join_points_block), WIDTH(join_points_dense), TILE, (any_function
         *)NAME(join_points), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3905,11 +3918,11 @@ void NAME(join_three_points_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}, {4, 1, 3, {4}}};
     static const struct form forms[] = {{3, 2, NAME(join_three_points_start_a_b),
-        WIDTHS(join_three_points_block_a_b), WIDTH(join_three_points_dense_a_b)}, {5, 2,
-        NAME(join_three_points_start_a_c), WIDTHS(join_three_points_block_a_c), WIDTH(join_three_points_dense_a_c)},
-        {6, 2, NAME(join_three_points_start_b_c), WIDTHS(join_three_points_block_b_c),
-        WIDTH(join_three_points_dense_b_c)}};
-    static const struct kernel kernel = {WIDTHS(join_three_points_block), WIDTH(join_three_points_dense),
+        WIDTHS(join_three_points_block_a_b), WIDTH(join_three_points_dense_a_b), TILE}, {5, 2,
+        NAME(join_three_points_start_a_c), WIDTHS(join_three_points_block_a_c), WIDTH(join_three_points_dense_a_c),
+        TILE}, {6, 2, NAME(join_three_points_start_b_c), WIDTHS(join_three_points_block_b_c),
+        WIDTH(join_three_points_dense_b_c), TILE}};
+    static const struct kernel kernel = {WIDTHS(join_three_points_block), WIDTH(join_three_points_dense), TILE,
         (any_function *)NAME(join_three_points), NAME(call_aaar), 3, 4, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -4007,8 +4020,8 @@ LOOP(project_point_dense)
 void NAME(project_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {3, 1, 2, {3}}, {2, 1, 3, {2}}};
-    static const struct kernel kernel = {WIDTHS(project_point_block), WIDTH(project_point_dense), (any_function
-        *)NAME(project_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(project_point_block), WIDTH(project_point_dense), TILE,
+        (any_function *)NAME(project_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4108,8 +4121,8 @@ void NAME(project_homogeneous_point_loop)(char **args, const intptr_t *dimension
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {4, 1, 2, {4}}, {3, 1, 3, {3}}};
     static const struct kernel kernel = {WIDTHS(project_homogeneous_point_block),
-        WIDTH(project_homogeneous_point_dense), (any_function *)NAME(project_homogeneous_point), NAME(call_aar), 2,
-        3, 0, 0, 0, parts, NULL};
+        WIDTH(project_homogeneous_point_dense), TILE, (any_function *)NAME(project_homogeneous_point),
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4216,8 +4229,8 @@ LOOP(camera_centre_dense)
 void NAME(camera_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(camera_centre_block), WIDTH(camera_centre_dense), (any_function
-        *)NAME(camera_centre), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(camera_centre_block), WIDTH(camera_centre_dense), TILE,
+        (any_function *)NAME(camera_centre), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4523,8 +4536,8 @@ void NAME(back_project_pixel_loop)(char **args, const intptr_t *dimensions, cons
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {2, 1, 2, {2}}, {6, 1, 3, {6}}};
     static const struct form forms[] = {{1, 6, NAME(back_project_pixel_start_camera),
-        WIDTHS(back_project_pixel_block_camera), WIDTH(back_project_pixel_dense_camera)}};
-    static const struct kernel kernel = {WIDTHS(back_project_pixel_block), WIDTH(back_project_pixel_dense),
+        WIDTHS(back_project_pixel_block_camera), WIDTH(back_project_pixel_dense_camera), TILE}};
+    static const struct kernel kernel = {WIDTHS(back_project_pixel_block), WIDTH(back_project_pixel_dense), TILE,
         (any_function *)NAME(back_project_pixel), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -5422,10 +5435,10 @@ void NAME(fundamental_matrix_from_cameras_loop)(char **args, const intptr_t *dim
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {12, 2, 2, {3, 4}}, {9, 2, 4, {3, 3}}};
     static const struct form forms[] = {{1, 2, NAME(fundamental_matrix_from_cameras_start_first),
-        WIDTHS(fundamental_matrix_from_cameras_block_first), {NULL}}, {2, 2,
+        WIDTHS(fundamental_matrix_from_cameras_block_first), {NULL}, 0}, {2, 2,
         NAME(fundamental_matrix_from_cameras_start_second), WIDTHS(fundamental_matrix_from_cameras_block_second),
-        {NULL}}};
-    static const struct kernel kernel = {WIDTHS(fundamental_matrix_from_cameras_block), {NULL}, (any_function
+        {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(fundamental_matrix_from_cameras_block), {NULL}, 0, (any_function
         *)NAME(fundamental_matrix_from_cameras), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -5724,9 +5737,9 @@ void NAME(epipole_from_cameras_loop)(char **args, const intptr_t *dimensions, co
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {12, 2, 2, {3, 4}}, {3, 1, 4, {3}}};
     static const struct form forms[] = {{1, 2, NAME(epipole_from_cameras_start_first),
-        WIDTHS(epipole_from_cameras_block_first), WIDTH(epipole_from_cameras_dense_first)}};
+        WIDTHS(epipole_from_cameras_block_first), WIDTH(epipole_from_cameras_dense_first), TILE}};
     static const struct kernel kernel = {WIDTHS(epipole_from_cameras_block), WIDTH(epipole_from_cameras_dense),
-        (any_function *)NAME(epipole_from_cameras), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+        TILE, (any_function *)NAME(epipole_from_cameras), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5811,8 +5824,8 @@ LOOP(epipolar_line_dense)
 void NAME(epipolar_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {2, 1, 2, {2}}, {3, 1, 3, {3}}};
-    static const struct kernel kernel = {WIDTHS(epipolar_line_block), WIDTH(epipolar_line_dense), (any_function
-        *)NAME(epipolar_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(epipolar_line_block), WIDTH(epipolar_line_dense), TILE,
+        (any_function *)NAME(epipolar_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5960,17 +5973,17 @@ static INLINE void NAME(distance_to_epipolar_line_dense_fundamental_pixel)(intpt
     (void)strides;
     REAL *a2 = (REAL *)args[2];
     REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r3[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r3[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x2[2];
             REAL x3[1];
             NAME(load_2)(x2, (char *)a2 + (first + i) * 2 * w, w);
             NAME(distance_to_epipolar_line_apply_fundamental_pixel)(prepared, x2, x3);
             NAME(store_scalar)((char *)(r3 + i), x3);
         }
-        NAME(store_few)(a3 + first * 1, r3, 1, SPAN);
+        NAME(store_few)(a3 + first * 1, r3, 1, LANES, LANES);
     }
 }
 LOOPS(distance_to_epipolar_line_dense_fundamental_pixel)
@@ -6047,10 +6060,10 @@ void NAME(distance_to_epipolar_line_loop)(char **args, const intptr_t *dimension
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {2, 1, 2, {2}}, {2, 1, 3, {2}}, {1, 0, 4, {0}}};
     static const struct form forms[] = {{3, 2, NAME(distance_to_epipolar_line_start_fundamental_pixel),
         WIDTHS(distance_to_epipolar_line_block_fundamental_pixel),
-        WIDTHS(distance_to_epipolar_line_dense_fundamental_pixel)}};
+        WIDTHS(distance_to_epipolar_line_dense_fundamental_pixel), LANES}};
     static const struct kernel kernel = {WIDTHS(distance_to_epipolar_line_block),
-        WIDTH(distance_to_epipolar_line_dense), (any_function *)NAME(distance_to_epipolar_line), NAME(call_aaar), 3,
-        4, 1, 0, 0, parts, forms};
+        WIDTH(distance_to_epipolar_line_dense), TILE, (any_function *)NAME(distance_to_epipolar_line),
+        NAME(call_aaar), 3, 4, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6290,17 +6303,17 @@ static INLINE void NAME(sampson_distance_dense_fundamental_pixel)(intptr_t n, ch
     (void)strides;
     REAL *a2 = (REAL *)args[2];
     REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r3[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r3[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x2[2];
             REAL x3[1];
             NAME(load_2)(x2, (char *)a2 + (first + i) * 2 * w, w);
             NAME(sampson_distance_apply_fundamental_pixel)(prepared, x2, x3);
             NAME(store_scalar)((char *)(r3 + i), x3);
         }
-        NAME(store_few)(a3 + first * 1, r3, 1, SPAN);
+        NAME(store_few)(a3 + first * 1, r3, 1, LANES, LANES);
     }
 }
 LOOPS(sampson_distance_dense_fundamental_pixel)
@@ -6342,17 +6355,17 @@ static INLINE void NAME(sampson_distance_dense_fundamental_partner)(intptr_t n, 
     (void)strides;
     REAL *a1 = (REAL *)args[1];
     REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r3[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r3[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x1[2];
             REAL x3[1];
             NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(sampson_distance_apply_fundamental_partner)(prepared, x1, x3);
             NAME(store_scalar)((char *)(r3 + i), x3);
         }
-        NAME(store_few)(a3 + first * 1, r3, 1, SPAN);
+        NAME(store_few)(a3 + first * 1, r3, 1, LANES, LANES);
     }
 }
 LOOPS(sampson_distance_dense_fundamental_partner)
@@ -6427,10 +6440,10 @@ void NAME(sampson_distance_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {2, 1, 2, {2}}, {2, 1, 3, {2}}, {1, 0, 4, {0}}};
     static const struct form forms[] = {{3, 2, NAME(sampson_distance_start_fundamental_pixel),
-        WIDTHS(sampson_distance_block_fundamental_pixel), WIDTHS(sampson_distance_dense_fundamental_pixel)}, {5, 2,
-        NAME(sampson_distance_start_fundamental_partner), WIDTHS(sampson_distance_block_fundamental_partner),
-        WIDTHS(sampson_distance_dense_fundamental_partner)}};
-    static const struct kernel kernel = {WIDTHS(sampson_distance_block), WIDTH(sampson_distance_dense),
+        WIDTHS(sampson_distance_block_fundamental_pixel), WIDTHS(sampson_distance_dense_fundamental_pixel), LANES},
+        {5, 2, NAME(sampson_distance_start_fundamental_partner), WIDTHS(sampson_distance_block_fundamental_partner),
+        WIDTHS(sampson_distance_dense_fundamental_partner), LANES}};
+    static const struct kernel kernel = {WIDTHS(sampson_distance_block), WIDTH(sampson_distance_dense), TILE,
         (any_function *)NAME(sampson_distance), NAME(call_aaar), 3, 4, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -7154,9 +7167,9 @@ void NAME(triangulate_loop)(char **args, const intptr_t *dimensions, const intpt
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {12, 2, 2, {3, 4}}, {2, 1, 4, {2}}, {2, 1, 5, {2}}, {4,
         1, 6, {4}}};
     static const struct form forms[] = {{7, 2, NAME(triangulate_start_first_second_pixel),
-        WIDTHS(triangulate_block_first_second_pixel), {NULL}}, {13, 2, NAME(triangulate_start_first_pixel_partner),
-        WIDTHS(triangulate_block_first_pixel_partner), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(triangulate_block), WIDTH(triangulate_dense), (any_function
+        WIDTHS(triangulate_block_first_second_pixel), {NULL}, 0}, {13, 2,
+        NAME(triangulate_start_first_pixel_partner), WIDTHS(triangulate_block_first_pixel_partner), {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(triangulate_block), WIDTH(triangulate_dense), TILE, (any_function
         *)NAME(triangulate), NAME(call_aaaar), 4, 5, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -8288,19 +8301,19 @@ void NAME(camera_from_image_basis_loop)(char **args, const intptr_t *dimensions,
         {3, 4}}};
     static const struct form forms[] = {{7, 2, NAME(camera_from_image_basis_start_centre_first_second),
         WIDTHS(camera_from_image_basis_block_centre_first_second),
-        WIDTH(camera_from_image_basis_dense_centre_first_second)}, {11, 2,
+        WIDTH(camera_from_image_basis_dense_centre_first_second), TILE}, {11, 2,
         NAME(camera_from_image_basis_start_centre_first_third),
         WIDTHS(camera_from_image_basis_block_centre_first_third),
-        WIDTH(camera_from_image_basis_dense_centre_first_third)}, {13, 2,
+        WIDTH(camera_from_image_basis_dense_centre_first_third), TILE}, {13, 2,
         NAME(camera_from_image_basis_start_centre_second_third),
         WIDTHS(camera_from_image_basis_block_centre_second_third),
-        WIDTH(camera_from_image_basis_dense_centre_second_third)}, {14, 2,
+        WIDTH(camera_from_image_basis_dense_centre_second_third), TILE}, {14, 2,
         NAME(camera_from_image_basis_start_first_second_third),
         WIDTHS(camera_from_image_basis_block_first_second_third),
-        WIDTH(camera_from_image_basis_dense_first_second_third)}};
+        WIDTH(camera_from_image_basis_dense_first_second_third), TILE}};
     static const struct kernel kernel = {WIDTHS(camera_from_image_basis_block),
-        WIDTH(camera_from_image_basis_dense), (any_function *)NAME(camera_from_image_basis), NAME(call_aaaar), 4, 5,
-        4, 0, 0, parts, forms};
+        WIDTH(camera_from_image_basis_dense), TILE, (any_function *)NAME(camera_from_image_basis), NAME(call_aaaar),
+        4, 5, 4, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8435,8 +8448,8 @@ LOOP(line_projection_dense)
 void NAME(line_projection_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {18, 2, 2, {3, 6}}};
-    static const struct kernel kernel = {WIDTHS(line_projection_block), WIDTH(line_projection_dense), (any_function
-        *)NAME(line_projection), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_projection_block), WIDTH(line_projection_dense), TILE,
+        (any_function *)NAME(line_projection), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8782,8 +8795,8 @@ void NAME(project_line_loop)(char **args, const intptr_t *dimensions, const intp
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {6, 1, 2, {6}}, {3, 1, 3, {3}}};
     static const struct form forms[] = {{1, 2, NAME(project_line_start_camera), WIDTHS(project_line_block_camera),
-        WIDTH(project_line_dense_camera)}};
-    static const struct kernel kernel = {WIDTHS(project_line_block), WIDTH(project_line_dense), (any_function
+        WIDTH(project_line_dense_camera), TILE}};
+    static const struct kernel kernel = {WIDTHS(project_line_block), WIDTH(project_line_dense), TILE, (any_function
         *)NAME(project_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -8878,8 +8891,8 @@ LOOP(meet_line_plane_dense)
 void NAME(meet_line_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(meet_line_plane_block), WIDTH(meet_line_plane_dense), (any_function
-        *)NAME(meet_line_plane), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(meet_line_plane_block), WIDTH(meet_line_plane_dense), TILE,
+        (any_function *)NAME(meet_line_plane), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8962,7 +8975,7 @@ LOOP(meet_lines_dense)
 void NAME(meet_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(meet_lines_block), WIDTH(meet_lines_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(meet_lines_block), WIDTH(meet_lines_dense), TILE, (any_function
         *)NAME(meet_lines), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -9485,7 +9498,7 @@ void NAME(trifocal_tensor_from_cameras_loop)(char **args, const intptr_t *dimens
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {12, 2, 2, {3, 4}}, {12, 2, 4, {3, 4}}, {27, 3, 6, {3,
         3, 3}}};
-    static const struct kernel kernel = {WIDTHS(trifocal_tensor_from_cameras_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(trifocal_tensor_from_cameras_block), {NULL}, 0, (any_function
         *)NAME(trifocal_tensor_from_cameras), NAME(call_aaar), 3, 4, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -10871,7 +10884,7 @@ void NAME(quadrifocal_tensor_from_cameras_loop)(char **args, const intptr_t *dim
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {12, 2, 2, {3, 4}}, {12, 2, 4, {3, 4}}, {12, 2, 6, {3,
         4}}, {81, 4, 8, {3, 3, 3, 3}}};
-    static const struct kernel kernel = {WIDTHS(quadrifocal_tensor_from_cameras_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(quadrifocal_tensor_from_cameras_block), {NULL}, 0, (any_function
         *)NAME(quadrifocal_tensor_from_cameras), NAME(call_aaaar), 4, 5, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -11227,17 +11240,17 @@ static INLINE void NAME(transfer_point_dense_tensor_line)(intptr_t n, char **arg
     (void)strides;
     REAL *a1 = (REAL *)args[1];
     REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r3[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r3[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x1[2];
             REAL x3[3];
             NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(transfer_point_apply_tensor_line)(prepared, x1, x3);
-            NAME(store_3)((char *)(r3 + i), SPAN * w, x3);
+            NAME(store_3)((char *)(r3 + i), LANES * w, x3);
         }
-        NAME(store_few)(a3 + first * 3, r3, 3, SPAN);
+        NAME(store_few)(a3 + first * 3, r3, 3, LANES, LANES);
     }
 }
 LOOPS(transfer_point_dense_tensor_line)
@@ -11277,17 +11290,17 @@ static INLINE void NAME(transfer_point_dense_tensor_pixel)(intptr_t n, char **ar
     (void)strides;
     REAL *a2 = (REAL *)args[2];
     REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r3[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r3[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x2[3];
             REAL x3[3];
             NAME(load_3)(x2, (char *)a2 + (first + i) * 3 * w, w);
             NAME(transfer_point_apply_tensor_pixel)(prepared, x2, x3);
-            NAME(store_3)((char *)(r3 + i), SPAN * w, x3);
+            NAME(store_3)((char *)(r3 + i), LANES * w, x3);
         }
-        NAME(store_few)(a3 + first * 3, r3, 3, SPAN);
+        NAME(store_few)(a3 + first * 3, r3, 3, LANES, LANES);
     }
 }
 LOOPS(transfer_point_dense_tensor_pixel)
@@ -11330,11 +11343,11 @@ void NAME(transfer_point_loop)(char **args, const intptr_t *dimensions, const in
 {
     static const struct part parts[] = {{27, 3, 0, {3, 3, 3}}, {2, 1, 3, {2}}, {3, 1, 4, {3}}, {3, 1, 5, {3}}};
     static const struct form forms[] = {{5, 2, NAME(transfer_point_start_tensor_line),
-        WIDTHS(transfer_point_block_tensor_line), WIDTHS(transfer_point_dense_tensor_line)}, {3, 2,
+        WIDTHS(transfer_point_block_tensor_line), WIDTHS(transfer_point_dense_tensor_line), LANES}, {3, 2,
         NAME(transfer_point_start_tensor_pixel), WIDTHS(transfer_point_block_tensor_pixel),
-        WIDTHS(transfer_point_dense_tensor_pixel)}};
-    static const struct kernel kernel = {WIDTHS(transfer_point_block), {NULL}, (any_function *)NAME(transfer_point),
-        NAME(call_aaar), 3, 4, 2, 0, 0, parts, forms};
+        WIDTHS(transfer_point_dense_tensor_pixel), LANES}};
+    static const struct kernel kernel = {WIDTHS(transfer_point_block), {NULL}, 0, (any_function
+        *)NAME(transfer_point), NAME(call_aaar), 3, 4, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11707,17 +11720,17 @@ static INLINE void NAME(transfer_line_dense_tensor_second)(intptr_t n, char **ar
     (void)strides;
     REAL *a2 = (REAL *)args[2];
     REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r3[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r3[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x2[3];
             REAL x3[3];
             NAME(load_3)(x2, (char *)a2 + (first + i) * 3 * w, w);
             NAME(transfer_line_apply_tensor_second)(prepared, x2, x3);
-            NAME(store_3)((char *)(r3 + i), SPAN * w, x3);
+            NAME(store_3)((char *)(r3 + i), LANES * w, x3);
         }
-        NAME(store_few)(a3 + first * 3, r3, 3, SPAN);
+        NAME(store_few)(a3 + first * 3, r3, 3, LANES, LANES);
     }
 }
 LOOPS(transfer_line_dense_tensor_second)
@@ -11757,17 +11770,17 @@ static INLINE void NAME(transfer_line_dense_tensor_third)(intptr_t n, char **arg
     (void)strides;
     REAL *a1 = (REAL *)args[1];
     REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r3[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r3[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x1[3];
             REAL x3[3];
             NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(transfer_line_apply_tensor_third)(prepared, x1, x3);
-            NAME(store_3)((char *)(r3 + i), SPAN * w, x3);
+            NAME(store_3)((char *)(r3 + i), LANES * w, x3);
         }
-        NAME(store_few)(a3 + first * 3, r3, 3, SPAN);
+        NAME(store_few)(a3 + first * 3, r3, 3, LANES, LANES);
     }
 }
 LOOPS(transfer_line_dense_tensor_third)
@@ -11810,11 +11823,11 @@ void NAME(transfer_line_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{27, 3, 0, {3, 3, 3}}, {3, 1, 3, {3}}, {3, 1, 4, {3}}, {3, 1, 5, {3}}};
     static const struct form forms[] = {{3, 2, NAME(transfer_line_start_tensor_second),
-        WIDTHS(transfer_line_block_tensor_second), WIDTHS(transfer_line_dense_tensor_second)}, {5, 2,
+        WIDTHS(transfer_line_block_tensor_second), WIDTHS(transfer_line_dense_tensor_second), LANES}, {5, 2,
         NAME(transfer_line_start_tensor_third), WIDTHS(transfer_line_block_tensor_third),
-        WIDTHS(transfer_line_dense_tensor_third)}};
-    static const struct kernel kernel = {WIDTHS(transfer_line_block), {NULL}, (any_function *)NAME(transfer_line),
-        NAME(call_aaar), 3, 4, 2, 0, 0, parts, forms};
+        WIDTHS(transfer_line_dense_tensor_third), LANES}};
+    static const struct kernel kernel = {WIDTHS(transfer_line_block), {NULL}, 0, (any_function
+        *)NAME(transfer_line), NAME(call_aaar), 3, 4, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13012,17 +13025,17 @@ static INLINE void NAME(transfer_lines_dense_tensor_first_second)(intptr_t n, ch
     (void)strides;
     REAL *a3 = (REAL *)args[3];
     REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r4[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r4[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x3[3];
             REAL x4[3];
             NAME(load_3)(x3, (char *)a3 + (first + i) * 3 * w, w);
             NAME(transfer_lines_apply_tensor_first_second)(prepared, x3, x4);
-            NAME(store_3)((char *)(r4 + i), SPAN * w, x4);
+            NAME(store_3)((char *)(r4 + i), LANES * w, x4);
         }
-        NAME(store_few)(a4 + first * 3, r4, 3, SPAN);
+        NAME(store_few)(a4 + first * 3, r4, 3, LANES, LANES);
     }
 }
 LOOPS(transfer_lines_dense_tensor_first_second)
@@ -13065,17 +13078,17 @@ static INLINE void NAME(transfer_lines_dense_tensor_first_third)(intptr_t n, cha
     (void)strides;
     REAL *a2 = (REAL *)args[2];
     REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r4[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r4[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x2[3];
             REAL x4[3];
             NAME(load_3)(x2, (char *)a2 + (first + i) * 3 * w, w);
             NAME(transfer_lines_apply_tensor_first_third)(prepared, x2, x4);
-            NAME(store_3)((char *)(r4 + i), SPAN * w, x4);
+            NAME(store_3)((char *)(r4 + i), LANES * w, x4);
         }
-        NAME(store_few)(a4 + first * 3, r4, 3, SPAN);
+        NAME(store_few)(a4 + first * 3, r4, 3, LANES, LANES);
     }
 }
 LOOPS(transfer_lines_dense_tensor_first_third)
@@ -13118,17 +13131,17 @@ static INLINE void NAME(transfer_lines_dense_tensor_second_third)(intptr_t n, ch
     (void)strides;
     REAL *a1 = (REAL *)args[1];
     REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r4[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r4[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x1[3];
             REAL x4[3];
             NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(transfer_lines_apply_tensor_second_third)(prepared, x1, x4);
-            NAME(store_3)((char *)(r4 + i), SPAN * w, x4);
+            NAME(store_3)((char *)(r4 + i), LANES * w, x4);
         }
-        NAME(store_few)(a4 + first * 3, r4, 3, SPAN);
+        NAME(store_few)(a4 + first * 3, r4, 3, LANES, LANES);
     }
 }
 LOOPS(transfer_lines_dense_tensor_second_third)
@@ -13178,12 +13191,13 @@ void NAME(transfer_lines_loop)(char **args, const intptr_t *dimensions, const in
     static const struct part parts[] = {{81, 4, 0, {3, 3, 3, 3}}, {3, 1, 4, {3}}, {3, 1, 5, {3}}, {3, 1, 6, {3}},
         {3, 1, 7, {3}}};
     static const struct form forms[] = {{7, 2, NAME(transfer_lines_start_tensor_first_second),
-        WIDTHS(transfer_lines_block_tensor_first_second), WIDTHS(transfer_lines_dense_tensor_first_second)}, {11, 2,
-        NAME(transfer_lines_start_tensor_first_third), WIDTHS(transfer_lines_block_tensor_first_third),
-        WIDTHS(transfer_lines_dense_tensor_first_third)}, {13, 2, NAME(transfer_lines_start_tensor_second_third),
-        WIDTHS(transfer_lines_block_tensor_second_third), WIDTHS(transfer_lines_dense_tensor_second_third)}};
-    static const struct kernel kernel = {WIDTHS(transfer_lines_block), {NULL}, (any_function *)NAME(transfer_lines),
-        NAME(call_aaaar), 4, 5, 3, 0, 0, parts, forms};
+        WIDTHS(transfer_lines_block_tensor_first_second), WIDTHS(transfer_lines_dense_tensor_first_second), LANES},
+        {11, 2, NAME(transfer_lines_start_tensor_first_third), WIDTHS(transfer_lines_block_tensor_first_third),
+        WIDTHS(transfer_lines_dense_tensor_first_third), LANES}, {13, 2,
+        NAME(transfer_lines_start_tensor_second_third), WIDTHS(transfer_lines_block_tensor_second_third),
+        WIDTHS(transfer_lines_dense_tensor_second_third), LANES}};
+    static const struct kernel kernel = {WIDTHS(transfer_lines_block), {NULL}, 0, (any_function
+        *)NAME(transfer_lines), NAME(call_aaaar), 4, 5, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13259,7 +13273,7 @@ LOOP(epipolar_equation_dense)
 void NAME(epipolar_equation_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {9, 1, 2, {9}}};
-    static const struct kernel kernel = {WIDTHS(epipolar_equation_block), WIDTH(epipolar_equation_dense),
+    static const struct kernel kernel = {WIDTHS(epipolar_equation_block), WIDTH(epipolar_equation_dense), TILE,
         (any_function *)NAME(epipolar_equation), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -13620,10 +13634,10 @@ void NAME(sampson_distance_gradient_loop)(char **args, const intptr_t *dimension
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {2, 1, 2, {2}}, {2, 1, 3, {2}}, {9, 2, 4, {3, 3}}};
     static const struct form forms[] = {{3, 2, NAME(sampson_distance_gradient_start_fundamental_pixel),
         WIDTHS(sampson_distance_gradient_block_fundamental_pixel),
-        WIDTH(sampson_distance_gradient_dense_fundamental_pixel)}};
+        WIDTH(sampson_distance_gradient_dense_fundamental_pixel), TILE}};
     static const struct kernel kernel = {WIDTHS(sampson_distance_gradient_block),
-        WIDTH(sampson_distance_gradient_dense), (any_function *)NAME(sampson_distance_gradient), NAME(call_aaar), 3,
-        4, 1, 0, 0, parts, forms};
+        WIDTH(sampson_distance_gradient_dense), TILE, (any_function *)NAME(sampson_distance_gradient),
+        NAME(call_aaar), 3, 4, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -14028,17 +14042,17 @@ static INLINE void NAME(depth_ratio_dense_fundamental_epipole_partner)(intptr_t 
     (void)strides;
     REAL *a2 = (REAL *)args[2];
     REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r4[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r4[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x2[2];
             REAL x4[1];
             NAME(load_2)(x2, (char *)a2 + (first + i) * 2 * w, w);
             NAME(depth_ratio_apply_fundamental_epipole_partner)(prepared, x2, x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_few)(a4 + first * 1, r4, 1, SPAN);
+        NAME(store_few)(a4 + first * 1, r4, 1, LANES, LANES);
     }
 }
 LOOPS(depth_ratio_dense_fundamental_epipole_partner)
@@ -14137,17 +14151,17 @@ static INLINE void NAME(depth_ratio_dense_fundamental_epipole_pixel)(intptr_t n,
     (void)strides;
     REAL *a3 = (REAL *)args[3];
     REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r4[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r4[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x3[2];
             REAL x4[1];
             NAME(load_2)(x3, (char *)a3 + (first + i) * 2 * w, w);
             NAME(depth_ratio_apply_fundamental_epipole_pixel)(prepared, x3, x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_few)(a4 + first * 1, r4, 1, SPAN);
+        NAME(store_few)(a4 + first * 1, r4, 1, LANES, LANES);
     }
 }
 LOOPS(depth_ratio_dense_fundamental_epipole_pixel)
@@ -14191,17 +14205,17 @@ static INLINE void NAME(depth_ratio_dense_fundamental_pixel_partner)(intptr_t n,
     (void)strides;
     REAL *a1 = (REAL *)args[1];
     REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r4[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r4[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x1[3];
             REAL x4[1];
             NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(depth_ratio_apply_fundamental_pixel_partner)(prepared, x1, x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_few)(a4 + first * 1, r4, 1, SPAN);
+        NAME(store_few)(a4 + first * 1, r4, 1, LANES, LANES);
     }
 }
 LOOPS(depth_ratio_dense_fundamental_pixel_partner)
@@ -14288,13 +14302,14 @@ void NAME(depth_ratio_loop)(char **args, const intptr_t *dimensions, const intpt
         {0}}};
     static const struct form forms[] = {{11, 2, NAME(depth_ratio_start_fundamental_epipole_partner),
         WIDTHS(depth_ratio_block_fundamental_epipole_partner),
-        WIDTHS(depth_ratio_dense_fundamental_epipole_partner)}, {14, 3,
+        WIDTHS(depth_ratio_dense_fundamental_epipole_partner), LANES}, {14, 3,
         NAME(depth_ratio_start_epipole_pixel_partner), WIDTHS(depth_ratio_block_epipole_pixel_partner),
-        WIDTH(depth_ratio_dense_epipole_pixel_partner)}, {7, 2, NAME(depth_ratio_start_fundamental_epipole_pixel),
-        WIDTHS(depth_ratio_block_fundamental_epipole_pixel), WIDTHS(depth_ratio_dense_fundamental_epipole_pixel)},
-        {13, 2, NAME(depth_ratio_start_fundamental_pixel_partner),
-        WIDTHS(depth_ratio_block_fundamental_pixel_partner), WIDTHS(depth_ratio_dense_fundamental_pixel_partner)}};
-    static const struct kernel kernel = {WIDTHS(depth_ratio_block), WIDTH(depth_ratio_dense), (any_function
+        WIDTH(depth_ratio_dense_epipole_pixel_partner), TILE}, {7, 2,
+        NAME(depth_ratio_start_fundamental_epipole_pixel), WIDTHS(depth_ratio_block_fundamental_epipole_pixel),
+        WIDTHS(depth_ratio_dense_fundamental_epipole_pixel), LANES}, {13, 2,
+        NAME(depth_ratio_start_fundamental_pixel_partner), WIDTHS(depth_ratio_block_fundamental_pixel_partner),
+        WIDTHS(depth_ratio_dense_fundamental_pixel_partner), LANES}};
+    static const struct kernel kernel = {WIDTHS(depth_ratio_block), WIDTH(depth_ratio_dense), TILE, (any_function
         *)NAME(depth_ratio), NAME(call_aaaar), 4, 5, 4, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -14375,7 +14390,7 @@ LOOP(image_derivative_dense)
 void NAME(image_derivative_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {12, 2, 1, {2, 6}}};
-    static const struct kernel kernel = {WIDTHS(image_derivative_block), WIDTH(image_derivative_dense),
+    static const struct kernel kernel = {WIDTHS(image_derivative_block), WIDTH(image_derivative_dense), TILE,
         (any_function *)NAME(image_derivative), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -14746,7 +14761,7 @@ LOOPS(invariants_of_points_block)
 void NAME(invariants_of_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{24, 2, 0, {6, 4}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(invariants_of_points_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(invariants_of_points_block), {NULL}, 0, (any_function
         *)NAME(invariants_of_points), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -14913,7 +14928,7 @@ void NAME(cross_ratio_of_planes_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{24, 2, 0, {6, 4}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(cross_ratio_of_planes_block), WIDTH(cross_ratio_of_planes_dense),
-        (any_function *)NAME(cross_ratio_of_planes), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+        TILE, (any_function *)NAME(cross_ratio_of_planes), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -15560,7 +15575,7 @@ LOOPS(invariants_of_two_views_block)
 void NAME(invariants_of_two_views_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {12, 2, 2, {6, 2}}, {12, 2, 4, {6, 2}}, {3, 1, 6, {3}}};
-    static const struct kernel kernel = {WIDTHS(invariants_of_two_views_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(invariants_of_two_views_block), {NULL}, 0, (any_function
         *)NAME(invariants_of_two_views), NAME(call_aaar), 3, 4, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -17286,7 +17301,7 @@ void NAME(invariants_of_three_views_loop)(char **args, const intptr_t *dimension
 {
     static const struct part parts[] = {{27, 3, 0, {3, 3, 3}}, {3, 1, 3, {3}}, {3, 1, 4, {3}}, {12, 2, 5, {6, 2}},
         {12, 2, 7, {6, 2}}, {12, 2, 9, {6, 2}}, {3, 1, 11, {3}}};
-    static const struct kernel kernel = {WIDTHS(invariants_of_three_views_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(invariants_of_three_views_block), {NULL}, 0, (any_function
         *)NAME(invariants_of_three_views), NAME(call_aaaaaar), 6, 7, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }

@@ -2,7 +2,7 @@
 // command: gac generate --all quaternion
 // spec: 7c099cdb8aa07718
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 4b879cb74ff6ede82537e7bcb6dab58eb395b80af12fbaa3ef26f7ac60fbf66f
+// body: 5289d26ba7b5fb690293d055fee3a4b8806de474e6d3c30223642b988a114fc5
 
 #ifndef REAL
 #include "quaternion.h"
@@ -64,6 +64,9 @@
 // Elements in C order go through rows of this many.
 #define SPAN 32
 
+// As many elements are run one after the other.
+#define ALONE 2
+
 // A vector of neighbours in memory, where the compiler turns such of 32 bytes well.
 #if defined(__has_builtin) && (defined(ON) || defined(__clang__))
 #if __has_builtin(__builtin_shufflevector)
@@ -121,12 +124,15 @@ struct form {
     intptr_t least;
     void (*start)(char **args, const intptr_t *strides, void *prepared);
     loop_function *block[2], *dense[2];
+    int together;
 };
 
-// The loops of a kernel, over rows and in C order, its plain function and how that is called, and its forms. A kernel
-// that repeats reads its inputs again after it has written: its outputs cannot lie where they do.
+// The loops of a kernel, over rows and in C order, which takes so many elements together; its plain function and how
+// that is called; and its forms. A kernel that repeats reads its inputs again after it has written: its outputs cannot
+// lie where they do.
 struct kernel {
     loop_function *block[2], *dense[2];
+    int together;
     any_function *function;
     void (*call)(any_function *function, void **parts);
     int n_inputs, n_parts, n_forms, repeats, busy;
@@ -1685,39 +1691,39 @@ static INLINE void NAME(store_tile_25)(REAL *a, const REAL *x, intptr_t row)
 }
 #endif
 
-// Rows, SPAN numbers long, of `n` elements of at most three numbers in C order, and back.
-static INLINE void NAME(load_few)(REAL *x, const REAL *a, intptr_t size, intptr_t n)
+// Rows, `row` numbers long, of `n` elements of at most three numbers in C order, and back.
+static INLINE void NAME(load_few)(REAL *x, const REAL *a, intptr_t size, intptr_t row, intptr_t n)
 {
     if (size == 1) {
         memcpy(x, a, n * sizeof(REAL));
     } else if (size == 2) {
         for (intptr_t i = 0; i < n; ++i) {
             x[i] = a[2 * i];
-            x[SPAN + i] = a[2 * i + 1];
+            x[row + i] = a[2 * i + 1];
         }
     } else {
         for (intptr_t i = 0; i < n; ++i) {
             x[i] = a[3 * i];
-            x[SPAN + i] = a[3 * i + 1];
-            x[2 * SPAN + i] = a[3 * i + 2];
+            x[row + i] = a[3 * i + 1];
+            x[2 * row + i] = a[3 * i + 2];
         }
     }
 }
 
-static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr_t n)
+static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr_t row, intptr_t n)
 {
     if (size == 1) {
         memcpy(a, x, n * sizeof(REAL));
     } else if (size == 2) {
         for (intptr_t i = 0; i < n; ++i) {
             a[2 * i] = x[i];
-            a[2 * i + 1] = x[SPAN + i];
+            a[2 * i + 1] = x[row + i];
         }
     } else {
         for (intptr_t i = 0; i < n; ++i) {
             a[3 * i] = x[i];
-            a[3 * i + 1] = x[SPAN + i];
-            a[3 * i + 2] = x[2 * SPAN + i];
+            a[3 * i + 1] = x[row + i];
+            a[3 * i + 2] = x[2 * row + i];
         }
     }
 }
@@ -1726,42 +1732,42 @@ static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr
 static INLINE void NAME(load_span_1)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 1, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 1, SPAN, n);
 }
 LOOPS(load_span_1)
 
 static INLINE void NAME(store_span_1)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 1, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 1, SPAN, n);
 }
 LOOPS(store_span_1)
 
 static INLINE void NAME(load_span_2)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 2, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 2, SPAN, n);
 }
 LOOPS(load_span_2)
 
 static INLINE void NAME(store_span_2)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 2, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 2, SPAN, n);
 }
 LOOPS(store_span_2)
 
 static INLINE void NAME(load_span_3)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 3, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 3, SPAN, n);
 }
 LOOPS(load_span_3)
 
 static INLINE void NAME(store_span_3)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 3, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 3, SPAN, n);
 }
 LOOPS(store_span_3)
 
@@ -1943,11 +1949,12 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     intptr_t cores[CORES], row_cores[CORES], total = 0, numbers = 0, bytes = 0;
     unsigned still = 0, units = 0, hoisted = 0;
     int in_place = 1, ordered = 1, known = 1;
-    if (width < 0 || n == 1) {
+    if (width < 0 || n <= 1) {
         NAME(each)(kernel, args, n, steps);
         return;
     }
     loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width], *loads[PARTS], *stores[PARTS];
+    int together = kernel->together;
     for (int p = 0; p < n_parts; ++p) {
         const struct part *part = &kernel->parts[p];
         const int same = p < n_inputs && steps[p] == 0;
@@ -1966,7 +1973,8 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         const struct form *form = &kernel->forms[f];
         if ((still & form->same) == form->same && n >= form->least) {
             form->start(args, strides, prepared);
-            hoisted = form->same, in_rows = form->block[width], in_order = form->dense[width];
+            hoisted = form->same, together = form->together;
+            in_rows = form->block[width], in_order = form->dense[width];
         }
     }
     // Results that no cache holds go past the caches, where that is what takes the time and all rows start lines alike.
@@ -1981,7 +1989,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     loop_function *const at_once = ordered && still == hoisted && in_order ? in_order
         : (units | hoisted) == (1u << n_parts) - 1 && !past && !kernel->repeats ? in_rows : NULL;
     if (at_once) {
-        const intptr_t whole = n & -(at_once == in_order ? SPAN : LANES);
+        const intptr_t whole = n & -(at_once == in_order ? together : LANES);
         for (int p = 0; p < n_parts; ++p) {
             starts[p] = hoisted >> p & 1 ? (char *)prepared : args[p];
             rest[p] = args[p] + whole * steps[p];
@@ -1991,6 +1999,11 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         args = rest, n -= whole;
         if (n == 0)
             return;
+    }
+    // Rows cost more than a few elements do.
+    if (n <= ALONE && !hoisted) {
+        NAME(each)(kernel, args, n, steps);
+        return;
     }
     const int spans = ordered && known && total * SPAN <= SPACE;
     // Long rows spare calls; beyond the last cache, short turns keep reading and writing going side by side.
@@ -2167,8 +2180,8 @@ LOOP(product_dense)
 void NAME(product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(product_block), WIDTH(product_dense), (any_function *)NAME(product),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(product_block), WIDTH(product_dense), TILE, (any_function
+        *)NAME(product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2774,10 +2787,11 @@ void NAME(product_of_three_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}, {4, 1, 3, {4}}};
     static const struct form forms[] = {{3, 2, NAME(product_of_three_start_p_q), WIDTHS(product_of_three_block_p_q),
-        WIDTH(product_of_three_dense_p_q)}, {5, 2, NAME(product_of_three_start_p_r),
-        WIDTHS(product_of_three_block_p_r), WIDTH(product_of_three_dense_p_r)}, {6, 2,
-        NAME(product_of_three_start_q_r), WIDTHS(product_of_three_block_q_r), WIDTH(product_of_three_dense_q_r)}};
-    static const struct kernel kernel = {WIDTHS(product_of_three_block), WIDTH(product_of_three_dense),
+        WIDTH(product_of_three_dense_p_q), TILE}, {5, 2, NAME(product_of_three_start_p_r),
+        WIDTHS(product_of_three_block_p_r), WIDTH(product_of_three_dense_p_r), TILE}, {6, 2,
+        NAME(product_of_three_start_q_r), WIDTHS(product_of_three_block_q_r), WIDTH(product_of_three_dense_q_r),
+        TILE}};
+    static const struct kernel kernel = {WIDTHS(product_of_three_block), WIDTH(product_of_three_dense), TILE,
         (any_function *)NAME(product_of_three), NAME(call_aaar), 3, 4, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -2840,7 +2854,7 @@ LOOP(conjugate_dense)
 void NAME(conjugate_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(conjugate_block), WIDTH(conjugate_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(conjugate_block), WIDTH(conjugate_dense), TILE, (any_function
         *)NAME(conjugate), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -2885,17 +2899,17 @@ static INLINE void NAME(norm_dense)(intptr_t n, char **args, const intptr_t *str
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x1[1];
             NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(norm)(x0, x1);
             NAME(store_scalar)((char *)(r1 + i), x1);
         }
-        NAME(store_few)(a1 + first * 1, r1, 1, SPAN);
+        NAME(store_few)(a1 + first * 1, r1, 1, LANES, LANES);
     }
 }
 LOOPS(norm_dense)
@@ -2903,7 +2917,7 @@ LOOPS(norm_dense)
 void NAME(norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(norm_block), WIDTHS(norm_dense), (any_function *)NAME(norm),
+    static const struct kernel kernel = {WIDTHS(norm_block), WIDTHS(norm_dense), LANES, (any_function *)NAME(norm),
         NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -2978,8 +2992,8 @@ LOOP(inverse_dense)
 void NAME(inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(inverse_block), WIDTH(inverse_dense), (any_function *)NAME(inverse),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(inverse_block), WIDTH(inverse_dense), TILE, (any_function
+        *)NAME(inverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3051,7 +3065,7 @@ LOOP(normalize_dense)
 void NAME(normalize_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(normalize_block), WIDTH(normalize_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(normalize_block), WIDTH(normalize_dense), TILE, (any_function
         *)NAME(normalize), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3205,17 +3219,17 @@ static INLINE void NAME(rotate_vector_dense_q)(intptr_t n, char **args, const in
     (void)strides;
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x1[3];
             REAL x2[3];
             NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(rotate_vector_apply_q)(prepared, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(rotate_vector_dense_q)
@@ -3255,19 +3269,19 @@ static INLINE void NAME(rotate_vector_dense)(intptr_t n, char **args, const intp
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x1[3];
             REAL x2[3];
             NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(rotate_vector)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(rotate_vector_dense)
@@ -3276,9 +3290,9 @@ void NAME(rotate_vector_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{1, 2, NAME(rotate_vector_start_q), WIDTHS(rotate_vector_block_q),
-        WIDTHS(rotate_vector_dense_q)}};
-    static const struct kernel kernel = {WIDTHS(rotate_vector_block), WIDTHS(rotate_vector_dense), (any_function
-        *)NAME(rotate_vector), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+        WIDTHS(rotate_vector_dense_q), LANES}};
+    static const struct kernel kernel = {WIDTHS(rotate_vector_block), WIDTHS(rotate_vector_dense), LANES,
+        (any_function *)NAME(rotate_vector), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3431,17 +3445,17 @@ static INLINE void NAME(rotate_vector_back_dense_q)(intptr_t n, char **args, con
     (void)strides;
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x1[3];
             REAL x2[3];
             NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(rotate_vector_back_apply_q)(prepared, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(rotate_vector_back_dense_q)
@@ -3481,19 +3495,19 @@ static INLINE void NAME(rotate_vector_back_dense)(intptr_t n, char **args, const
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x1[3];
             REAL x2[3];
             NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(rotate_vector_back)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(rotate_vector_back_dense)
@@ -3502,8 +3516,8 @@ void NAME(rotate_vector_back_loop)(char **args, const intptr_t *dimensions, cons
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{1, 2, NAME(rotate_vector_back_start_q), WIDTHS(rotate_vector_back_block_q),
-        WIDTHS(rotate_vector_back_dense_q)}};
-    static const struct kernel kernel = {WIDTHS(rotate_vector_back_block), WIDTHS(rotate_vector_back_dense),
+        WIDTHS(rotate_vector_back_dense_q), LANES}};
+    static const struct kernel kernel = {WIDTHS(rotate_vector_back_block), WIDTHS(rotate_vector_back_dense), LANES,
         (any_function *)NAME(rotate_vector_back), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3594,7 +3608,7 @@ LOOP(to_matrix_dense)
 void NAME(to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {9, 2, 1, {3, 3}}};
-    static const struct kernel kernel = {WIDTHS(to_matrix_block), WIDTH(to_matrix_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(to_matrix_block), WIDTH(to_matrix_dense), TILE, (any_function
         *)NAME(to_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3705,7 +3719,7 @@ LOOP(from_matrix_dense)
 void NAME(from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(from_matrix_block), WIDTH(from_matrix_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(from_matrix_block), WIDTH(from_matrix_dense), TILE, (any_function
         *)NAME(from_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3931,9 +3945,9 @@ void NAME(from_axis_angle_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
     static const struct form forms[] = {{2, 2, NAME(from_axis_angle_start_angle),
-        WIDTHS(from_axis_angle_block_angle), WIDTH(from_axis_angle_dense_angle)}, {1, 2,
-        NAME(from_axis_angle_start_axis), WIDTHS(from_axis_angle_block_axis), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(from_axis_angle_block), {NULL}, (any_function
+        WIDTHS(from_axis_angle_block_angle), WIDTH(from_axis_angle_dense_angle), TILE}, {1, 2,
+        NAME(from_axis_angle_start_axis), WIDTHS(from_axis_angle_block_axis), {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(from_axis_angle_block), {NULL}, 0, (any_function
         *)NAME(from_axis_angle), NAME(call_anr), 2, 3, 2, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -4003,7 +4017,7 @@ LOOPS(from_rotation_vector_block)
 void NAME(from_rotation_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(from_rotation_vector_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(from_rotation_vector_block), {NULL}, 0, (any_function
         *)NAME(from_rotation_vector), NAME(call_ar), 1, 2, 0, 1, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -4055,7 +4069,7 @@ LOOPS(to_rotation_vector_block)
 void NAME(to_rotation_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(to_rotation_vector_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(to_rotation_vector_block), {NULL}, 0, (any_function
         *)NAME(to_rotation_vector), NAME(call_ar), 1, 2, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -4392,10 +4406,10 @@ void NAME(from_roll_pitch_yaw_loop)(char **args, const intptr_t *dimensions, con
 {
     static const struct part parts[] = {{1, 0, 0, {0}}, {1, 0, 0, {0}}, {1, 0, 0, {0}}, {4, 1, 0, {4}}};
     static const struct form forms[] = {{6, 2, NAME(from_roll_pitch_yaw_start_pitch_yaw),
-        WIDTHS(from_roll_pitch_yaw_block_pitch_yaw), {NULL}}, {3, 2, NAME(from_roll_pitch_yaw_start_roll_pitch),
-        WIDTHS(from_roll_pitch_yaw_block_roll_pitch), {NULL}}, {5, 2, NAME(from_roll_pitch_yaw_start_roll_yaw),
-        WIDTHS(from_roll_pitch_yaw_block_roll_yaw), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(from_roll_pitch_yaw_block), {NULL}, (any_function
+        WIDTHS(from_roll_pitch_yaw_block_pitch_yaw), {NULL}, 0}, {3, 2, NAME(from_roll_pitch_yaw_start_roll_pitch),
+        WIDTHS(from_roll_pitch_yaw_block_roll_pitch), {NULL}, 0}, {5, 2, NAME(from_roll_pitch_yaw_start_roll_yaw),
+        WIDTHS(from_roll_pitch_yaw_block_roll_yaw), {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(from_roll_pitch_yaw_block), {NULL}, 0, (any_function
         *)NAME(from_roll_pitch_yaw), NAME(call_nnnr), 3, 4, 3, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -4570,7 +4584,7 @@ LOOPS(between_vectors_block)
 void NAME(between_vectors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(between_vectors_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(between_vectors_block), {NULL}, 0, (any_function
         *)NAME(between_vectors), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -4648,8 +4662,8 @@ LOOPS(angle_between_block)
 void NAME(angle_between_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(angle_between_block), {NULL}, (any_function *)NAME(angle_between),
-        NAME(call_aar), 2, 3, 0, 0, 1, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(angle_between_block), {NULL}, 0, (any_function
+        *)NAME(angle_between), NAME(call_aar), 2, 3, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4720,7 +4734,7 @@ LOOPS(exponential_block)
 void NAME(exponential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(exponential_block), {NULL}, (any_function *)NAME(exponential),
+    static const struct kernel kernel = {WIDTHS(exponential_block), {NULL}, 0, (any_function *)NAME(exponential),
         NAME(call_ar), 1, 2, 0, 1, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -4780,7 +4794,7 @@ LOOPS(logarithm_block)
 void NAME(logarithm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(logarithm_block), {NULL}, (any_function *)NAME(logarithm),
+    static const struct kernel kernel = {WIDTHS(logarithm_block), {NULL}, 0, (any_function *)NAME(logarithm),
         NAME(call_ar), 1, 2, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -4873,7 +4887,7 @@ LOOP(square_root_dense)
 void NAME(square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(square_root_block), WIDTH(square_root_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(square_root_block), WIDTH(square_root_dense), TILE, (any_function
         *)NAME(square_root), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -5088,9 +5102,9 @@ LOOPS(power_block)
 void NAME(power_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
-    static const struct form forms[] = {{1, 2, NAME(power_start_q), WIDTHS(power_block_q), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(power_block), {NULL}, (any_function *)NAME(power), NAME(call_anr),
-        2, 3, 1, 1, 1, parts, forms};
+    static const struct form forms[] = {{1, 2, NAME(power_start_q), WIDTHS(power_block_q), {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(power_block), {NULL}, 0, (any_function *)NAME(power),
+        NAME(call_anr), 2, 3, 1, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5409,9 +5423,9 @@ LOOPS(slerp_block)
 void NAME(slerp_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}, {4, 1, 2, {4}}};
-    static const struct form forms[] = {{3, 2, NAME(slerp_start_p_q), WIDTHS(slerp_block_p_q), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(slerp_block), {NULL}, (any_function *)NAME(slerp), NAME(call_aanr),
-        3, 4, 1, 1, 1, parts, forms};
+    static const struct form forms[] = {{3, 2, NAME(slerp_start_p_q), WIDTHS(slerp_block_p_q), {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(slerp_block), {NULL}, 0, (any_function *)NAME(slerp),
+        NAME(call_aanr), 3, 4, 1, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5458,21 +5472,21 @@ static INLINE void NAME(pack_two_sided_dense)(intptr_t n, char **args, const int
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r1[2 * SPAN];
-    _Alignas(64) REAL r2[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[2 * LANES];
+    _Alignas(64) REAL r2[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x1[2];
             REAL x2[2];
             NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(pack_two_sided)(x0, x1, x2);
-            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
-            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
+            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a1 + first * 2, r1, 2, SPAN);
-        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
+        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
+        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
     }
 }
 LOOPS(pack_two_sided_dense)
@@ -5480,8 +5494,8 @@ LOOPS(pack_two_sided_dense)
 void NAME(pack_two_sided_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(pack_two_sided_block), WIDTHS(pack_two_sided_dense), (any_function
-        *)NAME(pack_two_sided), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(pack_two_sided_block), WIDTHS(pack_two_sided_dense), LANES,
+        (any_function *)NAME(pack_two_sided), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5554,7 +5568,7 @@ LOOP(unpack_two_sided_dense)
 void NAME(unpack_two_sided_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(unpack_two_sided_block), WIDTH(unpack_two_sided_dense),
+    static const struct kernel kernel = {WIDTHS(unpack_two_sided_block), WIDTH(unpack_two_sided_dense), TILE,
         (any_function *)NAME(unpack_two_sided), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -5988,21 +6002,21 @@ static INLINE void NAME(pack_turned_dense_p_q)(intptr_t n, char **args, const in
     REAL *a2 = (REAL *)args[2];
     REAL *a3 = (REAL *)args[3];
     REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r3[2 * SPAN];
-    _Alignas(64) REAL r4[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r3[2 * LANES];
+    _Alignas(64) REAL r4[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x2[4];
             REAL x3[2];
             REAL x4[2];
             NAME(load_4)(x2, (char *)a2 + (first + i) * 4 * w, w);
             NAME(pack_turned_apply_p_q)(prepared, x2, x3, x4);
-            NAME(store_2)((char *)(r3 + i), SPAN * w, x3);
-            NAME(store_2)((char *)(r4 + i), SPAN * w, x4);
+            NAME(store_2)((char *)(r3 + i), LANES * w, x3);
+            NAME(store_2)((char *)(r4 + i), LANES * w, x4);
         }
-        NAME(store_few)(a3 + first * 2, r3, 2, SPAN);
-        NAME(store_few)(a4 + first * 2, r4, 2, SPAN);
+        NAME(store_few)(a3 + first * 2, r3, 2, LANES, LANES);
+        NAME(store_few)(a4 + first * 2, r4, 2, LANES, LANES);
     }
 }
 LOOPS(pack_turned_dense_p_q)
@@ -6046,21 +6060,21 @@ static INLINE void NAME(pack_turned_dense_p_r)(intptr_t n, char **args, const in
     REAL *a1 = (REAL *)args[1];
     REAL *a3 = (REAL *)args[3];
     REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r3[2 * SPAN];
-    _Alignas(64) REAL r4[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r3[2 * LANES];
+    _Alignas(64) REAL r4[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x1[4];
             REAL x3[2];
             REAL x4[2];
             NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
             NAME(pack_turned_apply_p_r)(prepared, x1, x3, x4);
-            NAME(store_2)((char *)(r3 + i), SPAN * w, x3);
-            NAME(store_2)((char *)(r4 + i), SPAN * w, x4);
+            NAME(store_2)((char *)(r3 + i), LANES * w, x3);
+            NAME(store_2)((char *)(r4 + i), LANES * w, x4);
         }
-        NAME(store_few)(a3 + first * 2, r3, 2, SPAN);
-        NAME(store_few)(a4 + first * 2, r4, 2, SPAN);
+        NAME(store_few)(a3 + first * 2, r3, 2, LANES, LANES);
+        NAME(store_few)(a4 + first * 2, r4, 2, LANES, LANES);
     }
 }
 LOOPS(pack_turned_dense_p_r)
@@ -6104,21 +6118,21 @@ static INLINE void NAME(pack_turned_dense_q_r)(intptr_t n, char **args, const in
     REAL *a0 = (REAL *)args[0];
     REAL *a3 = (REAL *)args[3];
     REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r3[2 * SPAN];
-    _Alignas(64) REAL r4[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r3[2 * LANES];
+    _Alignas(64) REAL r4[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x3[2];
             REAL x4[2];
             NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(pack_turned_apply_q_r)(prepared, x0, x3, x4);
-            NAME(store_2)((char *)(r3 + i), SPAN * w, x3);
-            NAME(store_2)((char *)(r4 + i), SPAN * w, x4);
+            NAME(store_2)((char *)(r3 + i), LANES * w, x3);
+            NAME(store_2)((char *)(r4 + i), LANES * w, x4);
         }
-        NAME(store_few)(a3 + first * 2, r3, 2, SPAN);
-        NAME(store_few)(a4 + first * 2, r4, 2, SPAN);
+        NAME(store_few)(a3 + first * 2, r3, 2, LANES, LANES);
+        NAME(store_few)(a4 + first * 2, r4, 2, LANES, LANES);
     }
 }
 LOOPS(pack_turned_dense_q_r)
@@ -6168,11 +6182,11 @@ static INLINE void NAME(pack_turned_dense)(intptr_t n, char **args, const intptr
     REAL *a2 = (REAL *)args[2];
     REAL *a3 = (REAL *)args[3];
     REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r3[2 * SPAN];
-    _Alignas(64) REAL r4[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r3[2 * LANES];
+    _Alignas(64) REAL r4[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x1[4];
             REAL x2[4];
@@ -6182,11 +6196,11 @@ static INLINE void NAME(pack_turned_dense)(intptr_t n, char **args, const intptr
             NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
             NAME(load_4)(x2, (char *)a2 + (first + i) * 4 * w, w);
             NAME(pack_turned)(x0, x1, x2, x3, x4);
-            NAME(store_2)((char *)(r3 + i), SPAN * w, x3);
-            NAME(store_2)((char *)(r4 + i), SPAN * w, x4);
+            NAME(store_2)((char *)(r3 + i), LANES * w, x3);
+            NAME(store_2)((char *)(r4 + i), LANES * w, x4);
         }
-        NAME(store_few)(a3 + first * 2, r3, 2, SPAN);
-        NAME(store_few)(a4 + first * 2, r4, 2, SPAN);
+        NAME(store_few)(a3 + first * 2, r3, 2, LANES, LANES);
+        NAME(store_few)(a4 + first * 2, r4, 2, LANES, LANES);
     }
 }
 LOOPS(pack_turned_dense)
@@ -6196,10 +6210,10 @@ void NAME(pack_turned_loop)(char **args, const intptr_t *dimensions, const intpt
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}, {2, 1, 3, {2}}, {2, 1, 4,
         {2}}};
     static const struct form forms[] = {{3, 2, NAME(pack_turned_start_p_q), WIDTHS(pack_turned_block_p_q),
-        WIDTHS(pack_turned_dense_p_q)}, {5, 2, NAME(pack_turned_start_p_r), WIDTHS(pack_turned_block_p_r),
-        WIDTHS(pack_turned_dense_p_r)}, {6, 2, NAME(pack_turned_start_q_r), WIDTHS(pack_turned_block_q_r),
-        WIDTHS(pack_turned_dense_q_r)}};
-    static const struct kernel kernel = {WIDTHS(pack_turned_block), WIDTHS(pack_turned_dense), (any_function
+        WIDTHS(pack_turned_dense_p_q), LANES}, {5, 2, NAME(pack_turned_start_p_r), WIDTHS(pack_turned_block_p_r),
+        WIDTHS(pack_turned_dense_p_r), LANES}, {6, 2, NAME(pack_turned_start_q_r), WIDTHS(pack_turned_block_q_r),
+        WIDTHS(pack_turned_dense_q_r), LANES}};
+    static const struct kernel kernel = {WIDTHS(pack_turned_block), WIDTHS(pack_turned_dense), LANES, (any_function
         *)NAME(pack_turned), NAME(call_aaarr), 3, 5, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -7075,12 +7089,13 @@ void NAME(unpack_turned_loop)(char **args, const intptr_t *dimensions, const int
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {4, 1, 2, {4}}, {4, 1, 3, {4}}, {4, 1, 4,
         {4}}};
     static const struct form forms[] = {{13, 2, NAME(unpack_turned_start_0_2_3), WIDTHS(unpack_turned_block_0_2_3),
-        WIDTH(unpack_turned_dense_0_2_3)}, {14, 2, NAME(unpack_turned_start_1_2_3),
-        WIDTHS(unpack_turned_block_1_2_3), WIDTH(unpack_turned_dense_1_2_3)}, {7, 2,
-        NAME(unpack_turned_start_0_1_2), WIDTHS(unpack_turned_block_0_1_2), WIDTH(unpack_turned_dense_0_1_2)}, {11,
-        2, NAME(unpack_turned_start_0_1_3), WIDTHS(unpack_turned_block_0_1_3), WIDTH(unpack_turned_dense_0_1_3)}};
-    static const struct kernel kernel = {WIDTHS(unpack_turned_block), WIDTH(unpack_turned_dense), (any_function
-        *)NAME(unpack_turned), NAME(call_aaaar), 4, 5, 4, 0, 0, parts, forms};
+        WIDTH(unpack_turned_dense_0_2_3), TILE}, {14, 2, NAME(unpack_turned_start_1_2_3),
+        WIDTHS(unpack_turned_block_1_2_3), WIDTH(unpack_turned_dense_1_2_3), TILE}, {7, 2,
+        NAME(unpack_turned_start_0_1_2), WIDTHS(unpack_turned_block_0_1_2), WIDTH(unpack_turned_dense_0_1_2), TILE},
+        {11, 2, NAME(unpack_turned_start_0_1_3), WIDTHS(unpack_turned_block_0_1_3),
+        WIDTH(unpack_turned_dense_0_1_3), TILE}};
+    static const struct kernel kernel = {WIDTHS(unpack_turned_block), WIDTH(unpack_turned_dense), TILE,
+        (any_function *)NAME(unpack_turned), NAME(call_aaaar), 4, 5, 4, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7789,12 +7804,12 @@ void NAME(unpack_real_loop)(char **args, const intptr_t *dimensions, const intpt
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}, {4, 1, 4,
         {4}}};
     static const struct form forms[] = {{13, 2, NAME(unpack_real_start_w_mu_nu), WIDTHS(unpack_real_block_w_mu_nu),
-        WIDTH(unpack_real_dense_w_mu_nu)}, {14, 2, NAME(unpack_real_start_mirrored_mu_nu),
-        WIDTHS(unpack_real_block_mirrored_mu_nu), WIDTH(unpack_real_dense_mirrored_mu_nu)}, {7, 2,
+        WIDTH(unpack_real_dense_w_mu_nu), TILE}, {14, 2, NAME(unpack_real_start_mirrored_mu_nu),
+        WIDTHS(unpack_real_block_mirrored_mu_nu), WIDTH(unpack_real_dense_mirrored_mu_nu), TILE}, {7, 2,
         NAME(unpack_real_start_w_mirrored_mu), WIDTHS(unpack_real_block_w_mirrored_mu),
-        WIDTH(unpack_real_dense_w_mirrored_mu)}, {11, 2, NAME(unpack_real_start_w_mirrored_nu),
-        WIDTHS(unpack_real_block_w_mirrored_nu), WIDTH(unpack_real_dense_w_mirrored_nu)}};
-    static const struct kernel kernel = {WIDTHS(unpack_real_block), WIDTH(unpack_real_dense), (any_function
+        WIDTH(unpack_real_dense_w_mirrored_mu), TILE}, {11, 2, NAME(unpack_real_start_w_mirrored_nu),
+        WIDTHS(unpack_real_block_w_mirrored_nu), WIDTH(unpack_real_dense_w_mirrored_nu), TILE}};
+    static const struct kernel kernel = {WIDTHS(unpack_real_block), WIDTH(unpack_real_dense), TILE, (any_function
         *)NAME(unpack_real), NAME(call_aaaar), 4, 5, 4, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -7940,17 +7955,17 @@ static INLINE void NAME(pack_real_dense_mu_nu)(intptr_t n, char **args, const in
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r3[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r3[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x3[2];
             NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(pack_real_apply_mu_nu)(prepared, x0, x3);
-            NAME(store_2)((char *)(r3 + i), SPAN * w, x3);
+            NAME(store_2)((char *)(r3 + i), LANES * w, x3);
         }
-        NAME(store_few)(a3 + first * 2, r3, 2, SPAN);
+        NAME(store_few)(a3 + first * 2, r3, 2, LANES, LANES);
     }
 }
 LOOPS(pack_real_dense_mu_nu)
@@ -7996,10 +8011,10 @@ static INLINE void NAME(pack_real_dense)(intptr_t n, char **args, const intptr_t
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
     REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r3[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r3[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x1[3];
             REAL x2[3];
@@ -8008,9 +8023,9 @@ static INLINE void NAME(pack_real_dense)(intptr_t n, char **args, const intptr_t
             NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(load_3)(x2, (char *)a2 + (first + i) * 3 * w, w);
             NAME(pack_real)(x0, x1, x2, x3);
-            NAME(store_2)((char *)(r3 + i), SPAN * w, x3);
+            NAME(store_2)((char *)(r3 + i), LANES * w, x3);
         }
-        NAME(store_few)(a3 + first * 2, r3, 2, SPAN);
+        NAME(store_few)(a3 + first * 2, r3, 2, LANES, LANES);
     }
 }
 LOOPS(pack_real_dense)
@@ -8019,8 +8034,8 @@ void NAME(pack_real_loop)(char **args, const intptr_t *dimensions, const intptr_
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {2, 1, 3, {2}}};
     static const struct form forms[] = {{6, 2, NAME(pack_real_start_mu_nu), WIDTHS(pack_real_block_mu_nu),
-        WIDTHS(pack_real_dense_mu_nu)}};
-    static const struct kernel kernel = {WIDTHS(pack_real_block), WIDTHS(pack_real_dense), (any_function
+        WIDTHS(pack_real_dense_mu_nu), LANES}};
+    static const struct kernel kernel = {WIDTHS(pack_real_block), WIDTHS(pack_real_dense), LANES, (any_function
         *)NAME(pack_real), NAME(call_aaar), 3, 4, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -8160,7 +8175,7 @@ void NAME(to_phases_loop)(char **args, const intptr_t *dimensions, const intptr_
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}, {1, 0, 1, {0}}, {1, 0, 1, {0}}, {1, 0, 1,
         {0}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(to_phases_block), {NULL}, (any_function *)NAME(to_phases),
+    static const struct kernel kernel = {WIDTHS(to_phases_block), {NULL}, 0, (any_function *)NAME(to_phases),
         NAME(call_arrrrr), 1, 6, 0, 1, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -8610,11 +8625,11 @@ void NAME(from_phases_loop)(char **args, const intptr_t *dimensions, const intpt
     static const struct part parts[] = {{1, 0, 0, {0}}, {1, 0, 0, {0}}, {1, 0, 0, {0}}, {1, 0, 0, {0}}, {4, 1, 0,
         {4}}};
     static const struct form forms[] = {{14, 2, NAME(from_phases_start_phi_theta_psi),
-        WIDTHS(from_phases_block_phi_theta_psi), WIDTH(from_phases_dense_phi_theta_psi)}, {11, 2,
-        NAME(from_phases_start_size_phi_psi), WIDTHS(from_phases_block_size_phi_psi), {NULL}}, {7, 2,
-        NAME(from_phases_start_size_phi_theta), WIDTHS(from_phases_block_size_phi_theta), {NULL}}, {13, 2,
-        NAME(from_phases_start_size_theta_psi), WIDTHS(from_phases_block_size_theta_psi), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(from_phases_block), {NULL}, (any_function *)NAME(from_phases),
+        WIDTHS(from_phases_block_phi_theta_psi), WIDTH(from_phases_dense_phi_theta_psi), TILE}, {11, 2,
+        NAME(from_phases_start_size_phi_psi), WIDTHS(from_phases_block_size_phi_psi), {NULL}, 0}, {7, 2,
+        NAME(from_phases_start_size_phi_theta), WIDTHS(from_phases_block_size_phi_theta), {NULL}, 0}, {13, 2,
+        NAME(from_phases_start_size_theta_psi), WIDTHS(from_phases_block_size_theta_psi), {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(from_phases_block), {NULL}, 0, (any_function *)NAME(from_phases),
         NAME(call_nnnnr), 4, 5, 4, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -9507,11 +9522,11 @@ void NAME(phase_slopes_loop)(char **args, const intptr_t *dimensions, const intp
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}, {8, 1, 3, {8}}, {8, 2, 4,
         {4, 2}}};
     static const struct form forms[] = {{7, 2, NAME(phase_slopes_start_west_east_north),
-        WIDTHS(phase_slopes_block_west_east_north), {NULL}}, {11, 2, NAME(phase_slopes_start_west_east_south),
-        WIDTHS(phase_slopes_block_west_east_south), {NULL}}, {13, 2, NAME(phase_slopes_start_west_north_south),
-        WIDTHS(phase_slopes_block_west_north_south), {NULL}}, {14, 2, NAME(phase_slopes_start_east_north_south),
-        WIDTHS(phase_slopes_block_east_north_south), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(phase_slopes_block), {NULL}, (any_function *)NAME(phase_slopes),
+        WIDTHS(phase_slopes_block_west_east_north), {NULL}, 0}, {11, 2, NAME(phase_slopes_start_west_east_south),
+        WIDTHS(phase_slopes_block_west_east_south), {NULL}, 0}, {13, 2, NAME(phase_slopes_start_west_north_south),
+        WIDTHS(phase_slopes_block_west_north_south), {NULL}, 0}, {14, 2, NAME(phase_slopes_start_east_north_south),
+        WIDTHS(phase_slopes_block_east_north_south), {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(phase_slopes_block), {NULL}, 0, (any_function *)NAME(phase_slopes),
         NAME(call_aaaar), 4, 5, 4, 0, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -10273,10 +10288,10 @@ void NAME(phase_equations_loop)(char **args, const intptr_t *dimensions, const i
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 2, 1, {4, 2}}, {8, 1, 3, {8}}, {4, 1, 4, {4}}, {6, 1, 5,
         {6}}};
     static const struct form forms[] = {{13, 2, NAME(phase_equations_start_first_second_floor),
-        WIDTHS(phase_equations_block_first_second_floor), WIDTH(phase_equations_dense_first_second_floor)}, {7, 2,
-        NAME(phase_equations_start_first_slopes_second), WIDTHS(phase_equations_block_first_slopes_second),
-        {NULL}}};
-    static const struct kernel kernel = {WIDTHS(phase_equations_block), {NULL}, (any_function
+        WIDTHS(phase_equations_block_first_second_floor), WIDTH(phase_equations_dense_first_second_floor), TILE},
+        {7, 2, NAME(phase_equations_start_first_slopes_second), WIDTHS(phase_equations_block_first_slopes_second),
+        {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(phase_equations_block), {NULL}, 0, (any_function
         *)NAME(phase_equations), NAME(call_aaaar), 4, 5, 2, 0, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -10416,17 +10431,17 @@ static INLINE void NAME(solve_motion_dense_sums)(intptr_t n, char **args, const 
     (void)strides;
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x1[1];
             REAL x2[3];
             NAME(load_scalar)(x1, (char *)a1 + (first + i) * w);
             NAME(solve_motion_apply_sums)(prepared, x1[0], x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(solve_motion_dense_sums)
@@ -10491,8 +10506,8 @@ void NAME(solve_motion_loop)(char **args, const intptr_t *dimensions, const intp
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {3, 1, 1, {3}}};
     static const struct form forms[] = {{1, 2, NAME(solve_motion_start_sums), WIDTHS(solve_motion_block_sums),
-        WIDTHS(solve_motion_dense_sums)}};
-    static const struct kernel kernel = {WIDTHS(solve_motion_block), WIDTH(solve_motion_dense), (any_function
+        WIDTHS(solve_motion_dense_sums), LANES}};
+    static const struct kernel kernel = {WIDTHS(solve_motion_block), WIDTH(solve_motion_dense), TILE, (any_function
         *)NAME(solve_motion), NAME(call_anr), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -10865,7 +10880,7 @@ LOOPS(median_of_25_block)
 void NAME(median_of_25_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{25, 2, 0, {5, 5}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(median_of_25_block), {NULL}, (any_function *)NAME(median_of_25),
+    static const struct kernel kernel = {WIDTHS(median_of_25_block), {NULL}, 0, (any_function *)NAME(median_of_25),
         NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }

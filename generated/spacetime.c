@@ -2,7 +2,7 @@
 // command: gac generate --all spacetime
 // spec: 1b4f06fa4d30b0e9
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: e9ed5c09308eee3e0fd2057d7f8c0d251deaa0dfa7a6c18dfc9ff4af45af28be
+// body: 98768e5668360c59efdfa410ffd81b64df32008a21d56b72e886b2e85bb36d4d
 
 #ifndef REAL
 #include "spacetime.h"
@@ -64,6 +64,9 @@
 // Elements in C order go through rows of this many.
 #define SPAN 32
 
+// As many elements are run one after the other.
+#define ALONE 2
+
 // A vector of neighbours in memory, where the compiler turns such of 32 bytes well.
 #if defined(__has_builtin) && (defined(ON) || defined(__clang__))
 #if __has_builtin(__builtin_shufflevector)
@@ -121,12 +124,15 @@ struct form {
     intptr_t least;
     void (*start)(char **args, const intptr_t *strides, void *prepared);
     loop_function *block[2], *dense[2];
+    int together;
 };
 
-// The loops of a kernel, over rows and in C order, its plain function and how that is called, and its forms. A kernel
-// that repeats reads its inputs again after it has written: its outputs cannot lie where they do.
+// The loops of a kernel, over rows and in C order, which takes so many elements together; its plain function and how
+// that is called; and its forms. A kernel that repeats reads its inputs again after it has written: its outputs cannot
+// lie where they do.
 struct kernel {
     loop_function *block[2], *dense[2];
+    int together;
     any_function *function;
     void (*call)(any_function *function, void **parts);
     int n_inputs, n_parts, n_forms, repeats, busy;
@@ -1850,39 +1856,39 @@ static INLINE void NAME(store_tile_32)(REAL *a, const REAL *x, intptr_t row)
 }
 #endif
 
-// Rows, SPAN numbers long, of `n` elements of at most three numbers in C order, and back.
-static INLINE void NAME(load_few)(REAL *x, const REAL *a, intptr_t size, intptr_t n)
+// Rows, `row` numbers long, of `n` elements of at most three numbers in C order, and back.
+static INLINE void NAME(load_few)(REAL *x, const REAL *a, intptr_t size, intptr_t row, intptr_t n)
 {
     if (size == 1) {
         memcpy(x, a, n * sizeof(REAL));
     } else if (size == 2) {
         for (intptr_t i = 0; i < n; ++i) {
             x[i] = a[2 * i];
-            x[SPAN + i] = a[2 * i + 1];
+            x[row + i] = a[2 * i + 1];
         }
     } else {
         for (intptr_t i = 0; i < n; ++i) {
             x[i] = a[3 * i];
-            x[SPAN + i] = a[3 * i + 1];
-            x[2 * SPAN + i] = a[3 * i + 2];
+            x[row + i] = a[3 * i + 1];
+            x[2 * row + i] = a[3 * i + 2];
         }
     }
 }
 
-static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr_t n)
+static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr_t row, intptr_t n)
 {
     if (size == 1) {
         memcpy(a, x, n * sizeof(REAL));
     } else if (size == 2) {
         for (intptr_t i = 0; i < n; ++i) {
             a[2 * i] = x[i];
-            a[2 * i + 1] = x[SPAN + i];
+            a[2 * i + 1] = x[row + i];
         }
     } else {
         for (intptr_t i = 0; i < n; ++i) {
             a[3 * i] = x[i];
-            a[3 * i + 1] = x[SPAN + i];
-            a[3 * i + 2] = x[2 * SPAN + i];
+            a[3 * i + 1] = x[row + i];
+            a[3 * i + 2] = x[2 * row + i];
         }
     }
 }
@@ -1891,42 +1897,42 @@ static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr
 static INLINE void NAME(load_span_1)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 1, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 1, SPAN, n);
 }
 LOOPS(load_span_1)
 
 static INLINE void NAME(store_span_1)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 1, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 1, SPAN, n);
 }
 LOOPS(store_span_1)
 
 static INLINE void NAME(load_span_2)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 2, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 2, SPAN, n);
 }
 LOOPS(load_span_2)
 
 static INLINE void NAME(store_span_2)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 2, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 2, SPAN, n);
 }
 LOOPS(store_span_2)
 
 static INLINE void NAME(load_span_3)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 3, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 3, SPAN, n);
 }
 LOOPS(load_span_3)
 
 static INLINE void NAME(store_span_3)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 3, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 3, SPAN, n);
 }
 LOOPS(store_span_3)
 
@@ -2108,11 +2114,12 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     intptr_t cores[CORES], row_cores[CORES], total = 0, numbers = 0, bytes = 0;
     unsigned still = 0, units = 0, hoisted = 0;
     int in_place = 1, ordered = 1, known = 1;
-    if (width < 0 || n == 1) {
+    if (width < 0 || n <= 1) {
         NAME(each)(kernel, args, n, steps);
         return;
     }
     loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width], *loads[PARTS], *stores[PARTS];
+    int together = kernel->together;
     for (int p = 0; p < n_parts; ++p) {
         const struct part *part = &kernel->parts[p];
         const int same = p < n_inputs && steps[p] == 0;
@@ -2131,7 +2138,8 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         const struct form *form = &kernel->forms[f];
         if ((still & form->same) == form->same && n >= form->least) {
             form->start(args, strides, prepared);
-            hoisted = form->same, in_rows = form->block[width], in_order = form->dense[width];
+            hoisted = form->same, together = form->together;
+            in_rows = form->block[width], in_order = form->dense[width];
         }
     }
     // Results that no cache holds go past the caches, where that is what takes the time and all rows start lines alike.
@@ -2146,7 +2154,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     loop_function *const at_once = ordered && still == hoisted && in_order ? in_order
         : (units | hoisted) == (1u << n_parts) - 1 && !past && !kernel->repeats ? in_rows : NULL;
     if (at_once) {
-        const intptr_t whole = n & -(at_once == in_order ? SPAN : LANES);
+        const intptr_t whole = n & -(at_once == in_order ? together : LANES);
         for (int p = 0; p < n_parts; ++p) {
             starts[p] = hoisted >> p & 1 ? (char *)prepared : args[p];
             rest[p] = args[p] + whole * steps[p];
@@ -2156,6 +2164,11 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         args = rest, n -= whole;
         if (n == 0)
             return;
+    }
+    // Rows cost more than a few elements do.
+    if (n <= ALONE && !hoisted) {
+        NAME(each)(kernel, args, n, steps);
+        return;
     }
     const int spans = ordered && known && total * SPAN <= SPACE;
     // Long rows spare calls; beyond the last cache, short turns keep reading and writing going side by side.
@@ -2645,17 +2658,17 @@ static INLINE void NAME(electric_step_dense_b_bx_by_bz_ratio)(intptr_t n, char *
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a6 = (REAL *)args[6];
-    _Alignas(64) REAL r6[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r6[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x6[3];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(electric_step_apply_b_bx_by_bz_ratio)(prepared, x0, x6);
-            NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
+            NAME(store_3)((char *)(r6 + i), LANES * w, x6);
         }
-        NAME(store_few)(a6 + first * 3, r6, 3, SPAN);
+        NAME(store_few)(a6 + first * 3, r6, 3, LANES, LANES);
     }
 }
 LOOPS(electric_step_dense_b_bx_by_bz_ratio)
@@ -2701,17 +2714,17 @@ static INLINE void NAME(electric_step_dense_e_b_bx_by_ratio)(intptr_t n, char **
     (void)strides;
     REAL *a4 = (REAL *)args[4];
     REAL *a6 = (REAL *)args[6];
-    _Alignas(64) REAL r6[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r6[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x4[3];
             REAL x6[3];
             NAME(load_3)(x4, (char *)a4 + (first + i) * 3 * w, w);
             NAME(electric_step_apply_e_b_bx_by_ratio)(prepared, x4, x6);
-            NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
+            NAME(store_3)((char *)(r6 + i), LANES * w, x6);
         }
-        NAME(store_few)(a6 + first * 3, r6, 3, SPAN);
+        NAME(store_few)(a6 + first * 3, r6, 3, LANES, LANES);
     }
 }
 LOOPS(electric_step_dense_e_b_bx_by_ratio)
@@ -2757,17 +2770,17 @@ static INLINE void NAME(electric_step_dense_e_b_bx_bz_ratio)(intptr_t n, char **
     (void)strides;
     REAL *a3 = (REAL *)args[3];
     REAL *a6 = (REAL *)args[6];
-    _Alignas(64) REAL r6[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r6[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x3[3];
             REAL x6[3];
             NAME(load_3)(x3, (char *)a3 + (first + i) * 3 * w, w);
             NAME(electric_step_apply_e_b_bx_bz_ratio)(prepared, x3, x6);
-            NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
+            NAME(store_3)((char *)(r6 + i), LANES * w, x6);
         }
-        NAME(store_few)(a6 + first * 3, r6, 3, SPAN);
+        NAME(store_few)(a6 + first * 3, r6, 3, LANES, LANES);
     }
 }
 LOOPS(electric_step_dense_e_b_bx_bz_ratio)
@@ -2813,17 +2826,17 @@ static INLINE void NAME(electric_step_dense_e_b_by_bz_ratio)(intptr_t n, char **
     (void)strides;
     REAL *a2 = (REAL *)args[2];
     REAL *a6 = (REAL *)args[6];
-    _Alignas(64) REAL r6[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r6[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x2[3];
             REAL x6[3];
             NAME(load_3)(x2, (char *)a2 + (first + i) * 3 * w, w);
             NAME(electric_step_apply_e_b_by_bz_ratio)(prepared, x2, x6);
-            NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
+            NAME(store_3)((char *)(r6 + i), LANES * w, x6);
         }
-        NAME(store_few)(a6 + first * 3, r6, 3, SPAN);
+        NAME(store_few)(a6 + first * 3, r6, 3, LANES, LANES);
     }
 }
 LOOPS(electric_step_dense_e_b_by_bz_ratio)
@@ -2869,17 +2882,17 @@ static INLINE void NAME(electric_step_dense_e_b_bx_by_bz)(intptr_t n, char **arg
     (void)strides;
     REAL *a5 = (REAL *)args[5];
     REAL *a6 = (REAL *)args[6];
-    _Alignas(64) REAL r6[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r6[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x5[3];
             REAL x6[3];
             NAME(load_3)(x5, (char *)a5 + (first + i) * 3 * w, w);
             NAME(electric_step_apply_e_b_bx_by_bz)(prepared, x5, x6);
-            NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
+            NAME(store_3)((char *)(r6 + i), LANES * w, x6);
         }
-        NAME(store_few)(a6 + first * 3, r6, 3, SPAN);
+        NAME(store_few)(a6 + first * 3, r6, 3, LANES, LANES);
     }
 }
 LOOPS(electric_step_dense_e_b_bx_by_bz)
@@ -2925,17 +2938,17 @@ static INLINE void NAME(electric_step_dense_e_bx_by_bz_ratio)(intptr_t n, char *
     (void)strides;
     REAL *a1 = (REAL *)args[1];
     REAL *a6 = (REAL *)args[6];
-    _Alignas(64) REAL r6[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r6[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x1[3];
             REAL x6[3];
             NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(electric_step_apply_e_bx_by_bz_ratio)(prepared, x1, x6);
-            NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
+            NAME(store_3)((char *)(r6 + i), LANES * w, x6);
         }
-        NAME(store_few)(a6 + first * 3, r6, 3, SPAN);
+        NAME(store_few)(a6 + first * 3, r6, 3, LANES, LANES);
     }
 }
 LOOPS(electric_step_dense_e_bx_by_bz_ratio)
@@ -3000,10 +3013,10 @@ static INLINE void NAME(electric_step_dense)(intptr_t n, char **args, const intp
     REAL *a4 = (REAL *)args[4];
     REAL *a5 = (REAL *)args[5];
     REAL *a6 = (REAL *)args[6];
-    _Alignas(64) REAL r6[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r6[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[3];
             REAL x2[3];
@@ -3018,9 +3031,9 @@ static INLINE void NAME(electric_step_dense)(intptr_t n, char **args, const intp
             NAME(load_3)(x4, (char *)a4 + (first + i) * 3 * w, w);
             NAME(load_3)(x5, (char *)a5 + (first + i) * 3 * w, w);
             NAME(electric_step)(x0, x1, x2, x3, x4, x5, x6);
-            NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
+            NAME(store_3)((char *)(r6 + i), LANES * w, x6);
         }
-        NAME(store_few)(a6 + first * 3, r6, 3, SPAN);
+        NAME(store_few)(a6 + first * 3, r6, 3, LANES, LANES);
     }
 }
 LOOPS(electric_step_dense)
@@ -3030,17 +3043,17 @@ void NAME(electric_step_loop)(char **args, const intptr_t *dimensions, const int
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}, {3, 1, 4,
         {3}}, {3, 1, 5, {3}}, {3, 1, 6, {3}}};
     static const struct form forms[] = {{62, 2, NAME(electric_step_start_b_bx_by_bz_ratio),
-        WIDTHS(electric_step_block_b_bx_by_bz_ratio), WIDTHS(electric_step_dense_b_bx_by_bz_ratio)}, {47, 2,
+        WIDTHS(electric_step_block_b_bx_by_bz_ratio), WIDTHS(electric_step_dense_b_bx_by_bz_ratio), LANES}, {47, 2,
         NAME(electric_step_start_e_b_bx_by_ratio), WIDTHS(electric_step_block_e_b_bx_by_ratio),
-        WIDTHS(electric_step_dense_e_b_bx_by_ratio)}, {55, 2, NAME(electric_step_start_e_b_bx_bz_ratio),
-        WIDTHS(electric_step_block_e_b_bx_bz_ratio), WIDTHS(electric_step_dense_e_b_bx_bz_ratio)}, {59, 2,
+        WIDTHS(electric_step_dense_e_b_bx_by_ratio), LANES}, {55, 2, NAME(electric_step_start_e_b_bx_bz_ratio),
+        WIDTHS(electric_step_block_e_b_bx_bz_ratio), WIDTHS(electric_step_dense_e_b_bx_bz_ratio), LANES}, {59, 2,
         NAME(electric_step_start_e_b_by_bz_ratio), WIDTHS(electric_step_block_e_b_by_bz_ratio),
-        WIDTHS(electric_step_dense_e_b_by_bz_ratio)}, {31, 2, NAME(electric_step_start_e_b_bx_by_bz),
-        WIDTHS(electric_step_block_e_b_bx_by_bz), WIDTHS(electric_step_dense_e_b_bx_by_bz)}, {61, 3,
+        WIDTHS(electric_step_dense_e_b_by_bz_ratio), LANES}, {31, 2, NAME(electric_step_start_e_b_bx_by_bz),
+        WIDTHS(electric_step_block_e_b_bx_by_bz), WIDTHS(electric_step_dense_e_b_bx_by_bz), LANES}, {61, 3,
         NAME(electric_step_start_e_bx_by_bz_ratio), WIDTHS(electric_step_block_e_bx_by_bz_ratio),
-        WIDTHS(electric_step_dense_e_bx_by_bz_ratio)}};
-    static const struct kernel kernel = {WIDTHS(electric_step_block), WIDTHS(electric_step_dense), (any_function
-        *)NAME(electric_step), NAME(call_aaaaaar), 6, 7, 6, 0, 0, parts, forms};
+        WIDTHS(electric_step_dense_e_bx_by_bz_ratio), LANES}};
+    static const struct kernel kernel = {WIDTHS(electric_step_block), WIDTHS(electric_step_dense), LANES,
+        (any_function *)NAME(electric_step), NAME(call_aaaaaar), 6, 7, 6, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3452,17 +3465,17 @@ static INLINE void NAME(magnetic_step_dense_e_ex_ey_ez_ratio)(intptr_t n, char *
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a6 = (REAL *)args[6];
-    _Alignas(64) REAL r6[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r6[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x6[3];
             NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
             NAME(magnetic_step_apply_e_ex_ey_ez_ratio)(prepared, x0, x6);
-            NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
+            NAME(store_3)((char *)(r6 + i), LANES * w, x6);
         }
-        NAME(store_few)(a6 + first * 3, r6, 3, SPAN);
+        NAME(store_few)(a6 + first * 3, r6, 3, LANES, LANES);
     }
 }
 LOOPS(magnetic_step_dense_e_ex_ey_ez_ratio)
@@ -3508,17 +3521,17 @@ static INLINE void NAME(magnetic_step_dense_b_e_ex_ey_ratio)(intptr_t n, char **
     (void)strides;
     REAL *a4 = (REAL *)args[4];
     REAL *a6 = (REAL *)args[6];
-    _Alignas(64) REAL r6[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r6[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x4[3];
             REAL x6[3];
             NAME(load_3)(x4, (char *)a4 + (first + i) * 3 * w, w);
             NAME(magnetic_step_apply_b_e_ex_ey_ratio)(prepared, x4, x6);
-            NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
+            NAME(store_3)((char *)(r6 + i), LANES * w, x6);
         }
-        NAME(store_few)(a6 + first * 3, r6, 3, SPAN);
+        NAME(store_few)(a6 + first * 3, r6, 3, LANES, LANES);
     }
 }
 LOOPS(magnetic_step_dense_b_e_ex_ey_ratio)
@@ -3564,17 +3577,17 @@ static INLINE void NAME(magnetic_step_dense_b_e_ex_ez_ratio)(intptr_t n, char **
     (void)strides;
     REAL *a3 = (REAL *)args[3];
     REAL *a6 = (REAL *)args[6];
-    _Alignas(64) REAL r6[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r6[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x3[3];
             REAL x6[3];
             NAME(load_3)(x3, (char *)a3 + (first + i) * 3 * w, w);
             NAME(magnetic_step_apply_b_e_ex_ez_ratio)(prepared, x3, x6);
-            NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
+            NAME(store_3)((char *)(r6 + i), LANES * w, x6);
         }
-        NAME(store_few)(a6 + first * 3, r6, 3, SPAN);
+        NAME(store_few)(a6 + first * 3, r6, 3, LANES, LANES);
     }
 }
 LOOPS(magnetic_step_dense_b_e_ex_ez_ratio)
@@ -3620,17 +3633,17 @@ static INLINE void NAME(magnetic_step_dense_b_e_ey_ez_ratio)(intptr_t n, char **
     (void)strides;
     REAL *a2 = (REAL *)args[2];
     REAL *a6 = (REAL *)args[6];
-    _Alignas(64) REAL r6[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r6[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x2[3];
             REAL x6[3];
             NAME(load_3)(x2, (char *)a2 + (first + i) * 3 * w, w);
             NAME(magnetic_step_apply_b_e_ey_ez_ratio)(prepared, x2, x6);
-            NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
+            NAME(store_3)((char *)(r6 + i), LANES * w, x6);
         }
-        NAME(store_few)(a6 + first * 3, r6, 3, SPAN);
+        NAME(store_few)(a6 + first * 3, r6, 3, LANES, LANES);
     }
 }
 LOOPS(magnetic_step_dense_b_e_ey_ez_ratio)
@@ -3676,17 +3689,17 @@ static INLINE void NAME(magnetic_step_dense_b_e_ex_ey_ez)(intptr_t n, char **arg
     (void)strides;
     REAL *a5 = (REAL *)args[5];
     REAL *a6 = (REAL *)args[6];
-    _Alignas(64) REAL r6[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r6[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x5[3];
             REAL x6[3];
             NAME(load_3)(x5, (char *)a5 + (first + i) * 3 * w, w);
             NAME(magnetic_step_apply_b_e_ex_ey_ez)(prepared, x5, x6);
-            NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
+            NAME(store_3)((char *)(r6 + i), LANES * w, x6);
         }
-        NAME(store_few)(a6 + first * 3, r6, 3, SPAN);
+        NAME(store_few)(a6 + first * 3, r6, 3, LANES, LANES);
     }
 }
 LOOPS(magnetic_step_dense_b_e_ex_ey_ez)
@@ -3732,17 +3745,17 @@ static INLINE void NAME(magnetic_step_dense_b_ex_ey_ez_ratio)(intptr_t n, char *
     (void)strides;
     REAL *a1 = (REAL *)args[1];
     REAL *a6 = (REAL *)args[6];
-    _Alignas(64) REAL r6[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r6[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x1[3];
             REAL x6[3];
             NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
             NAME(magnetic_step_apply_b_ex_ey_ez_ratio)(prepared, x1, x6);
-            NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
+            NAME(store_3)((char *)(r6 + i), LANES * w, x6);
         }
-        NAME(store_few)(a6 + first * 3, r6, 3, SPAN);
+        NAME(store_few)(a6 + first * 3, r6, 3, LANES, LANES);
     }
 }
 LOOPS(magnetic_step_dense_b_ex_ey_ez_ratio)
@@ -3807,10 +3820,10 @@ static INLINE void NAME(magnetic_step_dense)(intptr_t n, char **args, const intp
     REAL *a4 = (REAL *)args[4];
     REAL *a5 = (REAL *)args[5];
     REAL *a6 = (REAL *)args[6];
-    _Alignas(64) REAL r6[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r6[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[3];
             REAL x1[3];
             REAL x2[3];
@@ -3825,9 +3838,9 @@ static INLINE void NAME(magnetic_step_dense)(intptr_t n, char **args, const intp
             NAME(load_3)(x4, (char *)a4 + (first + i) * 3 * w, w);
             NAME(load_3)(x5, (char *)a5 + (first + i) * 3 * w, w);
             NAME(magnetic_step)(x0, x1, x2, x3, x4, x5, x6);
-            NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
+            NAME(store_3)((char *)(r6 + i), LANES * w, x6);
         }
-        NAME(store_few)(a6 + first * 3, r6, 3, SPAN);
+        NAME(store_few)(a6 + first * 3, r6, 3, LANES, LANES);
     }
 }
 LOOPS(magnetic_step_dense)
@@ -3837,17 +3850,17 @@ void NAME(magnetic_step_loop)(char **args, const intptr_t *dimensions, const int
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}, {3, 1, 4,
         {3}}, {3, 1, 5, {3}}, {3, 1, 6, {3}}};
     static const struct form forms[] = {{62, 2, NAME(magnetic_step_start_e_ex_ey_ez_ratio),
-        WIDTHS(magnetic_step_block_e_ex_ey_ez_ratio), WIDTHS(magnetic_step_dense_e_ex_ey_ez_ratio)}, {47, 2,
+        WIDTHS(magnetic_step_block_e_ex_ey_ez_ratio), WIDTHS(magnetic_step_dense_e_ex_ey_ez_ratio), LANES}, {47, 2,
         NAME(magnetic_step_start_b_e_ex_ey_ratio), WIDTHS(magnetic_step_block_b_e_ex_ey_ratio),
-        WIDTHS(magnetic_step_dense_b_e_ex_ey_ratio)}, {55, 2, NAME(magnetic_step_start_b_e_ex_ez_ratio),
-        WIDTHS(magnetic_step_block_b_e_ex_ez_ratio), WIDTHS(magnetic_step_dense_b_e_ex_ez_ratio)}, {59, 2,
+        WIDTHS(magnetic_step_dense_b_e_ex_ey_ratio), LANES}, {55, 2, NAME(magnetic_step_start_b_e_ex_ez_ratio),
+        WIDTHS(magnetic_step_block_b_e_ex_ez_ratio), WIDTHS(magnetic_step_dense_b_e_ex_ez_ratio), LANES}, {59, 2,
         NAME(magnetic_step_start_b_e_ey_ez_ratio), WIDTHS(magnetic_step_block_b_e_ey_ez_ratio),
-        WIDTHS(magnetic_step_dense_b_e_ey_ez_ratio)}, {31, 2, NAME(magnetic_step_start_b_e_ex_ey_ez),
-        WIDTHS(magnetic_step_block_b_e_ex_ey_ez), WIDTHS(magnetic_step_dense_b_e_ex_ey_ez)}, {61, 3,
+        WIDTHS(magnetic_step_dense_b_e_ey_ez_ratio), LANES}, {31, 2, NAME(magnetic_step_start_b_e_ex_ey_ez),
+        WIDTHS(magnetic_step_block_b_e_ex_ey_ez), WIDTHS(magnetic_step_dense_b_e_ex_ey_ez), LANES}, {61, 3,
         NAME(magnetic_step_start_b_ex_ey_ez_ratio), WIDTHS(magnetic_step_block_b_ex_ey_ez_ratio),
-        WIDTHS(magnetic_step_dense_b_ex_ey_ez_ratio)}};
-    static const struct kernel kernel = {WIDTHS(magnetic_step_block), WIDTHS(magnetic_step_dense), (any_function
-        *)NAME(magnetic_step), NAME(call_aaaaaar), 6, 7, 6, 0, 0, parts, forms};
+        WIDTHS(magnetic_step_dense_b_ex_ey_ez_ratio), LANES}};
+    static const struct kernel kernel = {WIDTHS(magnetic_step_block), WIDTHS(magnetic_step_dense), LANES,
+        (any_function *)NAME(magnetic_step), NAME(call_aaaaaar), 6, 7, 6, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4298,10 +4311,10 @@ void NAME(electromagnetic_wave_loop)(char **args, const intptr_t *dimensions, co
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}, {4, 1, 3, {4}}, {6, 1, 4,
         {6}}};
     static const struct form forms[] = {{11, 2, NAME(electromagnetic_wave_start_k_a_x),
-        WIDTHS(electromagnetic_wave_block_k_a_x), WIDTH(electromagnetic_wave_dense_k_a_x)}, {13, 2,
+        WIDTHS(electromagnetic_wave_block_k_a_x), WIDTH(electromagnetic_wave_dense_k_a_x), TILE}, {13, 2,
         NAME(electromagnetic_wave_start_k_b_x), WIDTHS(electromagnetic_wave_block_k_b_x),
-        WIDTH(electromagnetic_wave_dense_k_b_x)}};
-    static const struct kernel kernel = {WIDTHS(electromagnetic_wave_block), {NULL}, (any_function
+        WIDTH(electromagnetic_wave_dense_k_b_x), TILE}};
+    static const struct kernel kernel = {WIDTHS(electromagnetic_wave_block), {NULL}, 0, (any_function
         *)NAME(electromagnetic_wave), NAME(call_aaaar), 4, 5, 2, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -4986,13 +4999,13 @@ void NAME(field_derivative_loop)(char **args, const intptr_t *dimensions, const 
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}, {6, 1, 3, {6}}, {4, 1, 4,
         {4}}, {4, 1, 5, {4}}};
     static const struct form forms[] = {{7, 2, NAME(field_derivative_start_ft_fx_fy),
-        WIDTHS(field_derivative_block_ft_fx_fy), WIDTH(field_derivative_dense_ft_fx_fy)}, {11, 2,
+        WIDTHS(field_derivative_block_ft_fx_fy), WIDTH(field_derivative_dense_ft_fx_fy), TILE}, {11, 2,
         NAME(field_derivative_start_ft_fx_fz), WIDTHS(field_derivative_block_ft_fx_fz),
-        WIDTH(field_derivative_dense_ft_fx_fz)}, {13, 2, NAME(field_derivative_start_ft_fy_fz),
-        WIDTHS(field_derivative_block_ft_fy_fz), WIDTH(field_derivative_dense_ft_fy_fz)}, {14, 2,
+        WIDTH(field_derivative_dense_ft_fx_fz), TILE}, {13, 2, NAME(field_derivative_start_ft_fy_fz),
+        WIDTHS(field_derivative_block_ft_fy_fz), WIDTH(field_derivative_dense_ft_fy_fz), TILE}, {14, 2,
         NAME(field_derivative_start_fx_fy_fz), WIDTHS(field_derivative_block_fx_fy_fz),
-        WIDTH(field_derivative_dense_fx_fy_fz)}};
-    static const struct kernel kernel = {WIDTHS(field_derivative_block), WIDTH(field_derivative_dense),
+        WIDTH(field_derivative_dense_fx_fy_fz), TILE}};
+    static const struct kernel kernel = {WIDTHS(field_derivative_block), WIDTH(field_derivative_dense), TILE,
         (any_function *)NAME(field_derivative), NAME(call_aaaarr), 4, 6, 4, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -5097,7 +5110,7 @@ void NAME(field_from_potential_loop)(char **args, const intptr_t *dimensions, co
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}, {4, 1, 3, {4}}, {6, 1, 4,
         {6}}};
     static const struct kernel kernel = {WIDTHS(field_from_potential_block), WIDTH(field_from_potential_dense),
-        (any_function *)NAME(field_from_potential), NAME(call_aaaar), 4, 5, 0, 0, 0, parts, NULL};
+        TILE, (any_function *)NAME(field_from_potential), NAME(call_aaaar), 4, 5, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5164,7 +5177,7 @@ LOOP(pauli_from_column_dense)
 void NAME(pauli_from_column_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(pauli_from_column_block), WIDTH(pauli_from_column_dense),
+    static const struct kernel kernel = {WIDTHS(pauli_from_column_block), WIDTH(pauli_from_column_dense), TILE,
         (any_function *)NAME(pauli_from_column), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -5208,21 +5221,21 @@ static INLINE void NAME(pauli_to_column_dense)(intptr_t n, char **args, const in
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r1[2 * SPAN];
-    _Alignas(64) REAL r2[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[2 * LANES];
+    _Alignas(64) REAL r2[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x1[2];
             REAL x2[2];
             NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(pauli_to_column)(x0, x1, x2);
-            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
-            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
+            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a1 + first * 2, r1, 2, SPAN);
-        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
+        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
+        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
     }
 }
 LOOPS(pauli_to_column_dense)
@@ -5230,8 +5243,8 @@ LOOPS(pauli_to_column_dense)
 void NAME(pauli_to_column_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(pauli_to_column_block), WIDTHS(pauli_to_column_dense), (any_function
-        *)NAME(pauli_to_column), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(pauli_to_column_block), WIDTHS(pauli_to_column_dense), LANES,
+        (any_function *)NAME(pauli_to_column), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5306,8 +5319,8 @@ LOOP(pauli_to_matrix_dense)
 void NAME(pauli_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 3, 1, {2, 2, 2}}};
-    static const struct kernel kernel = {WIDTHS(pauli_to_matrix_block), WIDTH(pauli_to_matrix_dense), (any_function
-        *)NAME(pauli_to_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(pauli_to_matrix_block), WIDTH(pauli_to_matrix_dense), TILE,
+        (any_function *)NAME(pauli_to_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5390,7 +5403,7 @@ LOOP(pauli_from_matrix_dense)
 void NAME(pauli_from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 3, 0, {2, 2, 2}}, {8, 1, 3, {8}}};
-    static const struct kernel kernel = {WIDTHS(pauli_from_matrix_block), WIDTH(pauli_from_matrix_dense),
+    static const struct kernel kernel = {WIDTHS(pauli_from_matrix_block), WIDTH(pauli_from_matrix_dense), TILE,
         (any_function *)NAME(pauli_from_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -5434,17 +5447,17 @@ static INLINE void NAME(pauli_density_dense)(intptr_t n, char **args, const intp
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x1[1];
             NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(pauli_density)(x0, x1);
             NAME(store_scalar)((char *)(r1 + i), x1);
         }
-        NAME(store_few)(a1 + first * 1, r1, 1, SPAN);
+        NAME(store_few)(a1 + first * 1, r1, 1, LANES, LANES);
     }
 }
 LOOPS(pauli_density_dense)
@@ -5452,8 +5465,8 @@ LOOPS(pauli_density_dense)
 void NAME(pauli_density_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(pauli_density_block), WIDTHS(pauli_density_dense), (any_function
-        *)NAME(pauli_density), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(pauli_density_block), WIDTHS(pauli_density_dense), LANES,
+        (any_function *)NAME(pauli_density), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5506,17 +5519,17 @@ static INLINE void NAME(pauli_spin_dense)(intptr_t n, char **args, const intptr_
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x1[3];
             NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(pauli_spin)(x0, x1);
-            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_3)((char *)(r1 + i), LANES * w, x1);
         }
-        NAME(store_few)(a1 + first * 3, r1, 3, SPAN);
+        NAME(store_few)(a1 + first * 3, r1, 3, LANES, LANES);
     }
 }
 LOOPS(pauli_spin_dense)
@@ -5524,7 +5537,7 @@ LOOPS(pauli_spin_dense)
 void NAME(pauli_spin_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(pauli_spin_block), WIDTHS(pauli_spin_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(pauli_spin_block), WIDTHS(pauli_spin_dense), LANES, (any_function
         *)NAME(pauli_spin), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -5820,8 +5833,8 @@ void NAME(precession_step_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {4, 1, 3, {4}}};
     static const struct form forms[] = {{6, 2, NAME(precession_step_start_first_second),
-        WIDTHS(precession_step_block_first_second), WIDTH(precession_step_dense_first_second)}};
-    static const struct kernel kernel = {WIDTHS(precession_step_block), {NULL}, (any_function
+        WIDTHS(precession_step_block_first_second), WIDTH(precession_step_dense_first_second), TILE}};
+    static const struct kernel kernel = {WIDTHS(precession_step_block), {NULL}, 0, (any_function
         *)NAME(precession_step), NAME(call_aaar), 3, 4, 1, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -5917,7 +5930,7 @@ void NAME(dirac_from_column_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}, {2, 1, 3, {2}}, {8, 1, 4,
         {8}}};
-    static const struct kernel kernel = {WIDTHS(dirac_from_column_block), WIDTH(dirac_from_column_dense),
+    static const struct kernel kernel = {WIDTHS(dirac_from_column_block), WIDTH(dirac_from_column_dense), TILE,
         (any_function *)NAME(dirac_from_column), NAME(call_aaaar), 4, 5, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -5980,13 +5993,13 @@ static INLINE void NAME(dirac_to_column_dense)(intptr_t n, char **args, const in
     REAL *a2 = (REAL *)args[2];
     REAL *a3 = (REAL *)args[3];
     REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r1[2 * SPAN];
-    _Alignas(64) REAL r2[2 * SPAN];
-    _Alignas(64) REAL r3[2 * SPAN];
-    _Alignas(64) REAL r4[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[2 * LANES];
+    _Alignas(64) REAL r2[2 * LANES];
+    _Alignas(64) REAL r3[2 * LANES];
+    _Alignas(64) REAL r4[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[8];
             REAL x1[2];
             REAL x2[2];
@@ -5994,15 +6007,15 @@ static INLINE void NAME(dirac_to_column_dense)(intptr_t n, char **args, const in
             REAL x4[2];
             NAME(load_8)(x0, (char *)a0 + (first + i) * 8 * w, w);
             NAME(dirac_to_column)(x0, x1, x2, x3, x4);
-            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
-            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
-            NAME(store_2)((char *)(r3 + i), SPAN * w, x3);
-            NAME(store_2)((char *)(r4 + i), SPAN * w, x4);
+            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
+            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
+            NAME(store_2)((char *)(r3 + i), LANES * w, x3);
+            NAME(store_2)((char *)(r4 + i), LANES * w, x4);
         }
-        NAME(store_few)(a1 + first * 2, r1, 2, SPAN);
-        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
-        NAME(store_few)(a3 + first * 2, r3, 2, SPAN);
-        NAME(store_few)(a4 + first * 2, r4, 2, SPAN);
+        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
+        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
+        NAME(store_few)(a3 + first * 2, r3, 2, LANES, LANES);
+        NAME(store_few)(a4 + first * 2, r4, 2, LANES, LANES);
     }
 }
 LOOPS(dirac_to_column_dense)
@@ -6011,8 +6024,8 @@ void NAME(dirac_to_column_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}, {2, 1, 3, {2}}, {2, 1, 4,
         {2}}};
-    static const struct kernel kernel = {WIDTHS(dirac_to_column_block), WIDTHS(dirac_to_column_dense), (any_function
-        *)NAME(dirac_to_column), NAME(call_arrrr), 1, 5, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(dirac_to_column_block), WIDTHS(dirac_to_column_dense), LANES,
+        (any_function *)NAME(dirac_to_column), NAME(call_arrrr), 1, 5, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6113,7 +6126,7 @@ LOOPS(dirac_to_matrix_block)
 void NAME(dirac_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {32, 3, 1, {4, 4, 2}}};
-    static const struct kernel kernel = {WIDTHS(dirac_to_matrix_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(dirac_to_matrix_block), {NULL}, 0, (any_function
         *)NAME(dirac_to_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -6249,7 +6262,7 @@ LOOPS(dirac_from_matrix_block)
 void NAME(dirac_from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 3, 0, {4, 4, 2}}, {16, 1, 3, {16}}};
-    static const struct kernel kernel = {WIDTHS(dirac_from_matrix_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(dirac_from_matrix_block), {NULL}, 0, (any_function
         *)NAME(dirac_from_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -6851,9 +6864,9 @@ void NAME(dirac_wave_loop)(char **args, const intptr_t *dimensions, const intptr
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}, {8, 1, 3, {8}}};
     static const struct form forms[] = {{5, 2, NAME(dirac_wave_start_p_x), WIDTHS(dirac_wave_block_p_x),
-        WIDTH(dirac_wave_dense_p_x)}, {1, 2, NAME(dirac_wave_start_p), WIDTHS(dirac_wave_block_p), {NULL}}, {3, 2,
-        NAME(dirac_wave_start_p_spin), WIDTHS(dirac_wave_block_p_spin), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(dirac_wave_block), {NULL}, (any_function *)NAME(dirac_wave),
+        WIDTH(dirac_wave_dense_p_x), TILE}, {1, 2, NAME(dirac_wave_start_p), WIDTHS(dirac_wave_block_p), {NULL}, 0},
+        {3, 2, NAME(dirac_wave_start_p_spin), WIDTHS(dirac_wave_block_p_spin), {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(dirac_wave_block), {NULL}, 0, (any_function *)NAME(dirac_wave),
         NAME(call_aaar), 3, 4, 3, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -7458,10 +7471,10 @@ void NAME(dirac_antiparticle_wave_loop)(char **args, const intptr_t *dimensions,
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}, {8, 1, 3, {8}}};
     static const struct form forms[] = {{5, 2, NAME(dirac_antiparticle_wave_start_p_x),
-        WIDTHS(dirac_antiparticle_wave_block_p_x), WIDTH(dirac_antiparticle_wave_dense_p_x)}, {1, 2,
-        NAME(dirac_antiparticle_wave_start_p), WIDTHS(dirac_antiparticle_wave_block_p), {NULL}}, {3, 2,
-        NAME(dirac_antiparticle_wave_start_p_spin), WIDTHS(dirac_antiparticle_wave_block_p_spin), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(dirac_antiparticle_wave_block), {NULL}, (any_function
+        WIDTHS(dirac_antiparticle_wave_block_p_x), WIDTH(dirac_antiparticle_wave_dense_p_x), TILE}, {1, 2,
+        NAME(dirac_antiparticle_wave_start_p), WIDTHS(dirac_antiparticle_wave_block_p), {NULL}, 0}, {3, 2,
+        NAME(dirac_antiparticle_wave_start_p_spin), WIDTHS(dirac_antiparticle_wave_block_p_spin), {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(dirac_antiparticle_wave_block), {NULL}, 0, (any_function
         *)NAME(dirac_antiparticle_wave), NAME(call_aaar), 3, 4, 3, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -7530,11 +7543,11 @@ static INLINE void NAME(dirac_density_dense)(intptr_t n, char **args, const intp
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r1[1 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[1 * LANES];
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[8];
             REAL x1[1];
             REAL x2[1];
@@ -7543,8 +7556,8 @@ static INLINE void NAME(dirac_density_dense)(intptr_t n, char **args, const intp
             NAME(store_scalar)((char *)(r1 + i), x1);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a1 + first * 1, r1, 1, SPAN);
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a1 + first * 1, r1, 1, LANES, LANES);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(dirac_density_dense)
@@ -7552,8 +7565,8 @@ LOOPS(dirac_density_dense)
 void NAME(dirac_density_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {1, 0, 1, {0}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(dirac_density_block), WIDTHS(dirac_density_dense), (any_function
-        *)NAME(dirac_density), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(dirac_density_block), WIDTHS(dirac_density_dense), LANES,
+        (any_function *)NAME(dirac_density), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7673,7 +7686,7 @@ LOOP(dirac_spin_bivector_dense)
 void NAME(dirac_spin_bivector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {WIDTHS(dirac_spin_bivector_block), WIDTH(dirac_spin_bivector_dense),
+    static const struct kernel kernel = {WIDTHS(dirac_spin_bivector_block), WIDTH(dirac_spin_bivector_dense), TILE,
         (any_function *)NAME(dirac_spin_bivector), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -9520,18 +9533,20 @@ void NAME(dirac_residual_loop)(char **args, const intptr_t *dimensions, const in
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}, {8, 1, 3, {8}}, {8, 1, 4,
         {8}}, {4, 1, 5, {4}}, {1, 0, 6, {0}}, {8, 1, 6, {8}}};
     static const struct form forms[] = {{119, 2, NAME(dirac_residual_start_dt_dx_dy_psi_a_mass),
-        WIDTHS(dirac_residual_block_dt_dx_dy_psi_a_mass), WIDTH(dirac_residual_dense_dt_dx_dy_psi_a_mass)}, {123, 2,
-        NAME(dirac_residual_start_dt_dx_dz_psi_a_mass), WIDTHS(dirac_residual_block_dt_dx_dz_psi_a_mass),
-        WIDTH(dirac_residual_dense_dt_dx_dz_psi_a_mass)}, {125, 2, NAME(dirac_residual_start_dt_dy_dz_psi_a_mass),
-        WIDTHS(dirac_residual_block_dt_dy_dz_psi_a_mass), WIDTH(dirac_residual_dense_dt_dy_dz_psi_a_mass)}, {126, 2,
+        WIDTHS(dirac_residual_block_dt_dx_dy_psi_a_mass), WIDTH(dirac_residual_dense_dt_dx_dy_psi_a_mass), TILE},
+        {123, 2, NAME(dirac_residual_start_dt_dx_dz_psi_a_mass), WIDTHS(dirac_residual_block_dt_dx_dz_psi_a_mass),
+        WIDTH(dirac_residual_dense_dt_dx_dz_psi_a_mass), TILE}, {125, 2,
+        NAME(dirac_residual_start_dt_dy_dz_psi_a_mass), WIDTHS(dirac_residual_block_dt_dy_dz_psi_a_mass),
+        WIDTH(dirac_residual_dense_dt_dy_dz_psi_a_mass), TILE}, {126, 2,
         NAME(dirac_residual_start_dx_dy_dz_psi_a_mass), WIDTHS(dirac_residual_block_dx_dy_dz_psi_a_mass),
-        WIDTH(dirac_residual_dense_dx_dy_dz_psi_a_mass)}, {63, 2, NAME(dirac_residual_start_dt_dx_dy_dz_psi_a),
-        WIDTHS(dirac_residual_block_dt_dx_dy_dz_psi_a), WIDTH(dirac_residual_dense_dt_dx_dy_dz_psi_a)}, {95, 2,
-        NAME(dirac_residual_start_dt_dx_dy_dz_psi_mass), WIDTHS(dirac_residual_block_dt_dx_dy_dz_psi_mass), {NULL}},
-        {111, 2, NAME(dirac_residual_start_dt_dx_dy_dz_a_mass), WIDTHS(dirac_residual_block_dt_dx_dy_dz_a_mass),
-        WIDTH(dirac_residual_dense_dt_dx_dy_dz_a_mass)}};
-    static const struct kernel kernel = {WIDTHS(dirac_residual_block), {NULL}, (any_function *)NAME(dirac_residual),
-        NAME(call_aaaaaanr), 7, 8, 7, 0, 0, parts, forms};
+        WIDTH(dirac_residual_dense_dx_dy_dz_psi_a_mass), TILE}, {63, 2,
+        NAME(dirac_residual_start_dt_dx_dy_dz_psi_a), WIDTHS(dirac_residual_block_dt_dx_dy_dz_psi_a),
+        WIDTH(dirac_residual_dense_dt_dx_dy_dz_psi_a), TILE}, {95, 2,
+        NAME(dirac_residual_start_dt_dx_dy_dz_psi_mass), WIDTHS(dirac_residual_block_dt_dx_dy_dz_psi_mass), {NULL},
+        0}, {111, 2, NAME(dirac_residual_start_dt_dx_dy_dz_a_mass), WIDTHS(dirac_residual_block_dt_dx_dy_dz_a_mass),
+        WIDTH(dirac_residual_dense_dt_dx_dy_dz_a_mass), TILE}};
+    static const struct kernel kernel = {WIDTHS(dirac_residual_block), {NULL}, 0, (any_function
+        *)NAME(dirac_residual), NAME(call_aaaaaanr), 7, 8, 7, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

@@ -2,7 +2,7 @@
 // command: gac generate --all sta
 // spec: 65db12e5bb2360c0
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: d4f7bfc6658fd59c67f478aa24d8ddf33fecaea86d4c61debcc5c48e702011ab
+// body: 05f97135e2280eada0dd593f462dda19cee0c8fd56110ca329629ccea4d0591e
 
 #ifndef REAL
 #include "sta.h"
@@ -64,6 +64,9 @@
 // Elements in C order go through rows of this many.
 #define SPAN 32
 
+// As many elements are run one after the other.
+#define ALONE 2
+
 // A vector of neighbours in memory, where the compiler turns such of 32 bytes well.
 #if defined(__has_builtin) && (defined(ON) || defined(__clang__))
 #if __has_builtin(__builtin_shufflevector)
@@ -121,12 +124,15 @@ struct form {
     intptr_t least;
     void (*start)(char **args, const intptr_t *strides, void *prepared);
     loop_function *block[2], *dense[2];
+    int together;
 };
 
-// The loops of a kernel, over rows and in C order, its plain function and how that is called, and its forms. A kernel
-// that repeats reads its inputs again after it has written: its outputs cannot lie where they do.
+// The loops of a kernel, over rows and in C order, which takes so many elements together; its plain function and how
+// that is called; and its forms. A kernel that repeats reads its inputs again after it has written: its outputs cannot
+// lie where they do.
 struct kernel {
     loop_function *block[2], *dense[2];
+    int together;
     any_function *function;
     void (*call)(any_function *function, void **parts);
     int n_inputs, n_parts, n_forms, repeats, busy;
@@ -1420,39 +1426,39 @@ static INLINE void NAME(store_tile_16)(REAL *a, const REAL *x, intptr_t row)
 }
 #endif
 
-// Rows, SPAN numbers long, of `n` elements of at most three numbers in C order, and back.
-static INLINE void NAME(load_few)(REAL *x, const REAL *a, intptr_t size, intptr_t n)
+// Rows, `row` numbers long, of `n` elements of at most three numbers in C order, and back.
+static INLINE void NAME(load_few)(REAL *x, const REAL *a, intptr_t size, intptr_t row, intptr_t n)
 {
     if (size == 1) {
         memcpy(x, a, n * sizeof(REAL));
     } else if (size == 2) {
         for (intptr_t i = 0; i < n; ++i) {
             x[i] = a[2 * i];
-            x[SPAN + i] = a[2 * i + 1];
+            x[row + i] = a[2 * i + 1];
         }
     } else {
         for (intptr_t i = 0; i < n; ++i) {
             x[i] = a[3 * i];
-            x[SPAN + i] = a[3 * i + 1];
-            x[2 * SPAN + i] = a[3 * i + 2];
+            x[row + i] = a[3 * i + 1];
+            x[2 * row + i] = a[3 * i + 2];
         }
     }
 }
 
-static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr_t n)
+static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr_t row, intptr_t n)
 {
     if (size == 1) {
         memcpy(a, x, n * sizeof(REAL));
     } else if (size == 2) {
         for (intptr_t i = 0; i < n; ++i) {
             a[2 * i] = x[i];
-            a[2 * i + 1] = x[SPAN + i];
+            a[2 * i + 1] = x[row + i];
         }
     } else {
         for (intptr_t i = 0; i < n; ++i) {
             a[3 * i] = x[i];
-            a[3 * i + 1] = x[SPAN + i];
-            a[3 * i + 2] = x[2 * SPAN + i];
+            a[3 * i + 1] = x[row + i];
+            a[3 * i + 2] = x[2 * row + i];
         }
     }
 }
@@ -1461,42 +1467,42 @@ static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr
 static INLINE void NAME(load_span_1)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 1, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 1, SPAN, n);
 }
 LOOPS(load_span_1)
 
 static INLINE void NAME(store_span_1)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 1, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 1, SPAN, n);
 }
 LOOPS(store_span_1)
 
 static INLINE void NAME(load_span_2)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 2, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 2, SPAN, n);
 }
 LOOPS(load_span_2)
 
 static INLINE void NAME(store_span_2)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 2, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 2, SPAN, n);
 }
 LOOPS(store_span_2)
 
 static INLINE void NAME(load_span_3)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 3, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 3, SPAN, n);
 }
 LOOPS(load_span_3)
 
 static INLINE void NAME(store_span_3)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 3, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 3, SPAN, n);
 }
 LOOPS(store_span_3)
 
@@ -1659,11 +1665,12 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     intptr_t cores[CORES], row_cores[CORES], total = 0, numbers = 0, bytes = 0;
     unsigned still = 0, units = 0, hoisted = 0;
     int in_place = 1, ordered = 1, known = 1;
-    if (width < 0 || n == 1) {
+    if (width < 0 || n <= 1) {
         NAME(each)(kernel, args, n, steps);
         return;
     }
     loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width], *loads[PARTS], *stores[PARTS];
+    int together = kernel->together;
     for (int p = 0; p < n_parts; ++p) {
         const struct part *part = &kernel->parts[p];
         const int same = p < n_inputs && steps[p] == 0;
@@ -1682,7 +1689,8 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         const struct form *form = &kernel->forms[f];
         if ((still & form->same) == form->same && n >= form->least) {
             form->start(args, strides, prepared);
-            hoisted = form->same, in_rows = form->block[width], in_order = form->dense[width];
+            hoisted = form->same, together = form->together;
+            in_rows = form->block[width], in_order = form->dense[width];
         }
     }
     // Results that no cache holds go past the caches, where that is what takes the time and all rows start lines alike.
@@ -1697,7 +1705,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     loop_function *const at_once = ordered && still == hoisted && in_order ? in_order
         : (units | hoisted) == (1u << n_parts) - 1 && !past && !kernel->repeats ? in_rows : NULL;
     if (at_once) {
-        const intptr_t whole = n & -(at_once == in_order ? SPAN : LANES);
+        const intptr_t whole = n & -(at_once == in_order ? together : LANES);
         for (int p = 0; p < n_parts; ++p) {
             starts[p] = hoisted >> p & 1 ? (char *)prepared : args[p];
             rest[p] = args[p] + whole * steps[p];
@@ -1707,6 +1715,11 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         args = rest, n -= whole;
         if (n == 0)
             return;
+    }
+    // Rows cost more than a few elements do.
+    if (n <= ALONE && !hoisted) {
+        NAME(each)(kernel, args, n, steps);
+        return;
     }
     const int spans = ordered && known && total * SPAN <= SPACE;
     // Long rows spare calls; beyond the last cache, short turns keep reading and writing going side by side.
@@ -2170,7 +2183,7 @@ LOOPS(geometric_product_block)
 void NAME(geometric_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {WIDTHS(geometric_product_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(geometric_product_block), {NULL}, 0, (any_function
         *)NAME(geometric_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -2396,8 +2409,8 @@ LOOPS(outer_product_block)
 void NAME(outer_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {WIDTHS(outer_product_block), {NULL}, (any_function *)NAME(outer_product),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(outer_product_block), {NULL}, 0, (any_function
+        *)NAME(outer_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2622,7 +2635,7 @@ LOOPS(regressive_product_block)
 void NAME(regressive_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {WIDTHS(regressive_product_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(regressive_product_block), {NULL}, 0, (any_function
         *)NAME(regressive_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -2979,8 +2992,8 @@ LOOPS(inner_product_block)
 void NAME(inner_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {WIDTHS(inner_product_block), {NULL}, (any_function *)NAME(inner_product),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(inner_product_block), {NULL}, 0, (any_function
+        *)NAME(inner_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3155,7 +3168,7 @@ LOOP(even_product_dense)
 void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(even_product_block), WIDTH(even_product_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(even_product_block), WIDTH(even_product_dense), TILE, (any_function
         *)NAME(even_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3249,8 +3262,8 @@ LOOP(reverse_dense)
 void NAME(reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {WIDTHS(reverse_block), WIDTH(reverse_dense), (any_function *)NAME(reverse),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(reverse_block), WIDTH(reverse_dense), TILE, (any_function
+        *)NAME(reverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3341,7 +3354,7 @@ LOOP(grade_involution_dense)
 void NAME(grade_involution_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {WIDTHS(grade_involution_block), WIDTH(grade_involution_dense),
+    static const struct kernel kernel = {WIDTHS(grade_involution_block), WIDTH(grade_involution_dense), TILE,
         (any_function *)NAME(grade_involution), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3433,7 +3446,7 @@ LOOP(dual_dense)
 void NAME(dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {WIDTHS(dual_block), WIDTH(dual_dense), (any_function *)NAME(dual),
+    static const struct kernel kernel = {WIDTHS(dual_block), WIDTH(dual_dense), TILE, (any_function *)NAME(dual),
         NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3525,7 +3538,7 @@ LOOP(polarity_dense)
 void NAME(polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {WIDTHS(polarity_block), WIDTH(polarity_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(polarity_block), WIDTH(polarity_dense), TILE, (any_function
         *)NAME(polarity), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3599,7 +3612,7 @@ LOOP(even_reverse_dense)
 void NAME(even_reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(even_reverse_block), WIDTH(even_reverse_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(even_reverse_block), WIDTH(even_reverse_dense), TILE, (any_function
         *)NAME(even_reverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3700,8 +3713,8 @@ LOOP(vector_product_dense)
 void NAME(vector_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(vector_product_block), WIDTH(vector_product_dense), (any_function
-        *)NAME(vector_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(vector_product_block), WIDTH(vector_product_dense), TILE,
+        (any_function *)NAME(vector_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3752,10 +3765,10 @@ static INLINE void NAME(dot_product_dense)(intptr_t n, char **args, const intptr
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x1[4];
             REAL x2[1];
@@ -3764,7 +3777,7 @@ static INLINE void NAME(dot_product_dense)(intptr_t n, char **args, const intptr
             NAME(dot_product)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(dot_product_dense)
@@ -3772,7 +3785,7 @@ LOOPS(dot_product_dense)
 void NAME(dot_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(dot_product_block), WIDTHS(dot_product_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(dot_product_block), WIDTHS(dot_product_dense), LANES, (any_function
         *)NAME(dot_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3864,8 +3877,8 @@ LOOP(wedge_vectors_dense)
 void NAME(wedge_vectors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(wedge_vectors_block), WIDTH(wedge_vectors_dense), (any_function
-        *)NAME(wedge_vectors), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(wedge_vectors_block), WIDTH(wedge_vectors_dense), TILE,
+        (any_function *)NAME(wedge_vectors), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3908,17 +3921,17 @@ static INLINE void NAME(interval_dense)(intptr_t n, char **args, const intptr_t 
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x1[1];
             NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(interval)(x0, x1);
             NAME(store_scalar)((char *)(r1 + i), x1);
         }
-        NAME(store_few)(a1 + first * 1, r1, 1, SPAN);
+        NAME(store_few)(a1 + first * 1, r1, 1, LANES, LANES);
     }
 }
 LOOPS(interval_dense)
@@ -3926,7 +3939,7 @@ LOOPS(interval_dense)
 void NAME(interval_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(interval_block), WIDTHS(interval_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(interval_block), WIDTHS(interval_dense), LANES, (any_function
         *)NAME(interval), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3970,21 +3983,21 @@ static INLINE void NAME(spacetime_split_dense)(intptr_t n, char **args, const in
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r1[1 * SPAN];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[1 * LANES];
+    _Alignas(64) REAL r2[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x1[1];
             REAL x2[3];
             NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(spacetime_split)(x0, x1, x2);
             NAME(store_scalar)((char *)(r1 + i), x1);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a1 + first * 1, r1, 1, SPAN);
-        NAME(store_few)(a2 + first * 3, r2, 3, SPAN);
+        NAME(store_few)(a1 + first * 1, r1, 1, LANES, LANES);
+        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
     }
 }
 LOOPS(spacetime_split_dense)
@@ -3992,8 +4005,8 @@ LOOPS(spacetime_split_dense)
 void NAME(spacetime_split_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(spacetime_split_block), WIDTHS(spacetime_split_dense), (any_function
-        *)NAME(spacetime_split), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(spacetime_split_block), WIDTHS(spacetime_split_dense), LANES,
+        (any_function *)NAME(spacetime_split), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4062,8 +4075,8 @@ LOOP(proper_velocity_dense)
 void NAME(proper_velocity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(proper_velocity_block), WIDTH(proper_velocity_dense), (any_function
-        *)NAME(proper_velocity), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(proper_velocity_block), WIDTH(proper_velocity_dense), TILE,
+        (any_function *)NAME(proper_velocity), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4238,8 +4251,8 @@ LOOP(rotor_product_dense)
 void NAME(rotor_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(rotor_product_block), WIDTH(rotor_product_dense), (any_function
-        *)NAME(rotor_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_product_block), WIDTH(rotor_product_dense), TILE,
+        (any_function *)NAME(rotor_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4312,8 +4325,8 @@ LOOP(rotor_inverse_dense)
 void NAME(rotor_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(rotor_inverse_block), WIDTH(rotor_inverse_dense), (any_function
-        *)NAME(rotor_inverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_inverse_block), WIDTH(rotor_inverse_dense), TILE,
+        (any_function *)NAME(rotor_inverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4447,8 +4460,8 @@ LOOP(normalize_rotor_dense)
 void NAME(normalize_rotor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(normalize_rotor_block), WIDTH(normalize_rotor_dense), (any_function
-        *)NAME(normalize_rotor), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(normalize_rotor_block), WIDTH(normalize_rotor_dense), TILE,
+        (any_function *)NAME(normalize_rotor), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4795,8 +4808,8 @@ void NAME(transform_vector_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{1, 2, NAME(transform_vector_start_r), WIDTHS(transform_vector_block_r),
-        WIDTH(transform_vector_dense_r)}};
-    static const struct kernel kernel = {WIDTHS(transform_vector_block), {NULL}, (any_function
+        WIDTH(transform_vector_dense_r), TILE}};
+    static const struct kernel kernel = {WIDTHS(transform_vector_block), {NULL}, 0, (any_function
         *)NAME(transform_vector), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -5212,8 +5225,8 @@ void NAME(transform_bivector_loop)(char **args, const intptr_t *dimensions, cons
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
     static const struct form forms[] = {{1, 2, NAME(transform_bivector_start_r), WIDTHS(transform_bivector_block_r),
-        {NULL}}};
-    static const struct kernel kernel = {WIDTHS(transform_bivector_block), {NULL}, (any_function
+        {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(transform_bivector_block), {NULL}, 0, (any_function
         *)NAME(transform_bivector), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -5366,8 +5379,8 @@ void NAME(boost_from_rapidity_loop)(char **args, const intptr_t *dimensions, con
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
     static const struct form forms[] = {{2, 2, NAME(boost_from_rapidity_start_rapidity),
-        WIDTHS(boost_from_rapidity_block_rapidity), WIDTH(boost_from_rapidity_dense_rapidity)}};
-    static const struct kernel kernel = {WIDTHS(boost_from_rapidity_block), {NULL}, (any_function
+        WIDTHS(boost_from_rapidity_block_rapidity), WIDTH(boost_from_rapidity_dense_rapidity), TILE}};
+    static const struct kernel kernel = {WIDTHS(boost_from_rapidity_block), {NULL}, 0, (any_function
         *)NAME(boost_from_rapidity), NAME(call_anr), 2, 3, 1, 0, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -5449,7 +5462,7 @@ LOOP(boost_from_velocity_dense)
 void NAME(boost_from_velocity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(boost_from_velocity_block), WIDTH(boost_from_velocity_dense),
+    static const struct kernel kernel = {WIDTHS(boost_from_velocity_block), WIDTH(boost_from_velocity_dense), TILE,
         (any_function *)NAME(boost_from_velocity), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -5560,8 +5573,8 @@ void NAME(boost_between_velocities_loop)(char **args, const intptr_t *dimensions
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {8, 1, 2, {8}}};
     static const struct kernel kernel = {WIDTHS(boost_between_velocities_block),
-        WIDTH(boost_between_velocities_dense), (any_function *)NAME(boost_between_velocities), NAME(call_aar), 2, 3,
-        0, 0, 0, parts, NULL};
+        WIDTH(boost_between_velocities_dense), TILE, (any_function *)NAME(boost_between_velocities), NAME(call_aar),
+        2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5801,9 +5814,9 @@ void NAME(rotor_from_axis_angle_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
     static const struct form forms[] = {{2, 2, NAME(rotor_from_axis_angle_start_angle),
-        WIDTHS(rotor_from_axis_angle_block_angle), WIDTH(rotor_from_axis_angle_dense_angle)}, {1, 2,
-        NAME(rotor_from_axis_angle_start_axis), WIDTHS(rotor_from_axis_angle_block_axis), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(rotor_from_axis_angle_block), {NULL}, (any_function
+        WIDTHS(rotor_from_axis_angle_block_angle), WIDTH(rotor_from_axis_angle_dense_angle), TILE}, {1, 2,
+        NAME(rotor_from_axis_angle_start_axis), WIDTHS(rotor_from_axis_angle_block_axis), {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(rotor_from_axis_angle_block), {NULL}, 0, (any_function
         *)NAME(rotor_from_axis_angle), NAME(call_anr), 2, 3, 2, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -5977,7 +5990,7 @@ LOOPS(rotor_exponential_block)
 void NAME(rotor_exponential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(rotor_exponential_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(rotor_exponential_block), {NULL}, 0, (any_function
         *)NAME(rotor_exponential), NAME(call_ar), 1, 2, 0, 1, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -6161,7 +6174,7 @@ LOOPS(rotor_logarithm_block)
 void NAME(rotor_logarithm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {WIDTHS(rotor_logarithm_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(rotor_logarithm_block), {NULL}, 0, (any_function
         *)NAME(rotor_logarithm), NAME(call_ar), 1, 2, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -6288,7 +6301,7 @@ LOOP(rotor_square_root_dense)
 void NAME(rotor_square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(rotor_square_root_block), WIDTH(rotor_square_root_dense),
+    static const struct kernel kernel = {WIDTHS(rotor_square_root_block), WIDTH(rotor_square_root_dense), TILE,
         (any_function *)NAME(rotor_square_root), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -6617,7 +6630,7 @@ LOOPS(rotor_power_block)
 void NAME(rotor_power_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(rotor_power_block), {NULL}, (any_function *)NAME(rotor_power),
+    static const struct kernel kernel = {WIDTHS(rotor_power_block), {NULL}, 0, (any_function *)NAME(rotor_power),
         NAME(call_anr), 2, 3, 0, 1, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -7142,7 +7155,7 @@ LOOPS(interpolate_rotors_block)
 void NAME(interpolate_rotors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {1, 0, 2, {0}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(interpolate_rotors_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(interpolate_rotors_block), {NULL}, 0, (any_function
         *)NAME(interpolate_rotors), NAME(call_aanr), 3, 4, 0, 1, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -7292,8 +7305,8 @@ LOOP(rotor_to_matrix_dense)
 void NAME(rotor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {16, 2, 1, {4, 4}}};
-    static const struct kernel kernel = {WIDTHS(rotor_to_matrix_block), WIDTH(rotor_to_matrix_dense), (any_function
-        *)NAME(rotor_to_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_to_matrix_block), WIDTH(rotor_to_matrix_dense), TILE,
+        (any_function *)NAME(rotor_to_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7367,7 +7380,7 @@ void NAME(field_from_electric_magnetic_loop)(char **args, const intptr_t *dimens
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
     static const struct kernel kernel = {WIDTHS(field_from_electric_magnetic_block),
-        WIDTH(field_from_electric_magnetic_dense), (any_function *)NAME(field_from_electric_magnetic),
+        WIDTH(field_from_electric_magnetic_dense), TILE, (any_function *)NAME(field_from_electric_magnetic),
         NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -7442,8 +7455,8 @@ void NAME(field_to_electric_magnetic_loop)(char **args, const intptr_t *dimensio
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(field_to_electric_magnetic_block),
-        WIDTH(field_to_electric_magnetic_dense), (any_function *)NAME(field_to_electric_magnetic), NAME(call_arr),
-        1, 3, 0, 0, 0, parts, NULL};
+        WIDTH(field_to_electric_magnetic_dense), TILE, (any_function *)NAME(field_to_electric_magnetic),
+        NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7526,7 +7539,7 @@ LOOP(field_invariants_dense)
 void NAME(field_invariants_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(field_invariants_block), WIDTH(field_invariants_dense),
+    static const struct kernel kernel = {WIDTHS(field_invariants_block), WIDTH(field_invariants_dense), TILE,
         (any_function *)NAME(field_invariants), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -7620,8 +7633,8 @@ LOOP(lorentz_force_dense)
 void NAME(lorentz_force_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(lorentz_force_block), WIDTH(lorentz_force_dense), (any_function
-        *)NAME(lorentz_force), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(lorentz_force_block), WIDTH(lorentz_force_dense), TILE,
+        (any_function *)NAME(lorentz_force), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7915,8 +7928,8 @@ void NAME(field_stress_energy_loop)(char **args, const intptr_t *dimensions, con
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{1, 2, NAME(field_stress_energy_start_f),
-        WIDTHS(field_stress_energy_block_f), WIDTH(field_stress_energy_dense_f)}};
-    static const struct kernel kernel = {WIDTHS(field_stress_energy_block), WIDTH(field_stress_energy_dense),
+        WIDTHS(field_stress_energy_block_f), WIDTH(field_stress_energy_dense_f), TILE}};
+    static const struct kernel kernel = {WIDTHS(field_stress_energy_block), WIDTH(field_stress_energy_dense), TILE,
         (any_function *)NAME(field_stress_energy), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -8019,8 +8032,8 @@ LOOP(dirac_current_dense)
 void NAME(dirac_current_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(dirac_current_block), WIDTH(dirac_current_dense), (any_function
-        *)NAME(dirac_current), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(dirac_current_block), WIDTH(dirac_current_dense), TILE,
+        (any_function *)NAME(dirac_current), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8122,7 +8135,7 @@ LOOP(dirac_spin_dense)
 void NAME(dirac_spin_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(dirac_spin_block), WIDTH(dirac_spin_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(dirac_spin_block), WIDTH(dirac_spin_dense), TILE, (any_function
         *)NAME(dirac_spin), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -8282,8 +8295,8 @@ void NAME(pack_spacetime_loop)(char **args, const intptr_t *dimensions, const in
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}, {2, 1, 3, {2}}, {2, 1, 4,
         {2}}, {2, 1, 5, {2}}, {2, 1, 6, {2}}, {2, 1, 7, {2}}, {2, 1, 8, {2}}};
-    static const struct kernel kernel = {WIDTHS(pack_spacetime_block), WIDTH(pack_spacetime_dense), (any_function
-        *)NAME(pack_spacetime), NAME(call_arrrrrrrr), 1, 9, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(pack_spacetime_block), WIDTH(pack_spacetime_dense), TILE,
+        (any_function *)NAME(pack_spacetime), NAME(call_arrrrrrrr), 1, 9, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9848,22 +9861,23 @@ void NAME(unpack_spacetime_loop)(char **args, const intptr_t *dimensions, const 
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}, {2, 1, 3, {2}}, {2, 1, 4,
         {2}}, {2, 1, 5, {2}}, {2, 1, 6, {2}}, {2, 1, 7, {2}}, {16, 1, 8, {16}}};
     static const struct form forms[] = {{127, 2, NAME(unpack_spacetime_start_p0_p1_p2_p3_m0_m1_m2),
-        WIDTHS(unpack_spacetime_block_p0_p1_p2_p3_m0_m1_m2), WIDTH(unpack_spacetime_dense_p0_p1_p2_p3_m0_m1_m2)},
-        {191, 2, NAME(unpack_spacetime_start_p0_p1_p2_p3_m0_m1_m3),
-        WIDTHS(unpack_spacetime_block_p0_p1_p2_p3_m0_m1_m3), WIDTH(unpack_spacetime_dense_p0_p1_p2_p3_m0_m1_m3)},
-        {223, 2, NAME(unpack_spacetime_start_p0_p1_p2_p3_m0_m2_m3),
-        WIDTHS(unpack_spacetime_block_p0_p1_p2_p3_m0_m2_m3), WIDTH(unpack_spacetime_dense_p0_p1_p2_p3_m0_m2_m3)},
-        {239, 2, NAME(unpack_spacetime_start_p0_p1_p2_p3_m1_m2_m3),
-        WIDTHS(unpack_spacetime_block_p0_p1_p2_p3_m1_m2_m3), WIDTH(unpack_spacetime_dense_p0_p1_p2_p3_m1_m2_m3)},
-        {247, 2, NAME(unpack_spacetime_start_p0_p1_p2_m0_m1_m2_m3),
-        WIDTHS(unpack_spacetime_block_p0_p1_p2_m0_m1_m2_m3), WIDTH(unpack_spacetime_dense_p0_p1_p2_m0_m1_m2_m3)},
-        {251, 2, NAME(unpack_spacetime_start_p0_p1_p3_m0_m1_m2_m3),
-        WIDTHS(unpack_spacetime_block_p0_p1_p3_m0_m1_m2_m3), WIDTH(unpack_spacetime_dense_p0_p1_p3_m0_m1_m2_m3)},
-        {253, 2, NAME(unpack_spacetime_start_p0_p2_p3_m0_m1_m2_m3),
-        WIDTHS(unpack_spacetime_block_p0_p2_p3_m0_m1_m2_m3), WIDTH(unpack_spacetime_dense_p0_p2_p3_m0_m1_m2_m3)},
-        {254, 2, NAME(unpack_spacetime_start_p1_p2_p3_m0_m1_m2_m3),
-        WIDTHS(unpack_spacetime_block_p1_p2_p3_m0_m1_m2_m3), WIDTH(unpack_spacetime_dense_p1_p2_p3_m0_m1_m2_m3)}};
-    static const struct kernel kernel = {WIDTHS(unpack_spacetime_block), WIDTH(unpack_spacetime_dense),
+        WIDTHS(unpack_spacetime_block_p0_p1_p2_p3_m0_m1_m2), WIDTH(unpack_spacetime_dense_p0_p1_p2_p3_m0_m1_m2),
+        TILE}, {191, 2, NAME(unpack_spacetime_start_p0_p1_p2_p3_m0_m1_m3),
+        WIDTHS(unpack_spacetime_block_p0_p1_p2_p3_m0_m1_m3), WIDTH(unpack_spacetime_dense_p0_p1_p2_p3_m0_m1_m3),
+        TILE}, {223, 2, NAME(unpack_spacetime_start_p0_p1_p2_p3_m0_m2_m3),
+        WIDTHS(unpack_spacetime_block_p0_p1_p2_p3_m0_m2_m3), WIDTH(unpack_spacetime_dense_p0_p1_p2_p3_m0_m2_m3),
+        TILE}, {239, 2, NAME(unpack_spacetime_start_p0_p1_p2_p3_m1_m2_m3),
+        WIDTHS(unpack_spacetime_block_p0_p1_p2_p3_m1_m2_m3), WIDTH(unpack_spacetime_dense_p0_p1_p2_p3_m1_m2_m3),
+        TILE}, {247, 2, NAME(unpack_spacetime_start_p0_p1_p2_m0_m1_m2_m3),
+        WIDTHS(unpack_spacetime_block_p0_p1_p2_m0_m1_m2_m3), WIDTH(unpack_spacetime_dense_p0_p1_p2_m0_m1_m2_m3),
+        TILE}, {251, 2, NAME(unpack_spacetime_start_p0_p1_p3_m0_m1_m2_m3),
+        WIDTHS(unpack_spacetime_block_p0_p1_p3_m0_m1_m2_m3), WIDTH(unpack_spacetime_dense_p0_p1_p3_m0_m1_m2_m3),
+        TILE}, {253, 2, NAME(unpack_spacetime_start_p0_p2_p3_m0_m1_m2_m3),
+        WIDTHS(unpack_spacetime_block_p0_p2_p3_m0_m1_m2_m3), WIDTH(unpack_spacetime_dense_p0_p2_p3_m0_m1_m2_m3),
+        TILE}, {254, 2, NAME(unpack_spacetime_start_p1_p2_p3_m0_m1_m2_m3),
+        WIDTHS(unpack_spacetime_block_p1_p2_p3_m0_m1_m2_m3), WIDTH(unpack_spacetime_dense_p1_p2_p3_m0_m1_m2_m3),
+        TILE}};
+    static const struct kernel kernel = {WIDTHS(unpack_spacetime_block), WIDTH(unpack_spacetime_dense), TILE,
         (any_function *)NAME(unpack_spacetime), NAME(call_aaaaaaaar), 8, 9, 8, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }

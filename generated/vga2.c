@@ -2,7 +2,7 @@
 // command: gac generate --all vga2
 // spec: 17f6e9c743231913
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 1bc55e56fbbdb0705c4be506e0157ae19b6c75b7cda591b9ab30f7a43536ee6c
+// body: 553e462fc17b60173e9673d0f1a9f4c622b6e7ffd7e71e738930eae4caa3ca82
 
 #ifndef REAL
 #include "vga2.h"
@@ -64,6 +64,9 @@
 // Elements in C order go through rows of this many.
 #define SPAN 32
 
+// As many elements are run one after the other.
+#define ALONE 2
+
 // A vector of neighbours in memory, where the compiler turns such of 32 bytes well.
 #if defined(__has_builtin) && (defined(ON) || defined(__clang__))
 #if __has_builtin(__builtin_shufflevector)
@@ -121,12 +124,15 @@ struct form {
     intptr_t least;
     void (*start)(char **args, const intptr_t *strides, void *prepared);
     loop_function *block[2], *dense[2];
+    int together;
 };
 
-// The loops of a kernel, over rows and in C order, its plain function and how that is called, and its forms. A kernel
-// that repeats reads its inputs again after it has written: its outputs cannot lie where they do.
+// The loops of a kernel, over rows and in C order, which takes so many elements together; its plain function and how
+// that is called; and its forms. A kernel that repeats reads its inputs again after it has written: its outputs cannot
+// lie where they do.
 struct kernel {
     loop_function *block[2], *dense[2];
+    int together;
     any_function *function;
     void (*call)(any_function *function, void **parts);
     int n_inputs, n_parts, n_forms, repeats, busy;
@@ -877,39 +883,39 @@ static INLINE void NAME(store_tile_4)(REAL *a, const REAL *x, intptr_t row)
 }
 #endif
 
-// Rows, SPAN numbers long, of `n` elements of at most three numbers in C order, and back.
-static INLINE void NAME(load_few)(REAL *x, const REAL *a, intptr_t size, intptr_t n)
+// Rows, `row` numbers long, of `n` elements of at most three numbers in C order, and back.
+static INLINE void NAME(load_few)(REAL *x, const REAL *a, intptr_t size, intptr_t row, intptr_t n)
 {
     if (size == 1) {
         memcpy(x, a, n * sizeof(REAL));
     } else if (size == 2) {
         for (intptr_t i = 0; i < n; ++i) {
             x[i] = a[2 * i];
-            x[SPAN + i] = a[2 * i + 1];
+            x[row + i] = a[2 * i + 1];
         }
     } else {
         for (intptr_t i = 0; i < n; ++i) {
             x[i] = a[3 * i];
-            x[SPAN + i] = a[3 * i + 1];
-            x[2 * SPAN + i] = a[3 * i + 2];
+            x[row + i] = a[3 * i + 1];
+            x[2 * row + i] = a[3 * i + 2];
         }
     }
 }
 
-static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr_t n)
+static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr_t row, intptr_t n)
 {
     if (size == 1) {
         memcpy(a, x, n * sizeof(REAL));
     } else if (size == 2) {
         for (intptr_t i = 0; i < n; ++i) {
             a[2 * i] = x[i];
-            a[2 * i + 1] = x[SPAN + i];
+            a[2 * i + 1] = x[row + i];
         }
     } else {
         for (intptr_t i = 0; i < n; ++i) {
             a[3 * i] = x[i];
-            a[3 * i + 1] = x[SPAN + i];
-            a[3 * i + 2] = x[2 * SPAN + i];
+            a[3 * i + 1] = x[row + i];
+            a[3 * i + 2] = x[2 * row + i];
         }
     }
 }
@@ -918,28 +924,28 @@ static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr
 static INLINE void NAME(load_span_1)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 1, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 1, SPAN, n);
 }
 LOOPS(load_span_1)
 
 static INLINE void NAME(store_span_1)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 1, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 1, SPAN, n);
 }
 LOOPS(store_span_1)
 
 static INLINE void NAME(load_span_2)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 2, n);
+    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 2, SPAN, n);
 }
 LOOPS(load_span_2)
 
 static INLINE void NAME(store_span_2)(intptr_t n, char **args, const intptr_t *strides)
 {
     (void)strides;
-    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 2, n);
+    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 2, SPAN, n);
 }
 LOOPS(store_span_2)
 
@@ -1044,11 +1050,12 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     intptr_t cores[CORES], row_cores[CORES], total = 0, numbers = 0, bytes = 0;
     unsigned still = 0, units = 0, hoisted = 0;
     int in_place = 1, ordered = 1, known = 1;
-    if (width < 0 || n == 1) {
+    if (width < 0 || n <= 1) {
         NAME(each)(kernel, args, n, steps);
         return;
     }
     loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width], *loads[PARTS], *stores[PARTS];
+    int together = kernel->together;
     for (int p = 0; p < n_parts; ++p) {
         const struct part *part = &kernel->parts[p];
         const int same = p < n_inputs && steps[p] == 0;
@@ -1067,7 +1074,8 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         const struct form *form = &kernel->forms[f];
         if ((still & form->same) == form->same && n >= form->least) {
             form->start(args, strides, prepared);
-            hoisted = form->same, in_rows = form->block[width], in_order = form->dense[width];
+            hoisted = form->same, together = form->together;
+            in_rows = form->block[width], in_order = form->dense[width];
         }
     }
     // Results that no cache holds go past the caches, where that is what takes the time and all rows start lines alike.
@@ -1082,7 +1090,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     loop_function *const at_once = ordered && still == hoisted && in_order ? in_order
         : (units | hoisted) == (1u << n_parts) - 1 && !past && !kernel->repeats ? in_rows : NULL;
     if (at_once) {
-        const intptr_t whole = n & -(at_once == in_order ? SPAN : LANES);
+        const intptr_t whole = n & -(at_once == in_order ? together : LANES);
         for (int p = 0; p < n_parts; ++p) {
             starts[p] = hoisted >> p & 1 ? (char *)prepared : args[p];
             rest[p] = args[p] + whole * steps[p];
@@ -1092,6 +1100,11 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         args = rest, n -= whole;
         if (n == 0)
             return;
+    }
+    // Rows cost more than a few elements do.
+    if (n <= ALONE && !hoisted) {
+        NAME(each)(kernel, args, n, steps);
+        return;
     }
     const int spans = ordered && known && total * SPAN <= SPACE;
     // Long rows spare calls; beyond the last cache, short turns keep reading and writing going side by side.
@@ -1268,7 +1281,7 @@ LOOP(geometric_product_dense)
 void NAME(geometric_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(geometric_product_block), WIDTH(geometric_product_dense),
+    static const struct kernel kernel = {WIDTHS(geometric_product_block), WIDTH(geometric_product_dense), TILE,
         (any_function *)NAME(geometric_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -1354,8 +1367,8 @@ LOOP(outer_product_dense)
 void NAME(outer_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(outer_product_block), WIDTH(outer_product_dense), (any_function
-        *)NAME(outer_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(outer_product_block), WIDTH(outer_product_dense), TILE,
+        (any_function *)NAME(outer_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1440,7 +1453,7 @@ LOOP(regressive_product_dense)
 void NAME(regressive_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(regressive_product_block), WIDTH(regressive_product_dense),
+    static const struct kernel kernel = {WIDTHS(regressive_product_block), WIDTH(regressive_product_dense), TILE,
         (any_function *)NAME(regressive_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -1536,8 +1549,8 @@ LOOP(inner_product_dense)
 void NAME(inner_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(inner_product_block), WIDTH(inner_product_dense), (any_function
-        *)NAME(inner_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(inner_product_block), WIDTH(inner_product_dense), TILE,
+        (any_function *)NAME(inner_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1597,8 +1610,8 @@ LOOP(reverse_dense)
 void NAME(reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(reverse_block), WIDTH(reverse_dense), (any_function *)NAME(reverse),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(reverse_block), WIDTH(reverse_dense), TILE, (any_function
+        *)NAME(reverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1658,7 +1671,7 @@ LOOP(dual_dense)
 void NAME(dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(dual_block), WIDTH(dual_dense), (any_function *)NAME(dual),
+    static const struct kernel kernel = {WIDTHS(dual_block), WIDTH(dual_dense), TILE, (any_function *)NAME(dual),
         NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -1703,17 +1716,17 @@ static INLINE void NAME(norm_dense)(intptr_t n, char **args, const intptr_t *str
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x1[1];
             NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(norm)(x0, x1);
             NAME(store_scalar)((char *)(r1 + i), x1);
         }
-        NAME(store_few)(a1 + first * 1, r1, 1, SPAN);
+        NAME(store_few)(a1 + first * 1, r1, 1, LANES, LANES);
     }
 }
 LOOPS(norm_dense)
@@ -1721,7 +1734,7 @@ LOOPS(norm_dense)
 void NAME(norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(norm_block), WIDTHS(norm_dense), (any_function *)NAME(norm),
+    static const struct kernel kernel = {WIDTHS(norm_block), WIDTHS(norm_dense), LANES, (any_function *)NAME(norm),
         NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -1796,8 +1809,8 @@ LOOP(inverse_dense)
 void NAME(inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(inverse_block), WIDTH(inverse_dense), (any_function *)NAME(inverse),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(inverse_block), WIDTH(inverse_dense), TILE, (any_function
+        *)NAME(inverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1844,19 +1857,19 @@ static INLINE void NAME(vector_product_dense)(intptr_t n, char **args, const int
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[2];
             REAL x2[2];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(vector_product)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
     }
 }
 LOOPS(vector_product_dense)
@@ -1864,8 +1877,8 @@ LOOPS(vector_product_dense)
 void NAME(vector_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(vector_product_block), WIDTHS(vector_product_dense), (any_function
-        *)NAME(vector_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(vector_product_block), WIDTHS(vector_product_dense), LANES,
+        (any_function *)NAME(vector_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1908,10 +1921,10 @@ static INLINE void NAME(dot_product_dense)(intptr_t n, char **args, const intptr
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[2];
             REAL x2[1];
@@ -1920,7 +1933,7 @@ static INLINE void NAME(dot_product_dense)(intptr_t n, char **args, const intptr
             NAME(dot_product)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(dot_product_dense)
@@ -1928,7 +1941,7 @@ LOOPS(dot_product_dense)
 void NAME(dot_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(dot_product_block), WIDTHS(dot_product_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(dot_product_block), WIDTHS(dot_product_dense), LANES, (any_function
         *)NAME(dot_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -1972,10 +1985,10 @@ static INLINE void NAME(signed_area_dense)(intptr_t n, char **args, const intptr
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[2];
             REAL x2[1];
@@ -1984,7 +1997,7 @@ static INLINE void NAME(signed_area_dense)(intptr_t n, char **args, const intptr
             NAME(signed_area)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_few)(a2 + first * 1, r2, 1, SPAN);
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
     }
 }
 LOOPS(signed_area_dense)
@@ -1992,7 +2005,7 @@ LOOPS(signed_area_dense)
 void NAME(signed_area_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(signed_area_block), WIDTHS(signed_area_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(signed_area_block), WIDTHS(signed_area_dense), LANES, (any_function
         *)NAME(signed_area), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -2029,17 +2042,17 @@ static INLINE void NAME(quarter_turn_dense)(intptr_t n, char **args, const intpt
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[2];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(quarter_turn)(x0, x1);
-            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
         }
-        NAME(store_few)(a1 + first * 2, r1, 2, SPAN);
+        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
     }
 }
 LOOPS(quarter_turn_dense)
@@ -2047,8 +2060,8 @@ LOOPS(quarter_turn_dense)
 void NAME(quarter_turn_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(quarter_turn_block), WIDTHS(quarter_turn_dense), (any_function
-        *)NAME(quarter_turn), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(quarter_turn_block), WIDTHS(quarter_turn_dense), LANES,
+        (any_function *)NAME(quarter_turn), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2090,17 +2103,17 @@ static INLINE void NAME(normalize_vector_dense)(intptr_t n, char **args, const i
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[2];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(normalize_vector)(x0, x1);
-            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
         }
-        NAME(store_few)(a1 + first * 2, r1, 2, SPAN);
+        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
     }
 }
 LOOPS(normalize_vector_dense)
@@ -2108,7 +2121,7 @@ LOOPS(normalize_vector_dense)
 void NAME(normalize_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(normalize_vector_block), WIDTHS(normalize_vector_dense),
+    static const struct kernel kernel = {WIDTHS(normalize_vector_block), WIDTHS(normalize_vector_dense), LANES,
         (any_function *)NAME(normalize_vector), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -2152,7 +2165,7 @@ LOOPS(angle_between_vectors_block)
 void NAME(angle_between_vectors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(angle_between_vectors_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(angle_between_vectors_block), {NULL}, 0, (any_function
         *)NAME(angle_between_vectors), NAME(call_aar), 2, 3, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -2234,17 +2247,17 @@ static INLINE void NAME(project_vector_on_vector_dense_n)(intptr_t n, char **arg
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x2[2];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(project_vector_on_vector_apply_n)(prepared, x0, x2);
-            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
     }
 }
 LOOPS(project_vector_on_vector_dense_n)
@@ -2284,19 +2297,19 @@ static INLINE void NAME(project_vector_on_vector_dense)(intptr_t n, char **args,
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[2];
             REAL x2[2];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(project_vector_on_vector)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
     }
 }
 LOOPS(project_vector_on_vector_dense)
@@ -2305,10 +2318,10 @@ void NAME(project_vector_on_vector_loop)(char **args, const intptr_t *dimensions
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
     static const struct form forms[] = {{2, 2, NAME(project_vector_on_vector_start_n),
-        WIDTHS(project_vector_on_vector_block_n), WIDTHS(project_vector_on_vector_dense_n)}};
+        WIDTHS(project_vector_on_vector_block_n), WIDTHS(project_vector_on_vector_dense_n), LANES}};
     static const struct kernel kernel = {WIDTHS(project_vector_on_vector_block),
-        WIDTHS(project_vector_on_vector_dense), (any_function *)NAME(project_vector_on_vector), NAME(call_aar), 2,
-        3, 1, 0, 0, parts, forms};
+        WIDTHS(project_vector_on_vector_dense), LANES, (any_function *)NAME(project_vector_on_vector),
+        NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2397,17 +2410,17 @@ static INLINE void NAME(reflect_vector_dense_n)(intptr_t n, char **args, const i
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x2[2];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(reflect_vector_apply_n)(prepared, x0, x2);
-            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
     }
 }
 LOOPS(reflect_vector_dense_n)
@@ -2447,19 +2460,19 @@ static INLINE void NAME(reflect_vector_dense)(intptr_t n, char **args, const int
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[2];
             REAL x2[2];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(reflect_vector)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
     }
 }
 LOOPS(reflect_vector_dense)
@@ -2468,9 +2481,9 @@ void NAME(reflect_vector_loop)(char **args, const intptr_t *dimensions, const in
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
     static const struct form forms[] = {{2, 2, NAME(reflect_vector_start_n), WIDTHS(reflect_vector_block_n),
-        WIDTHS(reflect_vector_dense_n)}};
-    static const struct kernel kernel = {WIDTHS(reflect_vector_block), WIDTHS(reflect_vector_dense), (any_function
-        *)NAME(reflect_vector), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+        WIDTHS(reflect_vector_dense_n), LANES}};
+    static const struct kernel kernel = {WIDTHS(reflect_vector_block), WIDTHS(reflect_vector_dense), LANES,
+        (any_function *)NAME(reflect_vector), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2517,19 +2530,19 @@ static INLINE void NAME(rotor_product_dense)(intptr_t n, char **args, const intp
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[2];
             REAL x2[2];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(rotor_product)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
     }
 }
 LOOPS(rotor_product_dense)
@@ -2537,8 +2550,8 @@ LOOPS(rotor_product_dense)
 void NAME(rotor_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(rotor_product_block), WIDTHS(rotor_product_dense), (any_function
-        *)NAME(rotor_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_product_block), WIDTHS(rotor_product_dense), LANES,
+        (any_function *)NAME(rotor_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2585,19 +2598,19 @@ static INLINE void NAME(even_product_dense)(intptr_t n, char **args, const intpt
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[2];
             REAL x2[2];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(even_product)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
     }
 }
 LOOPS(even_product_dense)
@@ -2605,8 +2618,8 @@ LOOPS(even_product_dense)
 void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(even_product_block), WIDTHS(even_product_dense), (any_function
-        *)NAME(even_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(even_product_block), WIDTHS(even_product_dense), LANES,
+        (any_function *)NAME(even_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2642,17 +2655,17 @@ static INLINE void NAME(rotor_inverse_dense)(intptr_t n, char **args, const intp
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[2];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(rotor_inverse)(x0, x1);
-            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
         }
-        NAME(store_few)(a1 + first * 2, r1, 2, SPAN);
+        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
     }
 }
 LOOPS(rotor_inverse_dense)
@@ -2660,8 +2673,8 @@ LOOPS(rotor_inverse_dense)
 void NAME(rotor_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(rotor_inverse_block), WIDTHS(rotor_inverse_dense), (any_function
-        *)NAME(rotor_inverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_inverse_block), WIDTHS(rotor_inverse_dense), LANES,
+        (any_function *)NAME(rotor_inverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2703,17 +2716,17 @@ static INLINE void NAME(normalize_rotor_dense)(intptr_t n, char **args, const in
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[2];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(normalize_rotor)(x0, x1);
-            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
         }
-        NAME(store_few)(a1 + first * 2, r1, 2, SPAN);
+        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
     }
 }
 LOOPS(normalize_rotor_dense)
@@ -2721,8 +2734,8 @@ LOOPS(normalize_rotor_dense)
 void NAME(normalize_rotor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(normalize_rotor_block), WIDTHS(normalize_rotor_dense), (any_function
-        *)NAME(normalize_rotor), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(normalize_rotor_block), WIDTHS(normalize_rotor_dense), LANES,
+        (any_function *)NAME(normalize_rotor), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2774,19 +2787,19 @@ static INLINE void NAME(rotate_vector_dense)(intptr_t n, char **args, const intp
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[2];
             REAL x2[2];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(rotate_vector)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
     }
 }
 LOOPS(rotate_vector_dense)
@@ -2794,8 +2807,8 @@ LOOPS(rotate_vector_dense)
 void NAME(rotate_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(rotate_vector_block), WIDTHS(rotate_vector_dense), (any_function
-        *)NAME(rotate_vector), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotate_vector_block), WIDTHS(rotate_vector_dense), LANES,
+        (any_function *)NAME(rotate_vector), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2847,19 +2860,19 @@ static INLINE void NAME(rotate_vector_back_dense)(intptr_t n, char **args, const
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[2];
             REAL x2[2];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(rotate_vector_back)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
     }
 }
 LOOPS(rotate_vector_back_dense)
@@ -2867,7 +2880,7 @@ LOOPS(rotate_vector_back_dense)
 void NAME(rotate_vector_back_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(rotate_vector_back_block), WIDTHS(rotate_vector_back_dense),
+    static const struct kernel kernel = {WIDTHS(rotate_vector_back_block), WIDTHS(rotate_vector_back_dense), LANES,
         (any_function *)NAME(rotate_vector_back), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -2918,7 +2931,7 @@ LOOPS(rotor_from_angle_block)
 void NAME(rotor_from_angle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{1, 0, 0, {0}}, {2, 1, 0, {2}}};
-    static const struct kernel kernel = {WIDTHS(rotor_from_angle_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(rotor_from_angle_block), {NULL}, 0, (any_function
         *)NAME(rotor_from_angle), NAME(call_nr), 1, 2, 0, 1, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -2956,8 +2969,8 @@ LOOPS(rotor_to_angle_block)
 void NAME(rotor_to_angle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(rotor_to_angle_block), {NULL}, (any_function *)NAME(rotor_to_angle),
-        NAME(call_ar), 1, 2, 0, 0, 1, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_to_angle_block), {NULL}, 0, (any_function
+        *)NAME(rotor_to_angle), NAME(call_ar), 1, 2, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3006,7 +3019,7 @@ LOOPS(rotor_exponential_block)
 void NAME(rotor_exponential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{1, 1, 0, {1}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(rotor_exponential_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(rotor_exponential_block), {NULL}, 0, (any_function
         *)NAME(rotor_exponential), NAME(call_ar), 1, 2, 0, 1, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3043,7 +3056,7 @@ LOOPS(rotor_logarithm_block)
 void NAME(rotor_logarithm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {1, 1, 1, {1}}};
-    static const struct kernel kernel = {WIDTHS(rotor_logarithm_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(rotor_logarithm_block), {NULL}, 0, (any_function
         *)NAME(rotor_logarithm), NAME(call_ar), 1, 2, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3090,17 +3103,17 @@ static INLINE void NAME(rotor_square_root_dense)(intptr_t n, char **args, const 
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[2];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(rotor_square_root)(x0, x1);
-            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
         }
-        NAME(store_few)(a1 + first * 2, r1, 2, SPAN);
+        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
     }
 }
 LOOPS(rotor_square_root_dense)
@@ -3108,7 +3121,7 @@ LOOPS(rotor_square_root_dense)
 void NAME(rotor_square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(rotor_square_root_block), WIDTHS(rotor_square_root_dense),
+    static const struct kernel kernel = {WIDTHS(rotor_square_root_block), WIDTHS(rotor_square_root_dense), LANES,
         (any_function *)NAME(rotor_square_root), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3229,8 +3242,8 @@ LOOPS(rotor_power_block)
 void NAME(rotor_power_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}, {2, 1, 1, {2}}};
-    static const struct form forms[] = {{1, 2, NAME(rotor_power_start_r), WIDTHS(rotor_power_block_r), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(rotor_power_block), {NULL}, (any_function *)NAME(rotor_power),
+    static const struct form forms[] = {{1, 2, NAME(rotor_power_start_r), WIDTHS(rotor_power_block_r), {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(rotor_power_block), {NULL}, 0, (any_function *)NAME(rotor_power),
         NAME(call_anr), 2, 3, 1, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3391,8 +3404,8 @@ void NAME(interpolate_rotors_loop)(char **args, const intptr_t *dimensions, cons
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}, {2, 1, 2, {2}}};
     static const struct form forms[] = {{3, 2, NAME(interpolate_rotors_start_a_b),
-        WIDTHS(interpolate_rotors_block_a_b), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(interpolate_rotors_block), {NULL}, (any_function
+        WIDTHS(interpolate_rotors_block_a_b), {NULL}, 0}};
+    static const struct kernel kernel = {WIDTHS(interpolate_rotors_block), {NULL}, 0, (any_function
         *)NAME(interpolate_rotors), NAME(call_aanr), 3, 4, 1, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3446,7 +3459,7 @@ LOOPS(even_exponential_block)
 void NAME(even_exponential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(even_exponential_block), {NULL}, (any_function
+    static const struct kernel kernel = {WIDTHS(even_exponential_block), {NULL}, 0, (any_function
         *)NAME(even_exponential), NAME(call_ar), 1, 2, 0, 1, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3485,8 +3498,8 @@ LOOPS(even_logarithm_block)
 void NAME(even_logarithm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(even_logarithm_block), {NULL}, (any_function *)NAME(even_logarithm),
-        NAME(call_ar), 1, 2, 0, 0, 1, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(even_logarithm_block), {NULL}, 0, (any_function
+        *)NAME(even_logarithm), NAME(call_ar), 1, 2, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3548,17 +3561,17 @@ static INLINE void NAME(even_square_root_dense)(intptr_t n, char **args, const i
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[2];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(even_square_root)(x0, x1);
-            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
         }
-        NAME(store_few)(a1 + first * 2, r1, 2, SPAN);
+        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
     }
 }
 LOOPS(even_square_root_dense)
@@ -3566,7 +3579,7 @@ LOOPS(even_square_root_dense)
 void NAME(even_square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(even_square_root_block), WIDTHS(even_square_root_dense),
+    static const struct kernel kernel = {WIDTHS(even_square_root_block), WIDTHS(even_square_root_dense), LANES,
         (any_function *)NAME(even_square_root), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3635,19 +3648,19 @@ static INLINE void NAME(rotor_between_vectors_dense)(intptr_t n, char **args, co
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r2[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[2];
             REAL x1[2];
             REAL x2[2];
             NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
             NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
             NAME(rotor_between_vectors)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
+        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
     }
 }
 LOOPS(rotor_between_vectors_dense)
@@ -3656,7 +3669,7 @@ void NAME(rotor_between_vectors_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
     static const struct kernel kernel = {WIDTHS(rotor_between_vectors_block), WIDTHS(rotor_between_vectors_dense),
-        (any_function *)NAME(rotor_between_vectors), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+        LANES, (any_function *)NAME(rotor_between_vectors), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3718,8 +3731,8 @@ LOOP(rotor_to_matrix_dense)
 void NAME(rotor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {4, 2, 1, {2, 2}}};
-    static const struct kernel kernel = {WIDTHS(rotor_to_matrix_block), WIDTH(rotor_to_matrix_dense), (any_function
-        *)NAME(rotor_to_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_to_matrix_block), WIDTH(rotor_to_matrix_dense), TILE,
+        (any_function *)NAME(rotor_to_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3781,17 +3794,17 @@ static INLINE void NAME(rotor_from_matrix_dense)(intptr_t n, char **args, const 
     (void)strides;
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x1[2];
             NAME(load_2x2)(x0, (char *)a0 + (first + i) * 4 * w, 2 * w, w);
             NAME(rotor_from_matrix)(x0, x1);
-            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
         }
-        NAME(store_few)(a1 + first * 2, r1, 2, SPAN);
+        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
     }
 }
 LOOPS(rotor_from_matrix_dense)
@@ -3799,7 +3812,7 @@ LOOPS(rotor_from_matrix_dense)
 void NAME(rotor_from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 2, 0, {2, 2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(rotor_from_matrix_block), WIDTHS(rotor_from_matrix_dense),
+    static const struct kernel kernel = {WIDTHS(rotor_from_matrix_block), WIDTHS(rotor_from_matrix_dense), LANES,
         (any_function *)NAME(rotor_from_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3843,21 +3856,21 @@ static INLINE void NAME(pack_field_dense)(intptr_t n, char **args, const intptr_
     REAL *a0 = (REAL *)args[0];
     REAL *a1 = (REAL *)args[1];
     REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r1[2 * SPAN];
-    _Alignas(64) REAL r2[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
+    _Alignas(64) REAL r1[2 * LANES];
+    _Alignas(64) REAL r2[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
         ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < LANES; ++i) {
             REAL x0[4];
             REAL x1[2];
             REAL x2[2];
             NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
             NAME(pack_field)(x0, x1, x2);
-            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
-            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
+            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
         }
-        NAME(store_few)(a1 + first * 2, r1, 2, SPAN);
-        NAME(store_few)(a2 + first * 2, r2, 2, SPAN);
+        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
+        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
     }
 }
 LOOPS(pack_field_dense)
@@ -3865,7 +3878,7 @@ LOOPS(pack_field_dense)
 void NAME(pack_field_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(pack_field_block), WIDTHS(pack_field_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(pack_field_block), WIDTHS(pack_field_dense), LANES, (any_function
         *)NAME(pack_field), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3933,7 +3946,7 @@ LOOP(unpack_field_dense)
 void NAME(unpack_field_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(unpack_field_block), WIDTH(unpack_field_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(unpack_field_block), WIDTH(unpack_field_dense), TILE, (any_function
         *)NAME(unpack_field), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }

@@ -72,7 +72,7 @@ def loop_text(program: Program, forms: Sequence[Uniform]) -> list[str]:
             lines += [*_start(program, form), ""]
             same = sum(1 << k for k, argument in enumerate(program.arguments) if argument.name in form.same)
             tables.append(f"{{{same}, {form.least(program)}, {', '.join(functions)}}}")
-    block, dense = _loops(program, None, lines)
+    loops = _loops(program, None, lines)
     described, first = [], 0
     for part in parts(program):
         shape = ", ".join(map(str, part.shape)) or "0"
@@ -83,7 +83,7 @@ def loop_text(program: Program, forms: Sequence[Uniform]) -> list[str]:
     repeats = has_turns(program) or any(has_turns(form.apply) for form in forms)
     counts = [len(program.arguments), len(described), len(tables), int(repeats), int(is_long(program))]
     plain = [f"(any_function *)NAME({program.name})", f"NAME({_caller(program)})"]
-    kernel = [block, dense, *plain, *map(str, counts), "parts", "forms" if tables else "NULL"]
+    kernel = [*loops, *plain, *map(str, counts), "parts", "forms" if tables else "NULL"]
     return [
         *lines,
         f"void NAME({program.name}_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)",
@@ -117,17 +117,24 @@ def named_parts(program: Program, form: Uniform) -> tuple[Program, Program]:
 
 
 def _loops(program: Program, form: Uniform | None, lines: list[str]) -> list[str]:
-    """The loops over rows and in C order for each width, whose text is added to `lines`; NULL where there is none."""
+    """The loops over rows and in C order for each width, and how many elements the latter takes at a time.
+
+    Their text is added to `lines`; there may be none for C order.
+    """
     kinds = [("block", _one_loop, "LOOPS", "WIDTHS")]
-    if _has_dense(program, form):
-        direct = ("dense", _direct_loop, "LOOPS", "WIDTHS")
-        kinds.append(direct if _is_direct(program, form) else ("dense", _tile_loop, "LOOP", "WIDTH"))
+    together = "0"
+    if _has_dense(program, form) and _is_direct(program, form):
+        kinds.append(("dense", _direct_loop, "LOOPS", "WIDTHS"))
+        together = "LANES"
+    elif _has_dense(program, form):
+        kinds.append(("dense", _tile_loop, "LOOP", "WIDTH"))
+        together = "TILE"
     names = []
     for order, loop, compiled, named in kinds:
         own = form_name(program, form, order) if form else f"{program.name}_{order}"
         lines += [*loop(program, f"NAME({own})", form), f"{compiled}({own})", ""]
         names.append(f"{named}({own})")
-    return [*names, "{NULL}"][:2]
+    return [names[0], names[1] if together != "0" else "{NULL}", together]
 
 
 def _cores(program: Program) -> list[list[str]]:
@@ -215,10 +222,10 @@ def _direct_loop(program: Program, name: str, form: Uniform | None) -> list[str]
     places = {
         k: f"(char *)(r{k} + i)" if k in rows else f"(char *)a{k} + (first + i) * {_times(sizes[k])}" for k in sizes
     }
-    cores = [_core_steps(part, "SPAN * w" if k in rows else "w") for k, part in enumerate(parts(program))]
-    inner = ["ANY_ORDER", "for (intptr_t i = 0; i < SPAN; ++i) {", *_elements(program, form, places, cores, near=True)]
-    inner += [f"NAME(store_few)(a{k} + first * {sizes[k]}, r{k}, {sizes[k]}, SPAN);" for k in rows]
-    return _in_order(name, "SPAN", sizes, rows, _same(program, form), inner)
+    cores = [_core_steps(part, "LANES * w" if k in rows else "w") for k, part in enumerate(parts(program))]
+    inner = ["ANY_ORDER", "for (intptr_t i = 0; i < LANES; ++i) {", *_elements(program, form, places, cores, near=True)]
+    inner += [f"NAME(store_few)(a{k} + first * {sizes[k]}, r{k}, {sizes[k]}, LANES, LANES);" for k in rows]
+    return _in_order(name, "LANES", sizes, rows, _same(program, form), inner)
 
 
 def _in_order(
