@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import subprocess
 import sys
@@ -286,6 +287,30 @@ def test_numbers_in_the_text_do_not_widen_float32(tmp_path: Path) -> None:
     np.testing.assert_array_equal(out, right)
 
 
+def test_a_file_that_programs_know_by_several_names(tmp_path: Path) -> None:
+    """What numba keeps beside the file names the module, and a program may not find one of that name."""
+    folder = tmp_path / "package"
+    folder.mkdir()
+    (folder / "__init__.py").touch()
+    write(module_source("known", MOVE_POINT, NORMALIZE), folder)
+    code = """
+import sys, importlib, numpy as np
+known = importlib.import_module(sys.argv[1])
+p = np.arange(1.0, 31.0).reshape(10, 3)
+for x in (p, np.asfortranarray(p), p[::-2]):
+    assert np.allclose(known.normalize(x)[1], np.linalg.norm(x, axis=-1))
+m = np.zeros((10, 8))
+m[:, 0] = 1
+assert np.array_equal(known.move_point(m, p), p) and known.backend == "numba"
+"""
+    environment = {**os.environ, "GAC_BACKEND": "numba"}
+    for name, place in (("package.known", tmp_path), ("known", folder), ("package.known", tmp_path)):
+        done = subprocess.run(
+            [sys.executable, "-c", code, name], cwd=place, env=environment, capture_output=True, text=True
+        )
+        assert done.returncode == 0, done.stderr
+
+
 def test_without_cffi_it_runs_all_the_same(tmp_path: Path) -> None:
     write(module_source("bare", MOVE_POINT, NORMALIZE, INTERPOLATE, MATRIX_PRODUCT), tmp_path)
     code = """
@@ -313,7 +338,7 @@ def test_generated_kernels_on_numba_are_those_of_c(name: str, tmp_path: Path) ->
     path = ROOT / "generated" / f"{name}.py"
     if not any((path.parent / "_build").glob(f"{name}-*")):
         pytest.skip("not built")
-    # A copy: what numba keeps beside a file is under the name by which this test imports it.
+    # A copy: what numba keeps beside a file is best kept under the name by which people import it.
     c, ours = on(path, "c"), on(Path(shutil.copy(path, tmp_path)), "numba")
     chosen = [kernel for kernel in c.kernels if getattr(c, kernel).cost["call"] == 0][:: 4 if name == "pga3" else 2]
     assert len(chosen) > 5

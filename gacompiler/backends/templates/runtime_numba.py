@@ -49,9 +49,21 @@ _scalar_names: dict[str, Any] = {}
 def _kept(decorate: Callable[..., Any], function: Any, **options: Any) -> Any:
     """`function` under numba, kept on disk beside this file or in the user's cache if either can be written."""
     try:
-        return decorate(cache=True, **options)(function)
-    except RuntimeError:
+        decorated = decorate(cache=True, **options)(function)
+    except (RuntimeError, ImportError):
         return decorate(**options)(function)
+    # What is kept knows this module by its name, and cannot be read where a program knows the same file by another.
+    kept = decorated._cache
+    load = kept.load_overload
+
+    def load_or_compile(*wanted: Any) -> Any:
+        try:
+            return load(*wanted)
+        except ImportError:
+            return None
+
+    kept.load_overload = load_or_compile
+    return decorated
 
 
 _INNER = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
