@@ -99,32 +99,36 @@ def _in_halves(name: str, two: Sequence[str], places: Sequence[int]) -> _Turn:
 
 
 def _tile_of_doubles(size: int) -> _Tile:
-    reads: dict[str, str] = {}
-    to_columns: list[_Turn] = []
-    if size < 4:
-        reads, to_columns = _pairs_of_doubles(size)
-    for done in range(0, size if size >= 4 else 0, 4):
-        left = min(4, size - done)
-        if left < 3:
-            rows = [f"a{done}", f"a{done + 1}"]
-            reads |= {row: f"READ({k * size + size - 2}, {size})" for k, row in enumerate(rows)}
-            for k in range(2 - left, 2):
-                to_columns.append(_in_halves(_column(size - 2 + k), rows, (k, 2 + k)))
-            continue
-        first = min(done, size - 4)
-        rows = [f"a{done + k}" for k in range(4)]
-        reads |= {row: f"WHOLE({k * size + first})" for k, row in enumerate(rows)}
-        for k in range(4):
-            to_columns.append(_in_halves(f"b{done + k}", rows[k // 2 * 2 : k // 2 * 2 + 2], (k % 2, 2 + k % 2)))
-        for k in range(4 - left, 4):
-            ends = (2, 3, 6, 7) if k // 2 else (0, 1, 4, 5)
-            to_columns.append(_Turn(_column(first + k), f"b{done + k % 2}", f"b{done + k % 2 + 2}", ends))
+    """Two elements are `size` halves: those that columns become."""
+    reads, to_columns = _pairs_of_doubles(size) if size < 4 else _fours_of_doubles(size)
     to_elements = []
     for k in range(size):
         (element, component), (next_element, next_component) = divmod(2 * k, size), divmod(2 * k + 1, size)
         columns = _column(component), _column(next_component)
         to_elements.append(_in_halves(f"a{k}", columns, (element, 2 + next_element)))
     return _Tile(reads, to_columns, to_elements, {f"a{k}": 2 * k for k in range(size)})
+
+
+def _fours_of_doubles(size: int) -> tuple[dict[str, str], list[_Turn]]:
+    """Four numbers of four elements are turned at once; one or two that are left come from halves of the last two."""
+    reads: dict[str, str] = {}
+    turns: list[_Turn] = []
+    for done in range(0, size, 4):
+        left = min(4, size - done)
+        if left < 3:
+            rows = [f"a{done}", f"a{done + 1}"]
+            reads |= {row: f"READ({k * size + size - 2}, {size})" for k, row in enumerate(rows)}
+            turns += [_in_halves(_column(size - 2 + k), rows, (k, 2 + k)) for k in range(2 - left, 2)]
+            continue
+        first = min(done, size - 4)
+        rows = [f"a{done + k}" for k in range(4)]
+        reads |= {row: f"WHOLE({k * size + first})" for k, row in enumerate(rows)}
+        for k in range(4):
+            turns.append(_in_halves(f"b{done + k}", rows[k // 2 * 2 : k // 2 * 2 + 2], (k % 2, 2 + k % 2)))
+        for k in range(4 - left, 4):
+            ends = (2, 3, 6, 7) if k // 2 else (0, 1, 4, 5)
+            turns.append(_Turn(_column(first + k), f"b{done + k % 2}", f"b{done + k % 2 + 2}", ends))
+    return reads, turns
 
 
 def _pairs_of_doubles(size: int) -> tuple[dict[str, str], list[_Turn]]:
