@@ -6,11 +6,12 @@ import multiprocessing
 import os
 import signal
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures import FIRST_EXCEPTION, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from multiprocessing.queues import SimpleQueue
+from multiprocessing.connection import Connection
+from multiprocessing.synchronize import Lock
 from pathlib import Path
-from threading import Thread
+from threading import Event, Thread
 from typing import NamedTuple, TypeVar
 
 from .errors import BackendError
@@ -20,6 +21,13 @@ T = TypeVar("T")
 
 Work = Callable[[Spec, Progress], T]
 """What is done with a spec: a function of a module, which a process can find by its name, as it can its result."""
+
+
+_MOST = 61
+"""Processes that Windows waits for at a time."""
+
+_PATIENCE = 0.1
+"""Seconds."""
 
 
 class Order(NamedTuple):
@@ -52,45 +60,81 @@ def each_spec(work: Work[T], orders: Sequence[Order], progress: Progress, jobs: 
     Raises
     ------
     GacError
-        As `load_spec` and `work` raise; the other processes are not waited for.
+        As `load_spec` and `work` raise; the other processes are ended.
     BackendError
         When a process ends before its work is done, for want of memory perhaps.
     """
     if min(jobs, len(orders)) < 2:
         return [work(load_spec(*order), progress) for order in orders]
     context = multiprocessing.get_context("spawn")
-    names: SimpleQueue[str | None] = context.SimpleQueue()
-    listener = Thread(target=_pass_on, args=(names, progress), daemon=True)
+    names, told = context.Pipe(duplex=False)
+    listener = _Listener(names, progress)
     listener.start()
-    pool = ProcessPoolExecutor(min(jobs, len(orders)), context, _begin, (names,))
+    pool = ProcessPoolExecutor(min(jobs, len(orders), _MOST), context, _begin, (told, context.Lock()))
     try:
         # The longest first: what comes last is short, and the processes end together.
         longest = sorted(orders, key=lambda order: -order.path.stat().st_size)
         futures: dict[Order, Future[T]] = {order: pool.submit(_run, work, order) for order in longest}
-        return [futures[order].result() for order in orders]
+        for future in wait(futures.values(), return_when=FIRST_EXCEPTION).done:
+            future.result()
+        results = [futures[order].result() for order in orders]
     except BrokenProcessPool as error:
         raise BackendError("a process", "it ended before its work was done", remedy="try with --jobs 1") from error
+    except BaseException:
+        for process in list((pool._processes or {}).values()):  # Python 3.14 has terminate_workers
+            process.terminate()
+        raise
     finally:
         pool.shutdown(wait=False, cancel_futures=True)
-        names.put(None)
-        listener.join()
+        listener.finish()
+    if listener.error is not None:
+        raise listener.error
+    return results
 
 
-_names: SimpleQueue[str | None]
-"""Where a process tells the names of kernels."""
+class _Listener(Thread):
+    """Passes on the names that processes tell; the process that it is in never waits for one of them."""
+
+    def __init__(self, names: Connection, progress: Progress) -> None:
+        super().__init__(daemon=True)
+        self._names, self._progress = names, progress
+        self._last = Event()
+        self.error: Exception | None = None
+
+    def run(self) -> None:
+        """Until no more are told."""
+        while self._names.poll(_PATIENCE) or not self._last.is_set():
+            if not self._names.poll():
+                continue
+            name = self._names.recv()
+            try:
+                if self.error is None:
+                    self._progress(name)
+            except Exception as error:
+                self.error = error
+
+    def finish(self) -> None:
+        """Wait for what is told already, but not for a process that ended in the middle of a name."""
+        self._last.set()
+        self.join(10 * _PATIENCE)
 
 
-def _begin(names: SimpleQueue[str | None]) -> None:
-    global _names
-    _names = names
+_told: Connection
+_lock: Lock
+"""Where a process tells the names of kernels, and what lets one at a time do so."""
+
+
+def _begin(told: Connection, lock: Lock) -> None:
+    global _told, _lock
+    _told, _lock = told, lock
     # Whoever interrupts the command interrupts all its processes, and one that tells of it is enough.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def _run(work: Work[T], order: Order) -> T:
-    return work(load_spec(*order), _names.put)
+    return work(load_spec(*order), _tell)
 
 
-def _pass_on(names: SimpleQueue[str | None], progress: Progress) -> None:
-    while (name := names.get()) is not None:
-        progress(name)
+def _tell(name: str) -> None:
+    with _lock:
+        _told.send(name)

@@ -2,7 +2,7 @@
 // command: gac generate --all projective3
 // spec: b8100e20257c1954
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 2443db7ad63892f7d04b17571c5c69cd959f8d967a253b2c546a9caa83a9f0d6
+// body: d3fba08b1c2a5803ee2b66e8816b12b4332809539007e6a2434dd469a2ad003c
 
 #ifndef REAL
 #include "projective3.h"
@@ -113,6 +113,13 @@ ON("v3") static void stream(char *to, const char *from, intptr_t bytes)
 #define stream memcpy
 #define STREAM_END() (void)0
 #endif
+
+// What holds of some of the first arguments is a bit for each.
+enum { FLAGS = 32 };
+static int is_flagged(unsigned flags, int p)
+{
+    return p < FLAGS && flags >> p & 1;
+}
 
 typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
 typedef void any_function(void);
@@ -2530,8 +2537,8 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     REAL *rows[PARTS];
     char *starts[PARTS], *rest[PARTS];
     intptr_t cores[CORES], row_cores[CORES], total = 0, numbers = 0, bytes = 0;
-    unsigned still = 0, units = 0, hoisted = 0;
-    int in_place = 1, ordered = 1, known = 1;
+    unsigned still = 0, hoisted = 0;
+    int in_place = 1, ordered = 1, known = 1, as_they_lie = 1;
     if (width < 0 || n <= 1) {
         NAME(each)(kernel, args, n, steps);
         return;
@@ -2540,7 +2547,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     int together = kernel->together;
     for (int p = 0; p < n_parts; ++p) {
         const struct part *part = &kernel->parts[p];
-        const int same = p < n_inputs && steps[p] == 0;
+        const int same = p < n_inputs && p < FLAGS && steps[p] == 0;
         intptr_t step = w;
         for (int q = part->rank; q-- > 0; step *= part->shape[q])
             ordered = ordered && (same || strides[part->first + q] == step);
@@ -2549,8 +2556,8 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         total += part->size;
         numbers += same ? 0 : part->size;
         bytes += steps[p] < 0 ? -steps[p] : steps[p];
-        still |= (unsigned)same << p;
-        units |= (unsigned)(steps[p] == w) << p;
+        if (same)
+            still |= 1u << p;
     }
     for (int f = 0; f < kernel->n_forms && !hoisted; ++f) {
         const struct form *form = &kernel->forms[f];
@@ -2569,12 +2576,14 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
             past = strides[q] % LINE == 0;
     }
     // All that lies as a loop reads it is run at once, but for what is less than a vector.
+    for (int p = 0; p < n_parts; ++p)
+        as_they_lie = as_they_lie && (steps[p] == w || is_flagged(hoisted, p));
     loop_function *const at_once = ordered && still == hoisted && in_order ? in_order
-        : (units | hoisted) == (1u << n_parts) - 1 && !past && !kernel->repeats ? in_rows : NULL;
+        : as_they_lie && !past && !kernel->repeats ? in_rows : NULL;
     if (at_once) {
         const intptr_t whole = n & -(at_once == in_order ? together : LANES);
         for (int p = 0; p < n_parts; ++p) {
-            starts[p] = hoisted >> p & 1 ? (char *)prepared : args[p];
+            starts[p] = is_flagged(hoisted, p) ? (char *)prepared : args[p];
             rest[p] = args[p] + whole * steps[p];
         }
         if (whole)
@@ -2598,10 +2607,10 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     for (int p = 0; p < n_parts; ++p) {
         const struct part *part = &kernel->parts[p];
         intptr_t row_step = row * w;
-        starts[p] = hoisted >> p & 1 ? (char *)prepared : args[p];
+        starts[p] = is_flagged(hoisted, p) ? (char *)prepared : args[p];
         rows[p] = space + row * total;
         total += part->size;
-        kinds[p] = hoisted >> p & 1 ? HOISTED : still >> p & 1 ? SAME : steps[p] == w ? UNIT : ANY;
+        kinds[p] = is_flagged(hoisted, p) ? HOISTED : is_flagged(still, p) ? SAME : steps[p] == w ? UNIT : ANY;
         for (int q = 0; kernel->repeats && p >= n_inputs && q < n_inputs; ++q)
             kinds[p] = args[p] == args[q] ? ANY : kinds[p];
         kinds[p] = past && p >= n_inputs ? ANY : kinds[p];

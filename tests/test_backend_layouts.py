@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -15,10 +16,15 @@ from backend_programs import (
     SWAP,
     expected,
     inputs,
+    load,
     module_fixture,  # noqa: F401
+    module_source,
     modules_fixture,  # noqa: F401
+    traced,
+    write,
 )
 
+from gacompiler.backends import build_library
 from gacompiler.ir.program import Program
 
 
@@ -83,6 +89,28 @@ def test_layouts_at_every_length(module: ModuleType, program: Program) -> None:
                 for found, part in zip(outs, right, strict=True):
                     np.testing.assert_allclose(found, part, tolerance, tolerance)
                 assert untouched == [int(np.isnan(memory).sum()) for _, memory in places]
+
+
+@pytest.mark.parametrize("n_arguments", [31, 33, 70])
+def test_more_arguments_than_bits_in_a_word(n_arguments: int, tmp_path: Path) -> None:
+    """What lies at unit stride or stays the same is told apart for each, and arguments are many."""
+    program = traced(
+        "weighted", {f"x{k}": () for k in range(n_arguments)}, lambda *x: sum(k * each for k, each in enumerate(x))
+    )
+    build_library(write(module_source("many", program), tmp_path))
+    weighted = load(tmp_path / "many.py", f"many_{n_arguments}").weighted
+    for n in (2, 3, 20, 100):
+        x = np.random.default_rng(n).integers(-9, 9, (n, n_arguments)).astype(float)
+        right = (x @ np.arange(n_arguments))[:, None]
+        columns = list(np.ascontiguousarray(x.T))
+        np.testing.assert_array_equal(weighted(*x.T), right)
+        np.testing.assert_array_equal(weighted(*columns), right)
+        np.testing.assert_array_equal(weighted(*x.T, out=np.zeros((2 * n, 1))[::2]), right)
+        np.testing.assert_array_equal(weighted(*columns[:2], *x.T[2:]), right)
+        for same in (0, 1, n_arguments - 1):
+            x[:, same] = x[0, same]
+            mixed = [x[0, k] if k == same else column for k, column in enumerate(x.T)]
+            np.testing.assert_array_equal(weighted(*mixed)[:, 0], x @ np.arange(n_arguments))
 
 
 def test_a_call_like_one_before(module: ModuleType) -> None:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import os
 import pickle
+import time
+from multiprocessing.process import BaseProcess
 from pathlib import Path
 
 import pytest
@@ -48,6 +51,13 @@ def failing(spec: Spec, progress: Progress) -> str:
     return spec.name
 
 
+def slow_but_for_planes(spec: Spec, progress: Progress) -> str:
+    if spec.name == "planes":
+        raise KernelError(spec.name, "a reason")
+    time.sleep(60)
+    return spec.name
+
+
 def ending(spec: Spec, progress: Progress) -> str:
     os._exit(1)
 
@@ -80,6 +90,27 @@ def test_errors_come_back_whole(orders: list[Order], tmp_path: Path) -> None:
     (tmp_path / "planes.py").write_text("no Python")
     with pytest.raises(SpecError, match="syntax error"):
         each_spec(named, orders, lambda name: None, jobs=2)
+
+
+def test_an_error_ends_the_other_processes(orders: list[Order]) -> None:
+    with pytest.raises(KernelError, match="a reason"):
+        each_spec(slow_but_for_planes, orders, lambda name: None, jobs=3)
+    assert not any(process.name.startswith("SpawnProcess") and process.is_alive() for process in left_behind())
+
+
+def left_behind() -> list[BaseProcess]:
+    for process in multiprocessing.active_children():
+        process.join(10)
+    return list(multiprocessing.active_children())
+
+
+def test_an_error_of_progress_is_raised(orders: list[Order]) -> None:
+    def refuse(name: str) -> None:
+        raise OSError(f"no place for {name}")
+
+    for jobs in (1, 2):
+        with pytest.raises(OSError, match="no place for"):
+            each_spec(named, orders, refuse, jobs)
 
 
 @pytest.mark.parametrize("kind", [GacError, *GacError.__subclasses__()])

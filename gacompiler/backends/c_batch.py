@@ -45,6 +45,9 @@ _LINES_OF_NUMBER = 5
 """Kernels of at most so many numbers, and of so many operations or so many for each number, have a loop of their own
 for C order. Others gain less from what they would add to the build."""
 
+FLAGS = 32
+"""As in the template: forms are chosen by what stays the same of so many arguments."""
+
 FEW = 3
 """As in the template: what compilers turn well without tiles has at most so many numbers."""
 
@@ -68,6 +71,8 @@ def loop_text(program: Program, forms: Sequence[Uniform]) -> list[str]:
     tables = []
     if forms:
         for form in forms:
+            if any(argument.name in form.same for argument in program.arguments[FLAGS:]):
+                continue
             functions = [f"NAME({form_name(program, form, 'start')})", *_loops(program, form, lines)]
             lines += [*_start(program, form), ""]
             same = sum(1 << k for k, argument in enumerate(program.arguments) if argument.name in form.same)

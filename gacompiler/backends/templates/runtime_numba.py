@@ -50,7 +50,7 @@ def _kept(decorate: Callable[..., Any], function: Any, **options: Any) -> Any:
     """`function` under numba, kept on disk beside this file or in the user's cache if either can be written."""
     try:
         decorated = decorate(cache=True, **options)(function)
-    except (RuntimeError, ImportError):
+    except (RuntimeError, ImportError, AttributeError):
         return decorate(**options)(function)
     # What is kept knows this module by its name, and cannot be read where a program knows the same file by another.
     kept = decorated._cache
@@ -59,7 +59,7 @@ def _kept(decorate: Callable[..., Any], function: Any, **options: Any) -> Any:
     def load_or_compile(*wanted: Any) -> Any:
         try:
             return load(*wanted)
-        except ImportError:
+        except (ImportError, AttributeError):
             return None
 
     kept.load_overload = load_or_compile

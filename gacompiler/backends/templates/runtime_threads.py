@@ -67,10 +67,16 @@ def _in_threads(piece: Callable[[int, int], None], size: int, n_threads: int, wo
                 return
             piece(first, min(share, size - first))
 
-    helpers = [pool.submit(take) for _ in range(n_threads - 1)]
+    helpers: list[Any] = []
     try:
+        for _ in range(min(n_threads, len(pieces)) - 1):
+            helpers.append(pool.submit(take))
         take()
     finally:
-        # Who has not begun has nothing left to do.
-        for helper in helpers:
-            helper.cancel() or helper.result()
+        # Nobody leaves while others write; who has not begun has nothing left to do.
+        pieces.clear()
+        begun = [helper for helper in helpers if not helper.cancel()]
+        for helper in begun:
+            helper.exception()
+    for helper in begun:
+        helper.result()
