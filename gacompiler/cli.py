@@ -18,6 +18,7 @@ from rich.table import Table
 
 from .algebra.catalog import CATALOG, orthogonal
 from .backends import NO_COMPILER, build_library
+from .backends.build import processors
 from .errors import GacError, SpecError, StaleError
 from .frontend.kernel import Kernel
 from .generate import (
@@ -42,7 +43,7 @@ from .passes.record import Compilation
 from .prove import Verdict, verify_module
 from .robot_specs import robot_spec
 from .runtime import load_module
-from .workers import Order, each_spec, processors
+from .workers import each_spec
 
 
 class Commands(click.Group):
@@ -136,10 +137,9 @@ def generate(
         raise click.UsageError("name at least one spec file, or give --all")
     others = [target for target in TARGETS if target in targets]
     elsewhere = output or Path("out")
-    orders = _own(specs) if own else [Order(Path(spec), None, algebra) for spec in specs]
-    found = [load_spec(*order) for order in orders]
+    found = _own(specs) if own else [load_spec(Path(spec), algebra=algebra) for spec in specs]
     with _progress(sum(len(spec.kernels) for spec in found)) as advance:
-        modules = each_spec(compile_spec, orders, advance, jobs)
+        modules = each_spec(compile_spec, found, advance, jobs)
     in_others = [render_targets(module, others) for module in modules]
     in_c = [render(module) for module in modules] if "c" in targets else []
     for spec, files in zip(found, in_others, strict=True):
@@ -183,12 +183,12 @@ def build(folder: Path | None, force: bool) -> None:
 def check(names: tuple[str, ...], prove: bool, jobs: int) -> None:
     """Compare generated/ with what the specs give now; print the differences and exit 1 if there are any."""
     folder = generated_folder()
-    orders = _own(names)
+    found = _own(names)
     work = partial(_rendered_and_proved, folder=folder if prove else None)
-    with _progress(sum(len(load_spec(*order).kernels) for order in orders)) as advance:
-        found = each_spec(work, orders, advance, jobs)
-    files = {name: text for texts, _ in found for name, text in texts.items()}
-    verdicts = [verdict for _, rows in found for verdict in rows]
+    with _progress(sum(len(spec.kernels) for spec in found)) as advance:
+        results = each_spec(work, found, advance, jobs)
+    files = {name: text for texts, _ in results for name, text in texts.items()}
+    verdicts = [verdict for _, rows in results for verdict in rows]
     diffs = compare(files, folder)
     known = {f"{path.stem}.{ending}" for path in own_specs() for ending in ("py", "c", "h")} | {"__init__.py"}
     orphans = sorted(
@@ -280,7 +280,7 @@ def verify(specs: tuple[str, ...], output: Path | None, own: bool, as_json: bool
     Exact rational points that satisfy the relations decide; what runs is then measured in ulp. Exit status 1 if any
     kernel is not proved.
     """
-    found = [load_spec(*order) for order in _own(())] if own else [_spec(spec, algebra) for spec in specs]
+    found = _own(()) if own else [_spec(spec, algebra) for spec in specs]
     if not found:
         raise click.UsageError("name at least one spec, or give --all")
     rows: list[tuple[str, Verdict]] = []
@@ -489,12 +489,12 @@ def _near(path: Path) -> str:
     return os.path.relpath(path) if path.is_absolute() else str(path)
 
 
-def _own(names: tuple[str, ...]) -> list[Order]:
+def _own(names: tuple[str, ...]) -> list[Spec]:
     known = {path.stem: path for path in own_specs()}
     unknown = [name for name in names if name not in known]
     if unknown:
         raise SpecError(unknown[0], "no such module", "one of " + " ".join(known))
-    return [Order(known[name], f"gac generate --all {name}") for name in (names or known)]
+    return [load_spec(known[name], f"gac generate --all {name}") for name in (names or known)]
 
 
 def _is_own(spec: Spec) -> bool:
@@ -504,8 +504,7 @@ def _is_own(spec: Spec) -> bool:
 def _spec(text: str, algebra: str | None = None) -> Spec:
     """A spec by path, or a checked-in module by name."""
     own = {path.stem for path in own_specs()}
-    order = _own((text,))[0] if text in own and not Path(text).is_file() else Order(Path(text), None, algebra)
-    return load_spec(*order)
+    return _own((text,))[0] if text in own and not Path(text).is_file() else load_spec(Path(text), algebra=algebra)
 
 
 def _kernel(target: str, algebra: str | None = None) -> Kernel:

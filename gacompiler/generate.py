@@ -49,6 +49,8 @@ class Spec:
     summary: str
     digest: str
     kernels: tuple[Kernel, ...]
+    path: Path
+    algebra: str | None = None
 
 
 def load_spec(path: Path, command: str | None = None, algebra: str | None = None) -> Spec:
@@ -110,6 +112,7 @@ def load_spec(path: Path, command: str | None = None, algebra: str | None = None
         (module.__doc__ or f"Kernels of {path.name}.").strip(),
         digest,
         kernels,
+        path,
     )
 
 
@@ -117,7 +120,7 @@ def _script_spec(path: Path, text: str, algebra: str | None) -> Spec:
     script = load_script(path, algebra)
     command = f"gac generate {path.name}" + (f" --algebra {algebra}" if algebra else "")
     digest = hashlib.sha256(text.encode()).hexdigest()[:16]
-    return Spec(script.name, command, f"The script {path.name}.", digest, (script,))
+    return Spec(script.name, command, f"The script {path.name}.", digest, (script,), path, algebra)
 
 
 def _place(path: Path, error: BaseException) -> str:

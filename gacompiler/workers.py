@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import multiprocessing
-import os
 import signal
 from collections.abc import Callable, Sequence
-from concurrent.futures import FIRST_EXCEPTION, Future, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_EXCEPTION, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from multiprocessing.connection import Connection
 from multiprocessing.synchronize import Lock
 from pathlib import Path
 from threading import Event, Thread
-from typing import NamedTuple, TypeVar
+from typing import TypeVar
 
 from .errors import BackendError
 from .generate import Progress, Spec, load_spec
@@ -22,7 +21,6 @@ T = TypeVar("T")
 Work = Callable[[Spec, Progress], T]
 """What is done with a spec: a function of a module, which a process can find by its name, as it can its result."""
 
-
 _MOST = 61
 """Processes that Windows waits for at a time."""
 
@@ -30,28 +28,15 @@ _PATIENCE = 0.1
 """Seconds."""
 
 
-class Order(NamedTuple):
-    """How to load a spec, in any process: as `load_spec` takes it."""
-
-    path: Path
-    command: str | None = None
-    algebra: str | None = None
-
-
-def processors() -> int:
-    """How many processors this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def each_spec(work: Work[T], orders: Sequence[Order], progress: Progress, jobs: int) -> list[T]:
+def each_spec(work: Work[T], specs: Sequence[Spec], progress: Progress, jobs: int) -> list[T]:
     """The results of `work` on every spec, in the order given.
 
     Parameters
     ----------
     work : callable
         Takes a spec, and a function that is told the name of each kernel before its turn.
-    orders : sequence of Order
-        The specs.
+    specs : sequence of Spec
+        Functions do not cross processes: another process loads its spec again.
     progress : callable
         Is told the names, from all processes.
     jobs : int
@@ -64,20 +49,20 @@ def each_spec(work: Work[T], orders: Sequence[Order], progress: Progress, jobs: 
     BackendError
         When a process ends before its work is done, for want of memory perhaps.
     """
-    if min(jobs, len(orders)) < 2:
-        return [work(load_spec(*order), progress) for order in orders]
+    if min(jobs, len(specs)) < 2:
+        return [work(spec, progress) for spec in specs]
     context = multiprocessing.get_context("spawn")
     names, told = context.Pipe(duplex=False)
     listener = _Listener(names, progress)
     listener.start()
-    pool = ProcessPoolExecutor(min(jobs, len(orders), _MOST), context, _begin, (told, context.Lock()))
+    pool = ProcessPoolExecutor(min(jobs, len(specs), _MOST), context, _begin, (told, context.Lock()))
     try:
         # The longest first: what comes last is short, and the processes end together.
-        longest = sorted(orders, key=lambda order: -order.path.stat().st_size)
-        futures: dict[Order, Future[T]] = {order: pool.submit(_run, work, order) for order in longest}
+        longest = sorted(range(len(specs)), key=lambda k: -specs[k].path.stat().st_size)
+        futures = {k: pool.submit(_run, work, specs[k].path, specs[k].command, specs[k].algebra) for k in longest}
         for future in wait(futures.values(), return_when=FIRST_EXCEPTION).done:
             future.result()
-        results = [futures[order].result() for order in orders]
+        results = [futures[k].result() for k in range(len(specs))]
     except BrokenProcessPool as error:
         raise BackendError("a process", "it ended before its work was done", remedy="try with --jobs 1") from error
     except BaseException:
@@ -131,8 +116,8 @@ def _begin(told: Connection, lock: Lock) -> None:
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
-def _run(work: Work[T], order: Order) -> T:
-    return work(load_spec(*order), _tell)
+def _run(work: Work[T], path: Path, command: str, algebra: str | None) -> T:
+    return work(load_spec(path, command, algebra), _tell)
 
 
 def _tell(name: str) -> None:

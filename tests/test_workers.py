@@ -14,8 +14,8 @@ from click.testing import CliRunner
 
 from gacompiler.cli import main
 from gacompiler.errors import BackendError, GacError, KernelError, SpecError
-from gacompiler.generate import Progress, Spec, compile_spec, render
-from gacompiler.workers import Order, each_spec
+from gacompiler.generate import Progress, Spec, compile_spec, load_spec, render
+from gacompiler.workers import each_spec
 
 SPEC = '''
 from gacompiler import kernel, {operation}
@@ -29,7 +29,7 @@ def combined(a, b):
 
 
 @pytest.fixture
-def orders(tmp_path: Path) -> list[Order]:
+def specs(tmp_path: Path) -> list[Spec]:
     texts = {
         "points": ("regressive_product", "POINT"),
         "planes": ("outer_product", "PLANE"),
@@ -37,7 +37,7 @@ def orders(tmp_path: Path) -> list[Order]:
     }
     for name, (operation, layout) in texts.items():
         (tmp_path / f"{name}.py").write_text(SPEC.format(operation=operation, layout=layout))
-    return [Order(tmp_path / f"{name}.py") for name in texts]
+    return [load_spec(tmp_path / f"{name}.py") for name in texts]
 
 
 def named(spec: Spec, progress: Progress) -> tuple[str, int]:
@@ -62,39 +62,39 @@ def ending(spec: Spec, progress: Progress) -> str:
     os._exit(1)
 
 
-def test_every_spec_has_a_process(orders: list[Order]) -> None:
+def test_every_spec_has_a_process(specs: list[Spec]) -> None:
     told: list[str] = []
-    results = each_spec(named, orders, told.append, jobs=2)
+    results = each_spec(named, specs, told.append, jobs=2)
     assert [name for name, _ in results] == ["points", "planes", "motors"]
     assert sorted(told) == ["motors", "planes", "points"]
     assert os.getpid() not in {process for _, process in results}
 
 
 @pytest.mark.parametrize("jobs, n_specs", [(1, 3), (8, 1)])
-def test_one_needs_no_other_process(orders: list[Order], jobs: int, n_specs: int) -> None:
-    results = each_spec(named, orders[:n_specs], lambda name: None, jobs)
+def test_one_needs_no_other_process(specs: list[Spec], jobs: int, n_specs: int) -> None:
+    results = each_spec(named, specs[:n_specs], lambda name: None, jobs)
     assert {process for _, process in results} == {os.getpid()}
 
 
-def test_texts_are_the_same(orders: list[Order]) -> None:
-    alone, together = (each_spec(compile_spec, orders, lambda name: None, jobs) for jobs in (1, 3))
+def test_texts_are_the_same(specs: list[Spec]) -> None:
+    alone, together = (each_spec(compile_spec, specs, lambda name: None, jobs) for jobs in (1, 3))
     assert list(map(render, alone)) == list(map(render, together))
 
 
-def test_errors_come_back_whole(orders: list[Order], tmp_path: Path) -> None:
+def test_errors_come_back_whole(specs: list[Spec], tmp_path: Path) -> None:
     with pytest.raises(KernelError, match="planes: a reason; expected another; a remedy") as caught:
-        each_spec(failing, orders, lambda name: None, jobs=2)
+        each_spec(failing, specs, lambda name: None, jobs=2)
     assert caught.value.remedy == "a remedy"
     with pytest.raises(BackendError, match="ended before its work was done; try with --jobs 1"):
-        each_spec(ending, orders, lambda name: None, jobs=2)
+        each_spec(ending, specs, lambda name: None, jobs=2)
     (tmp_path / "planes.py").write_text("no Python")
     with pytest.raises(SpecError, match="syntax error"):
-        each_spec(named, orders, lambda name: None, jobs=2)
+        each_spec(named, specs, lambda name: None, jobs=2)
 
 
-def test_an_error_ends_the_other_processes(orders: list[Order]) -> None:
+def test_an_error_ends_the_other_processes(specs: list[Spec]) -> None:
     with pytest.raises(KernelError, match="a reason"):
-        each_spec(slow_but_for_planes, orders, lambda name: None, jobs=3)
+        each_spec(slow_but_for_planes, specs, lambda name: None, jobs=3)
     assert not any(process.name.startswith("SpawnProcess") and process.is_alive() for process in left_behind())
 
 
@@ -104,13 +104,13 @@ def left_behind() -> list[BaseProcess]:
     return list(multiprocessing.active_children())
 
 
-def test_an_error_of_progress_is_raised(orders: list[Order]) -> None:
+def test_an_error_of_progress_is_raised(specs: list[Spec]) -> None:
     def refuse(name: str) -> None:
         raise OSError(f"no place for {name}")
 
     for jobs in (1, 2):
         with pytest.raises(OSError, match="no place for"):
-            each_spec(named, orders, refuse, jobs)
+            each_spec(named, specs, refuse, jobs)
 
 
 @pytest.mark.parametrize("kind", [GacError, *GacError.__subclasses__()])
@@ -120,8 +120,8 @@ def test_errors_are_pickled(kind: type[GacError]) -> None:
     assert type(copy) is kind and str(copy) == str(error) and copy.expected == "that"
 
 
-def test_generate_takes_a_number_of_jobs(orders: list[Order], tmp_path: Path) -> None:
-    paths = [str(order.path) for order in orders]
+def test_generate_takes_a_number_of_jobs(specs: list[Spec], tmp_path: Path) -> None:
+    paths = [str(spec.path) for spec in specs]
     result = CliRunner().invoke(main, ["generate", *paths, "-o", str(tmp_path / "out"), "--no-build", "-j", "2"])
     assert result.exit_code == 0, result.output
     assert result.output.count("1 kernels") == 3 and (tmp_path / "out" / "motors.c").is_file()

@@ -87,6 +87,11 @@ def compiler_flags(compiler: tuple[str, ...]) -> tuple[str, ...]:
     return (*FLAGS, *(GCC_FLAGS if "Free Software Foundation" in run.stdout else OTHER_FLAGS))
 
 
+def processors() -> int:
+    """How many processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
 def build_library(c_path: Path, *, force: bool = False) -> Path | None:
     """Compile `c_path` unless its library is there; as `build_libraries` of one file."""
     return build_libraries([c_path], force=force)[0]
@@ -144,7 +149,7 @@ def _build(compiler: tuple[str, ...], targets: dict[Path, Path]) -> None:
             [*compiler, *compiler_flags(compiler), f"-DONLY_{part.stem.upper()}", "-c", str(source), "-o", str(part)]
             for _, source, part in jobs
         ]
-        with ThreadPoolExecutor(len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else None) as threads:
+        with ThreadPoolExecutor(processors()) as threads:
             runs = list(threads.map(_run, commands))
         failures: list[BackendError] = []
         for source, target in targets.items():

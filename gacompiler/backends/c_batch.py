@@ -13,7 +13,7 @@ an argument that is the same for the whole batch, where that saves work.
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from math import prod
 from typing import Any
@@ -69,14 +69,13 @@ def loop_text(program: Program, forms: Sequence[Uniform]) -> list[str]:
     """The batch function of a kernel, and the loops that it chooses from."""
     lines: list[str] = []
     tables = []
-    if forms:
-        for form in forms:
-            if any(argument.name in form.same for argument in program.arguments[FLAGS:]):
-                continue
-            functions = [f"NAME({form_name(program, form, 'start')})", *_loops(program, form, lines)]
-            lines += [*_start(program, form), ""]
-            same = sum(1 << k for k, argument in enumerate(program.arguments) if argument.name in form.same)
-            tables.append(f"{{{same}, {form.least(program)}, {', '.join(functions)}}}")
+    for form in forms:
+        if any(argument.name in form.same for argument in program.arguments[FLAGS:]):
+            continue
+        functions = [f"NAME({form_name(program, form, 'start')})", *_loops(program, form, lines)]
+        lines += [*_start(program, form), ""]
+        same = sum(1 << k for k, argument in enumerate(program.arguments) if argument.name in form.same)
+        tables.append(f"{{{same}, {form.least(program)}, {', '.join(functions)}}}")
     loops = _loops(program, None, lines)
     described, first = [], 0
     for part in parts(program):
@@ -126,20 +125,18 @@ def _loops(program: Program, form: Uniform | None, lines: list[str]) -> list[str
 
     Their text is added to `lines`; there may be none for C order.
     """
-    kinds = [("block", _one_loop, "LOOPS", "WIDTHS")]
-    together = "0"
-    if _has_dense(program, form) and _is_direct(program, form):
-        kinds.append(("dense", _direct_loop, "LOOPS", "WIDTHS"))
-        together = "LANES"
-    elif _has_dense(program, form):
-        kinds.append(("dense", _tile_loop, "LOOP", "WIDTH"))
-        together = "TILE"
-    names = []
-    for order, loop, compiled, named in kinds:
+
+    def added(order: str, loop: Callable[..., list[str]], compiled: str, named: str) -> str:
         own = form_name(program, form, order) if form else f"{program.name}_{order}"
-        lines += [*loop(program, f"NAME({own})", form), f"{compiled}({own})", ""]
-        names.append(f"{named}({own})")
-    return [names[0], names[1] if together != "0" else "{NULL}", together]
+        lines.extend([*loop(program, f"NAME({own})", form), f"{compiled}({own})", ""])
+        return f"{named}({own})"
+
+    block = added("block", _one_loop, "LOOPS", "WIDTHS")
+    if not _has_dense(program, form):
+        return [block, "{NULL}", "0"]
+    if _is_direct(program, form):
+        return [block, added("dense", _direct_loop, "LOOPS", "WIDTHS"), "LANES"]
+    return [block, added("dense", _tile_loop, "LOOP", "WIDTH"), "TILE"]
 
 
 def _cores(program: Program) -> list[list[str]]:
