@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import importlib.util
 import os
@@ -11,7 +12,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from .backends import build_library, find_compiler
+from .backends import build_extension, build_library, find_compiler
 from .backends.module import ModuleSource
 from .errors import BackendError, KernelError
 from .frontend.kernel import Kernel
@@ -71,6 +72,10 @@ def _compile(kernel: Kernel, backend: str) -> Any:
     write(files, folder)
     if backend == "c" and build_library(folder / f"{kernel.name}.c") is None:
         raise BackendError("compile()", "no C compiler", "cc, gcc or clang on the PATH", 'use backend="numba"')
+    if backend == "numba" and (compiler := find_compiler()):
+        # Calls are shorter with it; what is computed is numba's all the same.
+        with contextlib.suppress(BackendError):
+            build_extension(compiler, folder)
     module = load_module(folder / f"{kernel.name}.py", f"_gac_{kernel.name}_{digest}_{backend}", backend)
     return getattr(module, kernel.name)
 

@@ -113,8 +113,8 @@ def test_batches_are_those_of_c_bit_for_bit(
         # Again: the second call of such arrays goes another way.
         assert bits(ours(*given)) == bits(found)
     # What was compared did run on numba, and not in the library.
-    assert np.dtype(dtype) in {key[1] for key in pair[1]._chosen if key[0] is ours}
-    assert not pair[0]._chosen
+    assert isinstance(ours._loops[np.dtype(dtype)], pair[1]._Loops)
+    assert not any(isinstance(loop, pair[0]._Loops) for loop in c._loops.values())
 
 
 @needs_compiler
@@ -311,23 +311,36 @@ assert np.array_equal(known.move_point(m, p), p) and known.backend == "numba"
         assert done.returncode == 0, done.stderr
 
 
-def test_without_cffi_it_runs_all_the_same(tmp_path: Path) -> None:
+@pytest.mark.parametrize("with_cffi", [True, False])
+def test_without_the_extension_it_runs_all_the_same(with_cffi: bool, tmp_path: Path) -> None:
     write(module_source("bare", MOVE_POINT, NORMALIZE, INTERPOLATE, MATRIX_PRODUCT), tmp_path)
-    code = """
+    hide = """
 import sys
 sys.modules["_cffi_backend"] = None
 import importlib.util
 find = importlib.util.find_spec
 importlib.util.find_spec = lambda name, *more: None if name == "_cffi_backend" else find(name, *more)
-import numpy as np, bare
-assert bare.backend == "numba"
-p = np.arange(30.0).reshape(10, 3)
-for x in (p, np.asfortranarray(p), p[::-2], p[None, ::2].repeat(3, 0)[:, ::-1]):
-    for _ in range(2):
-        unit, length = bare.normalize(x)
-        assert np.allclose(length, np.linalg.norm(x, axis=-1)), x
 """
-    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True)
+    code = """
+import numpy as np, bare
+assert bare.backend == "numba" and bare._extension is None
+p = np.arange(60.0).reshape(20, 3)
+m = np.zeros((20, 8))
+m[:, 0] = 1
+for kind in ("float64", "float32"):
+    q, n = p.astype(kind), m.astype(kind)
+    for x in (q, np.asfortranarray(q), q[::-2], q[None, ::2].repeat(3, 0)[:, ::-1]):
+        for _ in range(2):
+            unit, length = bare.normalize(x)
+            assert np.allclose(length, np.linalg.norm(x, axis=-1)), x
+    for x in (q, np.asfortranarray(q), q[:2], q[:1], q[0]):
+        for y in (n[: len(x)], np.asfortranarray(n[: len(x)]), n[0]):
+            moved = bare.move_point(y if x.ndim == 2 else n[0], x)
+            assert np.array_equal(moved, x) and moved.dtype == kind, (x, y)
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", code if with_cffi else hide + code], cwd=tmp_path, capture_output=True, text=True
+    )
     assert done.returncode == 0, done.stderr
 
 

@@ -128,7 +128,7 @@ class Pass(pga3._Call):  # type: ignore[misc]
             return None
         if pga3._extension is not None:
             # batches are not for it: of no more than 0 elements
-            bound = self._bind(self._given, (self._result,), run.address, (run.address, run.address), 0, 0)
+            bound = self._bind(self._given, (self._result,), run.address, ((0, 0, 0),) * 2, 0, 0)
             if not bound:
                 shapes = ", ".join(map(str, (*self._given, self._result)))
                 raise RuntimeError(f"pass over arrays {shapes}: too many, or too many axes; expected what _bind takes")

@@ -2,7 +2,15 @@
 
 from __future__ import annotations
 
-from .build import NO_COMPILER, build_libraries, build_library, find_compiler, library_name, library_path
+from .build import (
+    NO_COMPILER,
+    build_extension,
+    build_libraries,
+    build_library,
+    find_compiler,
+    library_name,
+    library_path,
+)
 from .c import c_header, c_source
 from .documentation import body_is_intact
 from .module import KernelSource, LayoutText, ModuleSource
@@ -18,6 +26,7 @@ __all__ = [
     "Read",
     "as_printed",
     "body_is_intact",
+    "build_extension",
     "build_libraries",
     "build_library",
     "c_functions",

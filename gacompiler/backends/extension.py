@@ -39,8 +39,6 @@ def extension_source() -> str:
         environment()
         .get_template("extension.c.jinja")
         .render(
-            max_inputs=MAX_INPUTS,
-            max_outputs=MAX_OUTPUTS,
             max_arrays=MAX_ARRAYS,
             max_axes=MAX_AXES,
             max_leading=MAX_LEADING,

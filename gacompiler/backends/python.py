@@ -25,7 +25,7 @@ PUBLIC = ("Kernel", "Layout", "Value", "backend", "kernels", "num_threads")
 
 _RUNTIME = (
     *("functions", "strides", "layout", "extension", "threads", "libraries"),
-    *("batches", "llvm", "intrinsics", "numba", "kernel", "value"),
+    *("batches", "llvm", "tiles", "movers", "loops", "intrinsics", "numba", "kernel", "value"),
 )
 """The runtime files, each before what uses it."""
 

@@ -13,13 +13,20 @@ import numpy as np
 
 _ROW, _LEAST_ROW, _SPACE = 64, 16, 24 * 1024
 """Elements of a block if its rows fit into so many bytes, and the fewest in any case."""
+_HEAD, _FORM, _N_FLAGS = 3, 5, 62
+"""Of the table of a kernel: numbers before its parts, and of each form; how many arguments a form can have still."""
+_STILL, _AS_IT_LIES, _MOVED = 0, 1, 2
+"""How a part gets to its loop: once for all, from where it lies, or through rows of a block."""
 
 # Free names of the functions that follow: the type and the width of a number, and what numba has no words for.
 _real: Any = None
 _w: Any = None
+_LANES: Any = None
+_HALF: Any = None
 _call: Any = None
 _copy: Any = None
 _place: Any = None
+_at: Any = None
 _spread: Any = None
 _gather: Any = None
 _turn_in: Any = None
@@ -37,18 +44,17 @@ def _numba_move_rows(back: int, x: int, row: int, a: int, s: int, c: int, size: 
         else:
             _spread(x, row, a, n)
         return
-    if size >= 4 and c == _w:
-        step = 4 if back else 8
-        while done + step <= n:
+    if size >= _HALF and c == _w:
+        while done + _LANES <= n:
             k = 0
             while k < size:
-                first = min(k, size - 4)
+                first = min(k, size - _HALF)
                 if back:
                     _turn_out(x + (first * row + done) * _w, row * _w, a + done * s + first * _w, s)
                 else:
                     _turn_in(a + done * s + first * _w, s, x + (first * row + done) * _w, row * _w)
-                k += 4
-            done += step
+                k += _HALF
+            done += _LANES
     for k in range(size):
         if back:
             _copy(a + k * c + done * s, s, x + (k * row + done) * _w, _w, n - done)
@@ -64,80 +70,114 @@ def _numba_move_part(
     while axis > 0 and (count == 1 or strides[first + axis - 1] == count * step):
         if count == 1:
             step = strides[first + axis - 1]
-        count *= table[at + 2 + axis]
+        count *= table[at + 1 + axis]
         axis -= 1
     for k in range(0, table[at], count):
         offset, rest, outer = 0, k // count, axis - 1
         while outer >= 0:
-            offset += rest % table[at + 3 + outer] * strides[first + outer]
-            rest //= table[at + 3 + outer]
+            offset += rest % table[at + 2 + outer] * strides[first + outer]
+            rest //= table[at + 2 + outer]
             outer -= 1
         _move_rows(back, x + k * row * _w, row, a + offset, s, step, count, n)
 
 
-def _numba_batch(run: int, table: Any, arrays: Any, sizes: Any, strides: Any) -> None:
-    """The loop `run` over a batch, in blocks of rows where not all parts lie at unit stride.
+def _numba_batch(table: Any, arrays: Any, sizes: Any, steps: Any) -> int:
+    """A kernel over a batch: at once where its loop reads and writes where the parts lie, else in blocks of rows.
 
-    `table` has the numbers of arguments, of parts, of strides in an element and of prepared numbers; then the size of
-    each part, its number of axes, whether it is prepared, and its lengths.
+    `table` has the numbers of arguments, of parts and of strides in an element; then the size of each part, its number
+    of axes and its lengths; then forms, of which the last is the kernel itself: the arguments that stay, as bits, the
+    least number of elements, how many numbers are prepared, and the loops over rows and over elements in C order.
+
+    Returns 0, or the place in the table of a loop that has to be compiled first.
     """
-    n_inputs, n_parts, n_cores, n_prepared, size = table[0], table[1], table[2], table[3], sizes[0]
-    # Where the parts are and what is prepared, the strides in an element, and where the rows are.
-    local = np.empty(2 * n_parts + 1 + n_cores, np.intp)
+    n_inputs, n_parts, n_cores, size = table[0], table[1], table[2], sizes[0]
+    at, first, still, ordered = _HEAD, n_parts, 0, True
+    for p in range(n_parts):
+        if size > 1 and p < min(n_inputs, _N_FLAGS) and steps[p] == 0:
+            still |= 1 << p
+        else:
+            step = _w
+            for axis in range(table[at + 1] - 1, -1, -1):
+                ordered = ordered and steps[first + axis] == step
+                step *= table[at + 2 + axis]
+            ordered = ordered and (steps[p] == step or size == 1)
+        first += table[at + 1]
+        at += 2 + table[at + 1]
+    while still & table[at] != table[at] or size < table[at + 1]:
+        at += _FORM
+    hoisted, n_prepared = table[at], table[at + 2]
+    in_order, in_place = ordered and still == hoisted, True
+    place = at + 4 if in_order else at + 3
+    run = table[place]
+    if run == 0:
+        return place
+    for p in range(n_parts):
+        in_place = in_place and (steps[p] == _w or size == 1 or (p < _N_FLAGS and hoisted >> p & 1 == 1))
+    if (in_order or in_place) and hoisted == 0:
+        _call(run, size, _at(arrays, 0), _at(steps, n_parts))
+        return 0
+    # Where the parts are and what is prepared, where their rows are, how they get there, and the strides in an element.
+    local = np.empty(3 * n_parts + 1 + n_cores, np.intp)
     prepared = np.empty(n_prepared + 1, _real)
-    starts, cores, rows = local, local[n_parts + 1 :], local[n_parts + 1 + n_cores :]
-    total, n_bytes, at = 0, 0, 4
+    starts, rows, kinds, cores = local, local[n_parts + 1 :], local[2 * n_parts + 1 :], local[3 * n_parts + 1 :]
     for p in range(n_parts):
         starts[p] = arrays[p]
-        total += table[at]
-        n_bytes += abs(strides[p])
-        at += 3 + table[at + 1]
     starts[n_parts] = _place(prepared)
     for core in range(n_cores):
-        cores[core] = strides[n_parts + core]
-    if n_prepared:
+        cores[core] = steps[n_parts + core]
+    if hoisted != 0:
         _call(run, -1, _place(starts), _place(cores))
+    if in_order or in_place:
+        _call(run, size, _place(starts), _place(cores))
+        # numba frees an array after its last use, and these are used by their addresses until here.
+        local[0] = prepared[0]
+        return 0
+    total, n_bytes, at = 0, 0, _HEAD
+    for p in range(n_parts):
+        total += table[at]
+        n_bytes += abs(steps[p])
+        at += 2 + table[at + 1]
     row = _ROW if size < (1 << 24) // (n_bytes + 1) else _LEAST_ROW
     while row > _LEAST_ROW and row * total * _w > _SPACE:
         row //= 2
     space = np.empty(row * total, _real)
-    x, at, first = _place(space), 4, n_parts
+    x, at, first = _place(space), _HEAD, n_parts
     for p in range(n_parts):
-        rank = table[at + 1]
+        rank, step = table[at + 1], steps[p]
         rows[p] = x
-        if strides[p] != _w and table[at + 2] == 0:
+        if p < _N_FLAGS and hoisted >> p & 1 == 1:
+            kinds[p] = _STILL
+        elif step == _w:
+            kinds[p] = _AS_IT_LIES
+        else:
+            kinds[p] = _MOVED
             starts[p] = x
-            if strides[p] == 0 and p < n_inputs:
-                _move_part(0, x, row, table, at, arrays[p], 0, strides, first, min(row, size))
-            step = row * _w
+            if step == 0 and p < n_inputs:
+                kinds[p] = _STILL
+                _move_part(0, x, row, table, at, arrays[p], 0, steps, first, min(row, size))
+            between = row * _w
             for axis in range(rank - 1, -1, -1):
-                cores[first - n_parts + axis] = step
-                step *= table[at + 3 + axis]
+                cores[first - n_parts + axis] = between
+                between *= table[at + 2 + axis]
         x += row * table[at] * _w
         first += rank
-        at += 3 + rank
+        at += 2 + rank
     for i in range(0, size, row):
         n = min(row, size - i)
-        at, first = 4, n_parts
-        for p in range(n_inputs):
-            step = strides[p]
-            if step == _w and table[at + 2] == 0:
+        at, first = _HEAD, n_parts
+        for p in range(n_parts):
+            if kinds[p] == _AS_IT_LIES:
                 starts[p] = arrays[p] + i * _w
-            elif step != 0 and table[at + 2] == 0:
-                _move_part(0, rows[p], row, table, at, arrays[p] + i * step, step, strides, first, n)
+            elif kinds[p] == _MOVED and p < n_inputs:
+                _move_part(0, rows[p], row, table, at, arrays[p] + i * steps[p], steps[p], steps, first, n)
             first += table[at + 1]
-            at += 3 + table[at + 1]
-        results, first_result = at, first
-        for p in range(n_inputs, n_parts):
-            if strides[p] == _w:
-                starts[p] = arrays[p] + i * _w
+            at += 2 + table[at + 1]
         _call(run, n, _place(starts), _place(cores))
-        at, first = results, first_result
-        for p in range(n_inputs, n_parts):
-            step = strides[p]
-            if step != _w:
-                _move_part(1, rows[p], row, table, at, arrays[p] + i * step, step, strides, first, n)
+        at, first = _HEAD, n_parts
+        for p in range(n_parts):
+            if kinds[p] == _MOVED and p >= n_inputs:
+                _move_part(1, rows[p], row, table, at, arrays[p] + i * steps[p], steps[p], steps, first, n)
             first += table[at + 1]
-            at += 3 + table[at + 1]
-    # numba frees an array after its last use, and these are used by their addresses until here.
-    space[0] = prepared[0]
+            at += 2 + table[at + 1]
+    space[0] = local[0] = prepared[0]
+    return 0

@@ -18,12 +18,12 @@ _EXTENSION_FOLDER = ""
 
 
 def _loaded_extension(folder: str, name: str) -> Any:
-    """The extension of a name from a folder; None where it is not there, or where GAC_BACKEND asks for something else
-    than C.
+    """The extension of a name from a folder; None where it is not there, or where GAC_BACKEND asks for array
+    expressions.
 
     Modules that were made by the same compiler share it.
     """
-    if not name or os.environ.get("GAC_BACKEND", "") not in ("", "c"):
+    if not name or os.environ.get("GAC_BACKEND", "") == "arrays":
         return None
     if name not in sys.modules:
         path = os.path.join(folder, name + importlib.machinery.EXTENSION_SUFFIXES[0])

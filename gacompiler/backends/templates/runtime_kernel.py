@@ -21,12 +21,13 @@ from .runtime_libraries import (
     _c_address,
     _c_element,
     _c_loop,
-    _c_loops,
-    _c_plan,
+    _c_ways,
     _from_buffer,
+    _plan,
+    _run_batch,
     backend,
 )
-from .runtime_numba import _kernel_of, _numba_loop, _numba_plan, _scalar_kernel
+from .runtime_numba import _kernel_of, _Loops, _scalar_kernel
 from .runtime_strides import (
     _FLOAT32,
     _FLOAT64,
@@ -113,6 +114,7 @@ class Kernel(_Call):  # type: ignore[misc]
         self._functions, self._forms = functions, forms
         self._user: Any = None
         self._loops: dict[Any, Callable[..., Any]] = {}
+        self._ways = [(0, 0, 0), (0, 0, 0)]
         self._plans: tuple[dict[Any, Any], dict[Any, Any]] = ({}, {})
         self._element: Callable[..., Any] | None = None
         self._jit: Any = None
@@ -274,8 +276,7 @@ class Kernel(_Call):  # type: ignore[misc]
         operands = [*arrays, *([out] if given else (np.empty(shape, dtype) for shape in shapes))]
         steps = [_steps(array, leading, shape) for array, shape in zip(operands, self._all_shapes, strict=True)]
         sizes, steps = _coalesced(leading, steps)
-        make = _c_plan if self._backend == "c" else _numba_plan
-        return (make(self, dtype, sizes[0], steps), shapes, sizes[0]) if len(sizes) == 1 else None
+        return (_plan(self, self._loop(dtype), sizes[0], steps), shapes, sizes[0]) if len(sizes) == 1 else None
 
     @property
     def jit(self) -> Any:
@@ -398,25 +399,32 @@ class Kernel(_Call):  # type: ignore[misc]
         steps = [_steps(array, leading, shape) for array, shape in zip(arrays, self._all_shapes)]  # noqa: B905
         sizes, steps = _coalesced(leading, steps)
         inner = max(range(len(sizes)), key=lambda axis: (sizes[axis], axis)) if len(sizes) > 1 else 0
-        self._loop(dtype)(arrays, sizes, steps, inner, n_threads)
+        _run_batch(self, self._loop(dtype), arrays, sizes, steps, inner, n_threads)
         for target, final in zip(targets, outs, strict=True):
             if target is not final:
                 final[...] = target
 
-    def _loop(self, dtype: np.dtype[Any]) -> Callable[..., None]:
+    def _loop(self, dtype: np.dtype[Any]) -> Callable[..., Any]:
+        """The loop over batches of one type; once it is there, the extension runs it too."""
         loop = self._loops.get(dtype)
-        if loop is None:
-            with _LOCK:
-                make = _c_loop if self._backend == "c" else _numba_loop
-                loop = self._loops[dtype] = make(self, dtype)
-                if self._backend == "c" and self._element is None and len(self._inputs):
-                    self._element = _c_element(self)
-                    if _extension is not None:
-                        most = (_LEAST_WORK - 1) // self._work
-                        shapes = tuple(self._shapes), tuple(self._out_shapes)
-                        self._bind(
-                            *shapes, _c_address(f"{self.name}_f64"), _c_loops(self), most, _PATIENCE // self._work
-                        )
+        if loop is not None:
+            return loop
+        with _LOCK:
+            if dtype in self._loops:
+                return self._loops[dtype]
+            function = 0
+            if self._backend == "c":
+                loop, self._ways[:] = _c_loop(self, dtype), _c_ways(self)
+                if self._inputs:
+                    function, self._element = _c_address(f"{self.name}_f64"), _c_element(self)
+            else:
+                loop = _Loops(self, dtype)
+                self._ways[dtype is _FLOAT32] = loop.way
+            if _extension is not None and self._inputs:
+                shapes = tuple(self._shapes), tuple(self._out_shapes)
+                limits = (_LEAST_WORK - 1) // self._work, _PATIENCE // self._work
+                self._bind(*shapes, function, tuple(self._ways), *limits)
+            self._loops[dtype] = loop
         return loop
 
     def _call_arrays(self, namespace: Any, arrays: tuple[Any, ...], out: Any) -> Any:

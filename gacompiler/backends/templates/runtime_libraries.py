@@ -78,7 +78,8 @@ class _Ctypes:
 
         if kind == "void *":
             return address
-        return ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * (kind.count(",") + 1))(address)
+        result = ctypes.c_ssize_t if kind.startswith("intptr_t") else None
+        return ctypes.CFUNCTYPE(result, *[ctypes.c_void_p] * (kind.count(",") + 1))(address)
 
 
 def _foreign() -> Any:
@@ -106,58 +107,65 @@ def _c_element(kernel: Any) -> Callable[..., Any]:
     return _c_function(f"{kernel.name}_f64", ", ".join(types))  # type: ignore[no-any-return]
 
 
-def _c_loops(kernel: Any) -> tuple[int, int]:
-    """Where the loops of doubles and of floats are."""
-    f64, f32 = (_c_address(f"{kernel.name}_loop_{_SUFFIX[size]}") for size in (8, 4))
-    return f64, f32
+def _c_ways(kernel: Any) -> list[tuple[int, int, int]]:
+    """Where the loops of doubles and of floats are, as the extension takes it."""
+    return [(_c_address(f"{kernel.name}_loop_{_SUFFIX[size]}"), 0, 0) for size in (8, 4)]
 
 
-def _c_loop(kernel: Any, dtype: np.dtype[Any]) -> Callable[..., None]:
-    function = _c_function(f"{kernel.name}_loop_{_SUFFIX[dtype.itemsize]}", "void *, void *, void *")
-    new, pointers, integers = _ffi.new, _ffi.typeof("void *[]"), _ffi.typeof("intptr_t[]")
-
-    def run(arrays: list[Any], sizes: list[int], steps: list[tuple[int, ...]], inner: int, n_threads: int) -> None:
-        depth = len(sizes)
-        flat = [step[inner] for step in steps]
-        for step in steps:
-            flat += step[depth:]
-        strides = new(integers, flat)
-        if depth == 1 and n_threads == 1:
-            function(new(pointers, [_pointer(array) for array in arrays]), new(integers, (sizes[0],)), strides)
-            return
-        addresses = [_address(array) for array in arrays]
-
-        def piece(first: int, count: int) -> None:
-            dimensions = new(integers, (count,))
-            starts = [address + first * step for address, step in zip(addresses, flat)]  # noqa: B905
-            for offsets in _offsets(sizes, steps, inner):
-                moved = [start + offset for start, offset in zip(starts, offsets, strict=True)]
-                function(new(integers, moved), dimensions, strides)
-
-        _in_threads(piece, sizes[inner], n_threads, math.prod(sizes) * kernel._work)
-
-    return run
+def _c_loop(kernel: Any, dtype: np.dtype[Any]) -> Any:
+    return _c_function(f"{kernel.name}_loop_{_SUFFIX[dtype.itemsize]}", "void *, void *, void *")
 
 
-def _c_plan(
-    kernel: Any, dtype: np.dtype[Any], size: int, steps: list[tuple[int, ...]]
+def _run_batch(
+    kernel: Any,
+    loop: Callable[..., None],
+    arrays: list[Any],
+    sizes: list[int],
+    steps: list[tuple[int, ...]],
+    inner: int,
+    n_threads: int,
+) -> None:
+    """Run a loop, which is called with pointers to places, lengths and strides, over any batch."""
+    new, pointers, integers = _foreign().new, "void *[]", "intptr_t[]"
+    depth = len(sizes)
+    flat = [step[inner] for step in steps]
+    for step in steps:
+        flat += step[depth:]
+    strides = new(integers, flat)
+    if depth == 1 and n_threads == 1:
+        loop(new(pointers, [_pointer(array) for array in arrays]), new(integers, (sizes[0],)), strides)
+        return
+    addresses = [_address(array) for array in arrays]
+
+    def piece(first: int, count: int) -> None:
+        dimensions = new(integers, (count,))
+        starts = [address + first * step for address, step in zip(addresses, flat)]  # noqa: B905
+        for offsets in _offsets(sizes, steps, inner):
+            moved = [start + offset for start, offset in zip(starts, offsets, strict=True)]
+            loop(new(integers, moved), dimensions, strides)
+
+    _in_threads(piece, sizes[inner], n_threads, math.prod(sizes) * kernel._work)
+
+
+def _plan(
+    kernel: Any, loop: Callable[..., None], size: int, steps: list[tuple[int, ...]]
 ) -> Callable[[list[Any], int], None]:
     """One call of a loop, complete but for the pointers and the number of threads."""
-    function = _c_function(f"{kernel.name}_loop_{_SUFFIX[dtype.itemsize]}", "void *, void *, void *")
-    new, pointers, integers = _ffi.new, _ffi.typeof("void *[]"), _ffi.typeof("intptr_t[]")
+    ffi = _foreign()
+    new, pointers, integers = ffi.new, ffi.typeof("void *[]"), ffi.typeof("intptr_t[]")
     dimensions = new(integers, (size,))
     outer = [step[0] for step in steps]
     strides = new(integers, outer + [stride for step in steps for stride in step[1:]])
 
     def run(starts: list[Any], n_threads: int) -> None:
         if n_threads == 1:
-            function(new(pointers, starts), dimensions, strides)
+            loop(new(pointers, starts), dimensions, strides)
             return
-        addresses = [int(_ffi.cast("intptr_t", start)) for start in starts]
+        addresses = [start if isinstance(start, int) else int(ffi.cast("intptr_t", start)) for start in starts]
 
         def piece(first: int, count: int) -> None:
             moved = [address + first * step for address, step in zip(addresses, outer)]  # noqa: B905
-            function(new(integers, moved), new(integers, (count,)), strides)
+            loop(new(integers, moved), new(integers, (count,)), strides)
 
         _in_threads(piece, size, n_threads, size * kernel._work)
 

@@ -104,27 +104,48 @@ def _tools() -> Any:
     def pointer(builder: Any, address: Any, kind: Any) -> Any:
         return builder.inttoptr(address, kind.as_pointer())
 
-    def parallel(builder: Any, size: Any, body: Callable[[Any, Callable[[Any], Any]], None]) -> None:
-        """A loop whose turns LLVM may do in any order; `body` marks what it loads and stores."""
-        group = Distinct(builder.module)
+    def loop(
+        builder: Any, first: Any, last: Any, step: int, body: Callable[[Any], None], hints: Sequence[Sequence[Any]]
+    ) -> None:
+        """A loop, and what LLVM is told of it."""
         before = builder.block
         turn, after = builder.append_basic_block("turn"), builder.append_basic_block("after")
-        builder.cbranch(builder.icmp_signed(">", size, number(0)), turn, after)
+        builder.cbranch(builder.icmp_signed("<", first, last), turn, after)
         builder.position_at_end(turn)
         i = builder.phi(intp)
-        i.add_incoming(number(0), before)
+        i.add_incoming(first, before)
+        body(i)
+        following = builder.add(i, number(step), flags=["nsw", "nuw"])
+        i.add_incoming(following, builder.block)
+        branch = builder.cbranch(builder.icmp_signed("<", following, last), turn, after)
+        told = [builder.module.add_metadata(hint) for hint in hints]
+        branch.set_metadata("llvm.loop", Distinct(builder.module, told, itself=True))
+        builder.position_at_end(after)
+
+    def hint(what: str, value: int) -> list[Any]:
+        return [f"llvm.loop.{what}", ll.Constant(ll.IntType(32), value)]
+
+    def one_by_one(builder: Any, first: Any, last: Any, step: int, body: Callable[[Any], None]) -> None:
+        """A loop that LLVM leaves as it is."""
+        loop(builder, first, last, step, body, [hint("vectorize.width", 1), ["llvm.loop.unroll.disable"]])
+
+    def parallel(builder: Any, size: Any, body: Callable[[Any, Callable[[Any], Any]], None], lanes: int = 0) -> None:
+        """A loop whose turns LLVM may do in any order, or so many lanes of one vector.
+
+        `body` marks what it loads and stores.
+        """
+        group = Distinct(builder.module)
 
         def mark(instruction: Any) -> Any:
             instruction.set_metadata("llvm.access.group", group)
             return instruction
 
-        body(i, mark)
-        following = builder.add(i, number(1), flags=["nsw", "nuw"])
-        i.add_incoming(following, builder.block)
-        branch = builder.cbranch(builder.icmp_signed("<", following, size), turn, after)
-        promise = builder.module.add_metadata(["llvm.loop.parallel_accesses", group])
-        branch.set_metadata("llvm.loop", Distinct(builder.module, [promise], itself=True))
-        builder.position_at_end(after)
+        hints = [["llvm.loop.parallel_accesses", group]]
+        if lanes:
+            # Unrolled before it is vectorised, it would not be.
+            hints += [hint("vectorize.width", lanes), hint("interleave.count", 1), ["llvm.loop.unroll.disable"]]
+            hints.append(["llvm.loop.vectorize.enable", ll.Constant(ll.IntType(1), 1)])
+        loop(builder, number(0), size, 1, lambda i: body(i, mark), hints)
 
     def simple(n_arguments: int) -> Callable[[Callable[..., None]], Any]:
         """A statement on integers, from how LLVM has it."""
@@ -153,6 +174,15 @@ def _tools() -> Any:
             return builder.ptrtoint(data, intp)
 
         return types.intp(array), code
+
+    @intrinsic
+    def at(typing: Any, table: Any, k: Any) -> Any:
+        """The address of an entry of a table of integers."""
+
+        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            return builder.ptrtoint(builder.gep(arguments[0], [arguments[1]], source_etype=intp), intp)
+
+        return types.intp(table, types.intp), code
 
     @simple(4)
     def call(builder: Any, run: Any, *values: Any) -> None:

@@ -11,24 +11,35 @@ Copied into every generated module as it is, with the other ``runtime_`` files.
 from __future__ import annotations
 
 import functools
-import itertools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from types import FunctionType
 from typing import Any
 
 import numpy as np
 
-from .runtime_batches import _LEAST_ROW, _ROW, _SPACE, _numba_batch, _numba_move_part, _numba_move_rows
+from .runtime_batches import (
+    _AS_IT_LIES,
+    _FORM,
+    _HEAD,
+    _LEAST_ROW,
+    _MOVED,
+    _N_FLAGS,
+    _ROW,
+    _SPACE,
+    _STILL,
+    _numba_batch,
+    _numba_move_part,
+    _numba_move_rows,
+)
 from .runtime_functions import _SCALAR, _bound
-from .runtime_intrinsics import _numba_call_on_one, _numba_loop_over, _numba_movers
-from .runtime_libraries import _LOCK, _foreign, _pointer
+from .runtime_intrinsics import _numba_call_on_one
+from .runtime_libraries import _LOCK, _foreign
 from .runtime_llvm import _Element, _tools
-from .runtime_strides import _address, _offsets, _parsed
-from .runtime_threads import _in_threads
+from .runtime_loops import _Loop, _numba_loop_over
+from .runtime_movers import _numba_movers
+from .runtime_strides import _address, _parsed
 
-_WIDEST = {8: 6, 4: 8}
-"""By the bytes of a number, the most in an element that LLVM loads and turns well from C order by itself."""
 _run_rows: Any = None
 _apply: Any = None
 
@@ -100,8 +111,6 @@ def _scalar_kernel(kernel: Any) -> Any:
 
 
 _elements: dict[Callable[..., None], _Element] = {}
-_N_KNOWN = 256
-"""How many shapes and strides a loop remembers how to run."""
 
 
 def _element_of(function: Callable[..., None]) -> _Element:
@@ -118,16 +127,13 @@ def _element_of_user(function: Any) -> _Element:
     return _Element(numba.njit(getattr(function, "py_func", function), error_model="numpy", forceinline=True), True)
 
 
-def _callback(
-    function: Any, n_arguments: int, pointers: Sequence[int], name: str, names: dict[str, Any], kept: bool = True
-) -> Any:
-    """A function that C can call: of integers, and of pointers to integers at those places."""
+def _callback(function: Any, signature: Any, name: str, names: dict[str, Any], kept: bool = True) -> Any:
+    """A function that C can call."""
     import numba
 
-    kinds = [numba.types.CPointer(numba.types.intp) if k in pointers else numba.types.intp for k in range(n_arguments)]
     bound = _bound(function, {"__name__": __name__, "range": range, "min": min, "abs": abs, "np": np, **names})
     bound.__qualname__ = name
-    decorate = functools.partial(numba.cfunc, numba.types.void(*kinds), error_model="numpy")
+    decorate = functools.partial(numba.cfunc, signature, error_model="numpy")
     return _kept(decorate, bound) if kept else decorate()(bound)
 
 
@@ -143,8 +149,10 @@ def _numba_driver(dtype: np.dtype[Any]) -> Any:
         if str(real) not in _drivers:
             tools = _tools()
             kind = tools.ll.DoubleType() if dtype.itemsize == 8 else tools.ll.FloatType()
-            names = {"_w": dtype.itemsize, "_real": real, "_call": tools.call, "_place": tools.place}
+            names = {"_w": dtype.itemsize, "_real": real, "_call": tools.call, "_place": tools.place, "_at": tools.at}
             names |= {"_ROW": _ROW, "_LEAST_ROW": _LEAST_ROW, "_SPACE": _SPACE, **_numba_movers(kind)}
+            names |= {"_HEAD": _HEAD, "_FORM": _FORM, "_N_FLAGS": _N_FLAGS}
+            names |= {"_STILL": _STILL, "_AS_IT_LIES": _AS_IT_LIES, "_MOVED": _MOVED}
             plain = {"__name__": __name__, "range": range, "min": min, "abs": abs}
             integer, integers = numba.types.intp, numba.types.CPointer(numba.types.intp)
             for name, function in (("_move_rows", _numba_move_rows), ("_move_part", _numba_move_part)):
@@ -154,149 +162,60 @@ def _numba_driver(dtype: np.dtype[Any]) -> Any:
                 kinds = [integers if part in ("table", "strides") else integer for part in _parameters(function)]
                 decorate = functools.partial(numba.njit, numba.types.void(*kinds))
                 names[name] = _kept(decorate, bound, error_model="numpy", **_INNER)
-            function = _callback(_numba_batch, 5, (1, 2, 3, 4), f"_batch_{real}", names)
-            types = "intptr_t, void *, void *, void *, void *"
-            _drivers[str(real)] = _foreign().cast(f"void(*)({types})", function.address), function
-        return _drivers[str(real)][0]
+            function = _callback(_numba_batch, integer(*[integers] * 4), f"_batch_{real}", names)
+            call = _foreign().cast("intptr_t(*)(void *, void *, void *, void *)", function.address)
+            _drivers[str(real)] = call, function
+        return _drivers[str(real)]
 
 
-_Run = Callable[[list[Any], int], None]
+class _Loops:
+    """The loops of a kernel over batches of one type, compiled when they are first wanted.
 
+    Called with pointers to places, lengths and strides, as the loop of a kernel in C is.
+    """
 
-def _numba_forms(kernel: Any, dtype: np.dtype[Any]) -> Callable[[int, list[int]], _Run]:
-    """For a number of elements and all strides, what runs a batch from the places of its arrays."""
-    import numba
+    def __init__(self, kernel: Any, dtype: np.dtype[Any]) -> None:
+        names = [name for name, _ in kernel._inputs]
+        shapes = kernel._all_shapes
+        table = [len(names), len(shapes), sum(map(len, shapes))]
+        for shape in shapes:
+            table += [math.prod(shape), len(shape), *shape]
+        self._kernel, self._dtype, self._first_form = kernel, dtype, len(table)
+        # The kernel itself is a form in which nothing stays.
+        flagged = names[:_N_FLAGS]
+        self._forms = [form for form in kernel._forms if all(name in flagged for name in form[0])]
+        self._forms.append(((), 0, 0, kernel._functions))
+        for same, least, n_prepared, _ in self._forms:
+            table += [sum(1 << names.index(name) for name in same), least, n_prepared, 0, 0]
+        self._table = np.array(table, np.intp)
+        self._driver, function = _numba_driver(dtype)
+        self._pointer = _foreign().from_buffer(self._table)
+        self._compiled: list[Any] = [function]
+        self.way = 0, function.address, _address(self._table)
 
-    real = numba.from_dtype(dtype)
-    names = [name for name, _ in kernel._inputs]
-    shapes, n_parts, width = kernel._all_shapes, len(kernel._all_shapes), dtype.itemsize
-    firsts = list(itertools.accumulate(map(len, shapes), initial=n_parts))
-    ffi = _foreign()
-    new, integers, pointers = ffi.new, ffi.typeof("intptr_t[]"), ffi.typeof("void *[]")
-    made: dict[tuple[int, bool], tuple[Any, Any]] = {}
+    def __call__(self, starts: Any, dimensions: Any, steps: Any) -> None:
+        while missing := self._driver(self._pointer, starts, dimensions, steps):
+            self._compile(missing)
 
-    def loop(which: int, dense: bool) -> tuple[Any, Any]:
-        """A loop, and what must not go away while it is used."""
+    def _compile(self, place: int) -> None:
+        import numba
+
         with _LOCK:
-            if (which, dense) not in made:
-                same, _, n_prepared, parts = kernel._forms[which] if which >= 0 else ((), 0, 0, kernel._functions)
-                element, prepare = kernel._user or _element_of(parts[-1]), None
-                if same:
-                    prepare = _element_of(parts[0]), n_prepared
-                still = [names.index(name) for name in same]
-                rows = _numba_loop_over(kernel._shapes, kernel._out_shapes, real, element, still, prepare, dense)
-                name = f"{parts[-1].__name__}_{'dense' if dense else 'rows'}_{real}"
-                function = _callback(_numba_rows, 3, (), name, {"_run_rows": rows}, not kernel._user)
-                made[which, dense] = ffi.cast("void(*)(intptr_t, void *, void *)", function.address), function
-            return made[which, dense]
-
-    def chosen(size: int, strides: list[int]) -> _Run:
-        which, same, n_prepared = -1, (), 0
-        for k, (kept, least, count, _) in enumerate(kernel._forms):
-            if size >= least and not any(strides[names.index(name)] for name in kept):
-                which, same, n_prepared = k, kept, count
-                break
-        changing = [k for k in range(n_parts) if k >= len(names) or names[k] not in same]
-        in_place = size == 1 or all(strides[k] == width for k in changing)
-        dense = (
-            not in_place
-            and max(math.prod(shapes[k]) for k in changing) <= _WIDEST[width]
-            and all(
-                [strides[k], *strides[firsts[k] : firsts[k + 1]]]
-                == [width * math.prod(shapes[k][axis:]) for axis in range(len(shapes[k]) + 1)]
-                for k in changing
-            )
-        )
-        run, kept_alive = loop(which, dense)
-        if in_place or dense:
-            cores = new(integers, [*strides[n_parts:], 0])
-
-            def direct(starts: list[Any], size: int) -> None:
-                if same:
-                    prepared = np.empty(n_prepared, dtype)
-                    places = new(pointers, [*starts, ffi.from_buffer(prepared)])
-                    run(-1, places, cores)
-                else:
-                    places = new(pointers, starts)
-                run(size, places, cores)
-
-            return direct
-        table = [len(names), n_parts, firsts[-1] - n_parts, n_prepared]
-        for k, shape in enumerate(shapes):
-            table += [math.prod(shape), len(shape), int(k not in changing), *shape]
-        tables = new(integers, table), new(integers, strides)
-        driver, address = _numba_driver(dtype), kept_alive.address
-
-        def in_rows(starts: list[Any], size: int) -> None:
-            driver(address, tables[0], new(pointers, starts), new(integers, [size]), tables[1])
-
-        return in_rows
-
-    return chosen
-
-
-_chosen: dict[Any, Callable[[int, list[int]], _Run]] = {}
-
-
-def _numba_chosen(kernel: Any, dtype: np.dtype[Any]) -> Callable[[int, list[int]], _Run]:
-    with _LOCK:
-        if (kernel, dtype) not in _chosen:
-            _chosen[kernel, dtype] = _numba_forms(kernel, dtype)
-        return _chosen[kernel, dtype]
-
-
-def _numba_loop(kernel: Any, dtype: np.dtype[Any]) -> Callable[..., None]:
-    chosen = _numba_chosen(kernel, dtype)
-    known: dict[tuple[int, ...], _Run] = {}
-
-    def run(arrays: list[Any], sizes: list[int], steps: list[tuple[int, ...]], inner: int, n_threads: int) -> None:
-        depth, size = len(sizes), sizes[inner]
-        flat = [step[inner] for step in steps]
-        for step in steps:
-            flat += step[depth:]
-        key = (size, *flat)
-        loop = known.get(key)
-        if loop is None:
-            if len(known) >= _N_KNOWN:
-                known.clear()
-            loop = known[key] = chosen(size, flat)
-        if depth == 1 and n_threads == 1:
-            loop([_pointer(array) for array in arrays], size)
-            return
-        addresses = [_address(array) for array in arrays]
-
-        def piece(first: int, count: int) -> None:
-            starts = [address + first * step for address, step in zip(addresses, flat)]  # noqa: B905
-            for offsets in _offsets(sizes, steps, inner):
-                moved = [start + offset for start, offset in zip(starts, offsets, strict=True)]
-                loop([_foreign().cast("void *", start) for start in moved], count)
-
-        _in_threads(piece, size, n_threads, math.prod(sizes) * kernel._work)
-
-    return run
-
-
-def _numba_plan(
-    kernel: Any, dtype: np.dtype[Any], size: int, steps: list[tuple[int, ...]]
-) -> Callable[[list[Any], int], None]:
-    """One call of a loop, complete but for the pointers and the number of threads."""
-    outer = [step[0] for step in steps]
-    loop = _numba_chosen(kernel, dtype)(size, outer + [stride for step in steps for stride in step[1:]])
-
-    def run(starts: list[Any], n_threads: int) -> None:
-        if n_threads == 1:
-            loop(starts, size)
-            return
-        cast = _foreign().cast
-        addresses = [start if isinstance(start, int) else int(cast("intptr_t", start)) for start in starts]
-
-        def piece(first: int, count: int) -> None:
-            moved = [address + first * step for address, step in zip(addresses, outer)]  # noqa: B905
-            loop([cast("void *", address) for address in moved], count)
-
-        _in_threads(piece, size, n_threads, size * kernel._work)
-
-    return run
+            if self._table[place]:
+                return
+            kernel, real = self._kernel, numba.from_dtype(self._dtype)
+            which, entry = divmod(place - self._first_form, _FORM)
+            same, _, n_prepared, parts = self._forms[which]
+            dense, still = entry == _FORM - 1, tuple(k for k, (name, _) in enumerate(kernel._inputs) if name in same)
+            element = kernel._user or _element_of(parts[-1])
+            prepare = (_element_of(parts[0]), n_prepared) if same else None
+            loop = _Loop(kernel._shapes, kernel._out_shapes, real, element, still, prepare, dense)
+            rows = _numba_loop_over(loop)
+            name = f"{parts[-1].__name__}_{'dense' if dense else 'rows'}_{real}"
+            signature = numba.types.void(*[numba.types.intp] * 3)
+            function = _callback(_numba_rows, signature, name, {"_run_rows": rows}, not kernel._user)
+            self._compiled.append(function)
+            self._table[place] = function.address
 
 
 def _kernel_of(cls: Any, function: Any, signature: str) -> Any:

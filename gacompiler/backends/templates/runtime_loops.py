@@ -1,0 +1,193 @@
+"""The loop of a kernel over a block, as LLVM has it.
+
+Copied into every generated module as it is, with the other ``runtime_`` files.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+from .runtime_llvm import _Element, _tools
+from .runtime_tiles import _Tile
+
+_WIDEST = 5
+"""The most numbers in an element that LLVM loads and turns well from C order by itself."""
+
+
+class _Loop(NamedTuple):
+    """A loop of a kernel, or that of a form, which without elements prepares: for less than no elements."""
+
+    shapes: Sequence[tuple[int, ...]]
+    out_shapes: Sequence[tuple[int, ...]]
+    real: Any
+    function: _Element
+    still: tuple[int, ...]
+    """Which arguments the form has prepared."""
+    prepare: tuple[_Element, int] | None
+    """What prepares, and how many numbers."""
+    dense: bool
+    """Whether elements lie in C order; else those at unit stride."""
+
+    @property
+    def changing(self) -> list[int]:
+        """Which arguments each element has its own of."""
+        return [k for k in range(len(self.shapes)) if k not in self.still]
+
+
+def _numba_loop_over(loop: _Loop) -> Any:
+    """The loop under numba, a function of a number of elements, of where parts are and of strides in their elements."""
+    tools = _tools()
+    types, typed, real = tools.types, tools.typed, loop.real
+    n_prepared = loop.prepare[1] if loop.prepare else 0
+    prepared = [(n_prepared,)] if loop.prepare else []
+    own = [*prepared, *(loop.shapes[k] for k in loop.changing)]
+
+    @tools.intrinsic
+    def run(typing: Any, size: Any, starts: Any, cores: Any) -> Any:
+        signature = typed(typing, loop.function, own, loop.out_shapes, real)
+        first = [loop.shapes[k] for k in loop.still]
+        once = typed(typing, loop.prepare[0], first, prepared, real) if loop.prepare else None
+
+        def code(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
+            def apply(values: Sequence[Any]) -> Any:
+                return tools.applied(context, builder, loop.function, signature, own, loop.out_shapes, values)
+
+            size, starts, cores = arguments
+            writer = _Writer(loop, context.get_value_type(real), builder, starts, cores, apply)
+            if loop.prepare is None:
+                writer.run(size)
+                return context.get_dummy_value()
+            beginning, going, done = map(builder.append_basic_block, ("prepare", "run", "done"))
+            builder.cbranch(builder.icmp_signed("<", size, tools.number(0)), beginning, going)
+            builder.position_at_end(beginning)
+            values = [writer.loaded(writer.part(k)) for k in loop.still]
+            (found,) = tools.applied(context, builder, loop.prepare[0], once, first, prepared, values)
+            writer.store(found, writer.prepared(n_prepared))
+            builder.branch(done)
+            builder.position_at_end(going)
+            writer.run(size, writer.loaded(writer.prepared(n_prepared)))
+            builder.branch(done)
+            builder.position_at_end(done)
+            return context.get_dummy_value()
+
+        return types.void(types.intp, types.intp, types.intp), code
+
+    return run
+
+
+def _as_it_is(instruction: Any) -> Any:
+    return instruction
+
+
+class _Writer:
+    """Writes a loop into a function."""
+
+    def __init__(self, loop: _Loop, kind: Any, builder: Any, starts: Any, cores: Any, apply: Any) -> None:
+        tools = _tools()
+        self._loop, self._kind, self._builder, self._apply = loop, kind, builder, apply
+        self._number, self._pointer, self._intp = tools.number, tools.pointer, tools.intp
+        self._width = loop.real.bitwidth // 8
+        self._starts, self._cores = (tools.pointer(builder, table, tools.intp) for table in (starts, cores))
+        self._every = [*loop.shapes, *loop.out_shapes]
+        self._first_core = [0, *itertools.accumulate(map(len, self._every))]
+
+    def part(self, k: int) -> list[Any]:
+        """Where the components of a part of the first element are."""
+        start, shape = self._entry(self._starts, k), self._every[k]
+        if self._loop.dense and k not in self._loop.still:
+            return self._following(start, math.prod(shape))
+        steps = [self._entry(self._cores, self._first_core[k] + axis) for axis in range(len(shape))]
+        found = []
+        for index in itertools.product(*map(range, shape)):
+            address = start
+            for n, step in zip(index, steps, strict=True):
+                address = self._builder.add(address, self._builder.mul(step, self._number(n)))
+            found.append(self._pointer(self._builder, address, self._kind))
+        return found
+
+    def prepared(self, count: int) -> list[Any]:
+        """Where the prepared numbers are."""
+        return self._following(self._entry(self._starts, len(self._every)), count)
+
+    def loaded(self, places: Sequence[Any], mark: Callable[[Any], Any] = _as_it_is) -> list[Any]:
+        """The numbers at these places."""
+        return [mark(self._builder.load(place, typ=self._kind, align=self._width)) for place in places]
+
+    def store(self, values: Sequence[Any], places: Sequence[Any], mark: Callable[[Any], Any] = _as_it_is) -> None:
+        """Numbers to their places."""
+        for value, place in zip(values, places, strict=True):
+            mark(self._builder.store(value, place, self._width))
+
+    def run(self, size: Any, fixed: Sequence[Any] | None = None) -> None:
+        """All elements, after what is prepared."""
+        before = [] if fixed is None else [fixed]
+        inputs = [self.part(k) for k in self._loop.changing]
+        outputs = [self.part(k) for k in range(len(self._loop.shapes), len(self._every))]
+        largest = max(map(len, [*inputs, *outputs]))
+        if self._loop.dense and largest > _WIDEST:
+            self._tiles(size, before, inputs, outputs)
+            return
+
+        def body(i: Any, mark: Any) -> None:
+            self._element(before, self._at(inputs, i), self._at(outputs, i), mark)
+
+        _tools().parallel(self._builder, size, body)
+
+    def _tiles(self, size: Any, before: list[Any], inputs: list[Any], outputs: list[Any]) -> None:
+        """Elements in C order, turned tile by tile; the last ones alone."""
+        tools, builder = _tools(), self._builder
+        tile = _Tile(builder, self._kind, self._width)
+        rows_in, rows_out = ([self._rows(len(part), tile) for part in parts] for parts in (inputs, outputs))
+
+        def lane(j: Any, mark: Any) -> None:
+            inputs, outputs = (
+                [[tile.after(row, j) for row in rows] for rows in parts] for parts in (rows_in, rows_out)
+            )
+            self._element(before, inputs, outputs, mark)
+
+        def whole(i: Any) -> None:
+            for part, rows in zip(self._at(inputs, i), rows_in, strict=True):
+                tile.load(part[0], rows)
+            tools.parallel(builder, self._number(tile.lanes), lane, tile.lanes)
+            for part, rows in zip(self._at(outputs, i), rows_out, strict=True):
+                tile.store(rows, part[0])
+
+        def alone(i: Any) -> None:
+            self._element(before, self._at(inputs, i), self._at(outputs, i), _as_it_is)
+
+        in_tiles = builder.and_(size, self._number(-tile.lanes))
+        tools.one_by_one(builder, self._number(0), in_tiles, tile.lanes, whole)
+        tools.one_by_one(builder, in_tiles, size, 1, alone)
+
+    def _element(self, before: list[Any], inputs: Sequence[Any], outputs: Sequence[Any], mark: Any) -> None:
+        """The kernel on components at these places."""
+        found = self._apply([*before, *(self.loaded(places, mark) for places in inputs)])
+        for values, places in zip(found, outputs, strict=True):
+            self.store(values, places, mark)
+
+    def _at(self, parts: Sequence[Any], i: Any) -> list[list[Any]]:
+        """Where the components of element `i` are, from those of the first."""
+
+        def after(place: Any, size: int) -> Any:
+            count = self._builder.mul(i, self._number(size), flags=["nsw"]) if self._loop.dense else i
+            return self._builder.gep(place, [count], source_etype=self._kind)
+
+        return [[after(place, len(part)) for place in part] for part in parts]
+
+    def _rows(self, size: int, tile: _Tile) -> list[Any]:
+        """Room for a tile among the local variables; LLVM keeps it in registers."""
+        tools = _tools()
+        room = tools.cgutils.alloca_once(self._builder, tools.ll.ArrayType(self._kind, size * tile.lanes))
+        start = self._builder.bitcast(room, self._kind.as_pointer())
+        return [tile.after(start, self._number(k * tile.lanes)) for k in range(size)]
+
+    def _entry(self, table: Any, k: int) -> Any:
+        place = self._builder.gep(table, [self._number(k)], source_etype=self._intp)
+        return self._builder.load(place, typ=self._intp)
+
+    def _following(self, address: Any, count: int) -> list[Any]:
+        start = self._pointer(self._builder, address, self._kind)
+        return [self._builder.gep(start, [self._number(k)], source_etype=self._kind) for k in range(count)]
