@@ -2,7 +2,7 @@
 // command: gac generate --all arms
 // spec: d016df18dd5ec9e0
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: ca49e67ec87d50870eae96660464a17a11f26ce3a1f1a19ea63f6d962c47936b
+// body: 0210798b50a607436b151d536bb91a2272662ef452b6a8943ecce996761a248f
 
 #ifndef REAL
 #include "arms.h"
@@ -1725,6 +1725,29 @@ static void NAME(each)(const struct kernel *kernel, char **args, intptr_t n, con
     }
 }
 
+// Runs a loop over elements as they lie, `unit` at a time, and returns how many it did. The last ones are run with some
+// before them once more, unless these have been replaced by their results.
+static intptr_t NAME(as_they_lie)(const struct kernel *kernel, loop_function *loop, intptr_t unit, char **args,
+    intptr_t n, const intptr_t *steps, unsigned hoisted, REAL *prepared)
+{
+    const intptr_t *strides = steps + kernel->n_parts, whole = n & -unit;
+    int again = whole > 0 && whole < n;
+    char *starts[PARTS];
+    for (int p = 0; p < kernel->n_parts; ++p)
+        starts[p] = is_flagged(hoisted, p) ? (char *)prepared : args[p];
+    for (int p = kernel->n_inputs; p < kernel->n_parts; ++p)
+        for (int q = 0; q < kernel->n_inputs; ++q)
+            again = again && args[p] != args[q];
+    if (whole)
+        loop(whole, starts, strides);
+    if (!again)
+        return whole;
+    for (int p = 0; p < kernel->n_parts; ++p)
+        starts[p] += is_flagged(hoisted, p) ? 0 : (n - unit) * steps[p];
+    loop(unit, starts, strides);
+    return n;
+}
+
 // Runs a kernel over a batch. What lies at unit stride, or is hoisted, is used where it lies, and so is a whole batch
 // in C order if there is a loop for it; everything else goes through rows, in blocks.
 static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, const intptr_t *steps)
@@ -1737,7 +1760,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     char *starts[PARTS], *rest[PARTS];
     intptr_t cores[CORES], row_cores[CORES], total = 0, numbers = 0, bytes = 0;
     unsigned still = 0, hoisted = 0;
-    int in_place = 1, ordered = 1, known = 1, as_they_lie = 1;
+    int in_place = 1, ordered = 1, known = 1, at_unit_stride = 1;
     if (width < 0 || n <= 1) {
         NAME(each)(kernel, args, n, steps);
         return;
@@ -1774,20 +1797,17 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         for (int q = part->first; past && q < part->first + part->rank; ++q)
             past = strides[q] % LINE == 0;
     }
-    // All that lies as a loop reads it is run at once, but for what is less than a vector.
+    // All that lies as a loop reads it is run at once.
     for (int p = 0; p < n_parts; ++p)
-        as_they_lie = as_they_lie && (steps[p] == w || is_flagged(hoisted, p));
+        at_unit_stride = at_unit_stride && (steps[p] == w || is_flagged(hoisted, p));
     loop_function *const at_once = ordered && still == hoisted && in_order ? in_order
-        : as_they_lie && !past && !kernel->repeats ? in_rows : NULL;
+        : at_unit_stride && !past && !kernel->repeats ? in_rows : NULL;
     if (at_once) {
-        const intptr_t whole = n & -(at_once == in_order ? together : LANES);
-        for (int p = 0; p < n_parts; ++p) {
-            starts[p] = is_flagged(hoisted, p) ? (char *)prepared : args[p];
-            rest[p] = args[p] + whole * steps[p];
-        }
-        if (whole)
-            at_once(whole, starts, strides);
-        args = rest, n -= whole;
+        const intptr_t unit = at_once == in_order ? together : LANES;
+        const intptr_t done = NAME(as_they_lie)(kernel, at_once, unit, args, n, steps, hoisted, prepared);
+        for (int p = 0; p < n_parts; ++p)
+            rest[p] = args[p] + done * steps[p];
+        args = rest, n -= done;
         if (n == 0)
             return;
     }
@@ -2307,14 +2327,46 @@ static INLINE void NAME(slides_of_quadratic_block)(intptr_t n, char **args, cons
 }
 LOOPS(slides_of_quadratic_block)
 
+static INLINE void NAME(slides_of_quadratic_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r3[2 * LANES];
+    _Alignas(64) REAL r4[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < LANES; ++i) {
+            REAL x0[1];
+            REAL x1[1];
+            REAL x2[1];
+            REAL x3[2];
+            REAL x4[1];
+            NAME(load_scalar)(x0, (char *)a0 + (first + i) * w);
+            NAME(load_scalar)(x1, (char *)a1 + (first + i) * w);
+            NAME(load_scalar)(x2, (char *)a2 + (first + i) * w);
+            NAME(slides_of_quadratic)(x0[0], x1[0], x2[0], x3, x4);
+            NAME(store_2)((char *)(r3 + i), LANES * w, x3);
+            NAME(store_scalar)((char *)(r4 + i), x4);
+        }
+        NAME(store_few)(a3 + first * 2, r3, 2, LANES, LANES);
+        NAME(store_few)(a4 + first * 1, r4, 1, LANES, LANES);
+    }
+}
+LOOPS(slides_of_quadratic_dense)
+
 void NAME(slides_of_quadratic_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{1, 0, 0, {0}}, {1, 0, 0, {0}}, {1, 0, 0, {0}}, {2, 1, 0, {2}}, {1, 0, 1,
         {0}}};
     static const struct form forms[] = {{3, 2, NAME(slides_of_quadratic_start_a_b),
         WIDTHS(slides_of_quadratic_block_a_b), WIDTHS(slides_of_quadratic_dense_a_b), LANES}};
-    static const struct kernel kernel = {WIDTHS(slides_of_quadratic_block), {NULL}, 0, (any_function
-        *)NAME(slides_of_quadratic), NAME(call_nnnrr), 3, 5, 1, 0, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(slides_of_quadratic_block), WIDTHS(slides_of_quadratic_dense),
+        LANES, (any_function *)NAME(slides_of_quadratic), NAME(call_nnnrr), 3, 5, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9150,11 +9202,44 @@ static INLINE void NAME(elbow_frame_block)(intptr_t n, char **args, const intptr
 }
 LOOPS(elbow_frame_block)
 
+static INLINE void NAME(elbow_frame_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[6 * TILE];
+    _Alignas(64) REAL r3[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
+        NAME(load_tile_6)(r2, TILE, a2 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[6];
+            REAL x3[8];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
+            NAME(load_6)(x2, (char *)(r2 + i), TILE * w);
+            NAME(elbow_frame)(x0, x1, x2, x3);
+            NAME(store_8)((char *)(r3 + i), TILE * w, x3);
+        }
+        NAME(store_tile_8)(a3 + first * 8, r3, TILE);
+    }
+}
+LOOP(elbow_frame_dense)
+
 void NAME(elbow_frame_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}, {8, 1, 3, {8}}};
-    static const struct kernel kernel = {WIDTHS(elbow_frame_block), {NULL}, 0, (any_function *)NAME(elbow_frame),
-        NAME(call_aaar), 3, 4, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(elbow_frame_block), WIDTH(elbow_frame_dense), TILE, (any_function
+        *)NAME(elbow_frame), NAME(call_aaar), 3, 4, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10320,6 +10405,31 @@ static INLINE void NAME(motion_of_three_turns_block_first_second_q)(intptr_t n, 
 }
 LOOPS(motion_of_three_turns_block_first_second_q)
 
+static INLINE void NAME(motion_of_three_turns_dense_first_second_q)(intptr_t n, char **args, const intptr_t
+    *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a2 = (REAL *)args[2];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r2[6 * TILE];
+    _Alignas(64) REAL r4[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r2, TILE, a2 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x2[6];
+            REAL x4[8];
+            NAME(load_6)(x2, (char *)(r2 + i), TILE * w);
+            NAME(motion_of_three_turns_apply_first_second_q)(prepared, x2, x4);
+            NAME(store_8)((char *)(r4 + i), TILE * w, x4);
+        }
+        NAME(store_tile_8)(a4 + first * 8, r4, TILE);
+    }
+}
+LOOP(motion_of_three_turns_dense_first_second_q)
+
 static void NAME(motion_of_three_turns_start_first_second_q)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1], c3a = strides[3];
@@ -10349,6 +10459,30 @@ static INLINE void NAME(motion_of_three_turns_block_first_third_q)(intptr_t n, c
     }
 }
 LOOPS(motion_of_three_turns_block_first_third_q)
+
+static INLINE void NAME(motion_of_three_turns_dense_first_third_q)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a1 = (REAL *)args[1];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r4[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x1[6];
+            REAL x4[8];
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(motion_of_three_turns_apply_first_third_q)(prepared, x1, x4);
+            NAME(store_8)((char *)(r4 + i), TILE * w, x4);
+        }
+        NAME(store_tile_8)(a4 + first * 8, r4, TILE);
+    }
+}
+LOOP(motion_of_three_turns_dense_first_third_q)
 
 static void NAME(motion_of_three_turns_start_first_third_q)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -10380,6 +10514,31 @@ static INLINE void NAME(motion_of_three_turns_block_second_third_q)(intptr_t n, 
     }
 }
 LOOPS(motion_of_three_turns_block_second_third_q)
+
+static INLINE void NAME(motion_of_three_turns_dense_second_third_q)(intptr_t n, char **args, const intptr_t
+    *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r4[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x4[8];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(motion_of_three_turns_apply_second_third_q)(prepared, x0, x4);
+            NAME(store_8)((char *)(r4 + i), TILE * w, x4);
+        }
+        NAME(store_tile_8)(a4 + first * 8, r4, TILE);
+    }
+}
+LOOP(motion_of_three_turns_dense_second_third_q)
 
 static void NAME(motion_of_three_turns_start_second_third_q)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -10441,10 +10600,12 @@ void NAME(motion_of_three_turns_loop)(char **args, const intptr_t *dimensions, c
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}, {3, 1, 3, {3}}, {8, 1, 4,
         {8}}};
     static const struct form forms[] = {{11, 2, NAME(motion_of_three_turns_start_first_second_q),
-        WIDTHS(motion_of_three_turns_block_first_second_q), {NULL}, 0}, {13, 2,
-        NAME(motion_of_three_turns_start_first_third_q), WIDTHS(motion_of_three_turns_block_first_third_q), {NULL},
-        0}, {14, 2, NAME(motion_of_three_turns_start_second_third_q),
-        WIDTHS(motion_of_three_turns_block_second_third_q), {NULL}, 0}};
+        WIDTHS(motion_of_three_turns_block_first_second_q), WIDTH(motion_of_three_turns_dense_first_second_q),
+        TILE}, {13, 2, NAME(motion_of_three_turns_start_first_third_q),
+        WIDTHS(motion_of_three_turns_block_first_third_q), WIDTH(motion_of_three_turns_dense_first_third_q), TILE},
+        {14, 2, NAME(motion_of_three_turns_start_second_third_q),
+        WIDTHS(motion_of_three_turns_block_second_third_q), WIDTH(motion_of_three_turns_dense_second_third_q),
+        TILE}};
     static const struct kernel kernel = {WIDTHS(motion_of_three_turns_block), {NULL}, 0, (any_function
         *)NAME(motion_of_three_turns), NAME(call_aaaar), 4, 5, 3, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
@@ -11070,6 +11231,28 @@ static INLINE void NAME(distance_to_goal_block_m_n_size)(intptr_t n, char **args
 }
 LOOPS(distance_to_goal_block_m_n_size)
 
+static INLINE void NAME(distance_to_goal_dense_m_n_size)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a2 = (REAL *)args[2];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r4[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < LANES; ++i) {
+            REAL x2[8];
+            REAL x4[1];
+            NAME(load_8)(x2, (char *)a2 + (first + i) * 8 * w, w);
+            NAME(distance_to_goal_apply_m_n_size)(prepared, x2, x4);
+            NAME(store_scalar)((char *)(r4 + i), x4);
+        }
+        NAME(store_few)(a4 + first * 1, r4, 1, LANES, LANES);
+    }
+}
+LOOPS(distance_to_goal_dense_m_n_size)
+
 static void NAME(distance_to_goal_start_m_n_size)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -11108,15 +11291,45 @@ static INLINE void NAME(distance_to_goal_block)(intptr_t n, char **args, const i
 }
 LOOPS(distance_to_goal_block)
 
+static INLINE void NAME(distance_to_goal_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r4[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < LANES; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            REAL x2[8];
+            REAL x3[1];
+            REAL x4[1];
+            NAME(load_8)(x0, (char *)a0 + (first + i) * 8 * w, w);
+            NAME(load_8)(x1, (char *)a1 + (first + i) * 8 * w, w);
+            NAME(load_8)(x2, (char *)a2 + (first + i) * 8 * w, w);
+            NAME(load_scalar)(x3, (char *)a3 + (first + i) * w);
+            NAME(distance_to_goal)(x0, x1, x2, x3[0], x4);
+            NAME(store_scalar)((char *)(r4 + i), x4);
+        }
+        NAME(store_few)(a4 + first * 1, r4, 1, LANES, LANES);
+    }
+}
+LOOPS(distance_to_goal_dense)
+
 void NAME(distance_to_goal_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}, {1, 0, 3, {0}}, {1, 0, 3,
         {0}}};
     static const struct form forms[] = {{7, 2, NAME(distance_to_goal_start_m_n_goal),
         WIDTHS(distance_to_goal_block_m_n_goal), {NULL}, 0}, {11, 2, NAME(distance_to_goal_start_m_n_size),
-        WIDTHS(distance_to_goal_block_m_n_size), {NULL}, 0}};
-    static const struct kernel kernel = {WIDTHS(distance_to_goal_block), {NULL}, 0, (any_function
-        *)NAME(distance_to_goal), NAME(call_aaanr), 4, 5, 2, 0, 0, parts, forms};
+        WIDTHS(distance_to_goal_block_m_n_size), WIDTHS(distance_to_goal_dense_m_n_size), LANES}};
+    static const struct kernel kernel = {WIDTHS(distance_to_goal_block), WIDTHS(distance_to_goal_dense), LANES,
+        (any_function *)NAME(distance_to_goal), NAME(call_aaanr), 4, 5, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 

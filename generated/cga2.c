@@ -2,7 +2,7 @@
 // command: gac generate --all cga2
 // spec: f14887bc6fa2bdb2
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 878b0822d789d8a206fada59f76ae0bd582ea5cfd2229ca3153aebfc559a478c
+// body: 1b1463106bf36cc8e14b39aeb0c65ac6c5b12a8a4c48dde03811b1cbbadddb14
 
 #ifndef REAL
 #include "cga2.h"
@@ -1815,6 +1815,29 @@ static void NAME(each)(const struct kernel *kernel, char **args, intptr_t n, con
     }
 }
 
+// Runs a loop over elements as they lie, `unit` at a time, and returns how many it did. The last ones are run with some
+// before them once more, unless these have been replaced by their results.
+static intptr_t NAME(as_they_lie)(const struct kernel *kernel, loop_function *loop, intptr_t unit, char **args,
+    intptr_t n, const intptr_t *steps, unsigned hoisted, REAL *prepared)
+{
+    const intptr_t *strides = steps + kernel->n_parts, whole = n & -unit;
+    int again = whole > 0 && whole < n;
+    char *starts[PARTS];
+    for (int p = 0; p < kernel->n_parts; ++p)
+        starts[p] = is_flagged(hoisted, p) ? (char *)prepared : args[p];
+    for (int p = kernel->n_inputs; p < kernel->n_parts; ++p)
+        for (int q = 0; q < kernel->n_inputs; ++q)
+            again = again && args[p] != args[q];
+    if (whole)
+        loop(whole, starts, strides);
+    if (!again)
+        return whole;
+    for (int p = 0; p < kernel->n_parts; ++p)
+        starts[p] += is_flagged(hoisted, p) ? 0 : (n - unit) * steps[p];
+    loop(unit, starts, strides);
+    return n;
+}
+
 // Runs a kernel over a batch. What lies at unit stride, or is hoisted, is used where it lies, and so is a whole batch
 // in C order if there is a loop for it; everything else goes through rows, in blocks.
 static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, const intptr_t *steps)
@@ -1827,7 +1850,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     char *starts[PARTS], *rest[PARTS];
     intptr_t cores[CORES], row_cores[CORES], total = 0, numbers = 0, bytes = 0;
     unsigned still = 0, hoisted = 0;
-    int in_place = 1, ordered = 1, known = 1, as_they_lie = 1;
+    int in_place = 1, ordered = 1, known = 1, at_unit_stride = 1;
     if (width < 0 || n <= 1) {
         NAME(each)(kernel, args, n, steps);
         return;
@@ -1864,20 +1887,17 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         for (int q = part->first; past && q < part->first + part->rank; ++q)
             past = strides[q] % LINE == 0;
     }
-    // All that lies as a loop reads it is run at once, but for what is less than a vector.
+    // All that lies as a loop reads it is run at once.
     for (int p = 0; p < n_parts; ++p)
-        as_they_lie = as_they_lie && (steps[p] == w || is_flagged(hoisted, p));
+        at_unit_stride = at_unit_stride && (steps[p] == w || is_flagged(hoisted, p));
     loop_function *const at_once = ordered && still == hoisted && in_order ? in_order
-        : as_they_lie && !past && !kernel->repeats ? in_rows : NULL;
+        : at_unit_stride && !past && !kernel->repeats ? in_rows : NULL;
     if (at_once) {
-        const intptr_t whole = n & -(at_once == in_order ? together : LANES);
-        for (int p = 0; p < n_parts; ++p) {
-            starts[p] = is_flagged(hoisted, p) ? (char *)prepared : args[p];
-            rest[p] = args[p] + whole * steps[p];
-        }
-        if (whole)
-            at_once(whole, starts, strides);
-        args = rest, n -= whole;
+        const intptr_t unit = at_once == in_order ? together : LANES;
+        const intptr_t done = NAME(as_they_lie)(kernel, at_once, unit, args, n, steps, hoisted, prepared);
+        for (int p = 0; p < n_parts; ++p)
+            rest[p] = args[p] + done * steps[p];
+        args = rest, n -= done;
         if (n == 0)
             return;
     }
@@ -2258,11 +2278,39 @@ static INLINE void NAME(geometric_product_block)(intptr_t n, char **args, const 
 }
 LOOPS(geometric_product_block)
 
+static INLINE void NAME(geometric_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[16 * TILE];
+    _Alignas(64) REAL r1[16 * TILE];
+    _Alignas(64) REAL r2[16 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_16)(r0, TILE, a0 + first * 16);
+        NAME(load_tile_16)(r1, TILE, a1 + first * 16);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[16];
+            REAL x1[16];
+            REAL x2[16];
+            NAME(load_16)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_16)(x1, (char *)(r1 + i), TILE * w);
+            NAME(geometric_product)(x0, x1, x2);
+            NAME(store_16)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_16)(a2 + first * 16, r2, TILE);
+    }
+}
+LOOP(geometric_product_dense)
+
 void NAME(geometric_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {WIDTHS(geometric_product_block), {NULL}, 0, (any_function
-        *)NAME(geometric_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(geometric_product_block), WIDTH(geometric_product_dense), TILE,
+        (any_function *)NAME(geometric_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2484,11 +2532,39 @@ static INLINE void NAME(outer_product_block)(intptr_t n, char **args, const intp
 }
 LOOPS(outer_product_block)
 
+static INLINE void NAME(outer_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[16 * TILE];
+    _Alignas(64) REAL r1[16 * TILE];
+    _Alignas(64) REAL r2[16 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_16)(r0, TILE, a0 + first * 16);
+        NAME(load_tile_16)(r1, TILE, a1 + first * 16);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[16];
+            REAL x1[16];
+            REAL x2[16];
+            NAME(load_16)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_16)(x1, (char *)(r1 + i), TILE * w);
+            NAME(outer_product)(x0, x1, x2);
+            NAME(store_16)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_16)(a2 + first * 16, r2, TILE);
+    }
+}
+LOOP(outer_product_dense)
+
 void NAME(outer_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {WIDTHS(outer_product_block), {NULL}, 0, (any_function
-        *)NAME(outer_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(outer_product_block), WIDTH(outer_product_dense), TILE,
+        (any_function *)NAME(outer_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2710,11 +2786,39 @@ static INLINE void NAME(regressive_product_block)(intptr_t n, char **args, const
 }
 LOOPS(regressive_product_block)
 
+static INLINE void NAME(regressive_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[16 * TILE];
+    _Alignas(64) REAL r1[16 * TILE];
+    _Alignas(64) REAL r2[16 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_16)(r0, TILE, a0 + first * 16);
+        NAME(load_tile_16)(r1, TILE, a1 + first * 16);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[16];
+            REAL x1[16];
+            REAL x2[16];
+            NAME(load_16)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_16)(x1, (char *)(r1 + i), TILE * w);
+            NAME(regressive_product)(x0, x1, x2);
+            NAME(store_16)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_16)(a2 + first * 16, r2, TILE);
+    }
+}
+LOOP(regressive_product_dense)
+
 void NAME(regressive_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {WIDTHS(regressive_product_block), {NULL}, 0, (any_function
-        *)NAME(regressive_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(regressive_product_block), WIDTH(regressive_product_dense), TILE,
+        (any_function *)NAME(regressive_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3050,11 +3154,39 @@ static INLINE void NAME(inner_product_block)(intptr_t n, char **args, const intp
 }
 LOOPS(inner_product_block)
 
+static INLINE void NAME(inner_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[16 * TILE];
+    _Alignas(64) REAL r1[16 * TILE];
+    _Alignas(64) REAL r2[16 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_16)(r0, TILE, a0 + first * 16);
+        NAME(load_tile_16)(r1, TILE, a1 + first * 16);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[16];
+            REAL x1[16];
+            REAL x2[16];
+            NAME(load_16)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_16)(x1, (char *)(r1 + i), TILE * w);
+            NAME(inner_product)(x0, x1, x2);
+            NAME(store_16)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_16)(a2 + first * 16, r2, TILE);
+    }
+}
+LOOP(inner_product_dense)
+
 void NAME(inner_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {WIDTHS(inner_product_block), {NULL}, 0, (any_function
-        *)NAME(inner_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(inner_product_block), WIDTH(inner_product_dense), TILE,
+        (any_function *)NAME(inner_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -14829,11 +14961,35 @@ static INLINE void NAME(transform_point_block)(intptr_t n, char **args, const in
 }
 LOOPS(transform_point_block)
 
+static INLINE void NAME(transform_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r2[2 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < LANES; ++i) {
+            REAL x0[8];
+            REAL x1[2];
+            REAL x2[2];
+            NAME(load_8)(x0, (char *)a0 + (first + i) * 8 * w, w);
+            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
+            NAME(transform_point)(x0, x1, x2);
+            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
+        }
+        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
+    }
+}
+LOOPS(transform_point_dense)
+
 void NAME(transform_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(transform_point_block), {NULL}, 0, (any_function
-        *)NAME(transform_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(transform_point_block), WIDTHS(transform_point_dense), LANES,
+        (any_function *)NAME(transform_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -15193,6 +15349,30 @@ static INLINE void NAME(transform_point_pair_block_v)(intptr_t n, char **args, c
 }
 LOOPS(transform_point_pair_block_v)
 
+static INLINE void NAME(transform_point_pair_dense_v)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r2[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x1[6];
+            REAL x2[6];
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(transform_point_pair_apply_v)(prepared, x1, x2);
+            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
+    }
+}
+LOOP(transform_point_pair_dense_v)
+
 static void NAME(transform_point_pair_start_v)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -15221,13 +15401,41 @@ static INLINE void NAME(transform_point_pair_block)(intptr_t n, char **args, con
 }
 LOOPS(transform_point_pair_block)
 
+static INLINE void NAME(transform_point_pair_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r2[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[6];
+            REAL x2[6];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(transform_point_pair)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
+    }
+}
+LOOP(transform_point_pair_dense)
+
 void NAME(transform_point_pair_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
     static const struct form forms[] = {{1, 2, NAME(transform_point_pair_start_v),
-        WIDTHS(transform_point_pair_block_v), {NULL}, 0}};
-    static const struct kernel kernel = {WIDTHS(transform_point_pair_block), {NULL}, 0, (any_function
-        *)NAME(transform_point_pair), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+        WIDTHS(transform_point_pair_block_v), WIDTH(transform_point_pair_dense_v), TILE}};
+    static const struct kernel kernel = {WIDTHS(transform_point_pair_block), WIDTH(transform_point_pair_dense),
+        TILE, (any_function *)NAME(transform_point_pair), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -18552,6 +18760,31 @@ static INLINE void NAME(similarity_between_rounds_block_a_b_n_scale)(intptr_t n,
 }
 LOOPS(similarity_between_rounds_block_a_b_n_scale)
 
+static INLINE void NAME(similarity_between_rounds_dense_a_b_n_scale)(intptr_t n, char **args, const intptr_t
+    *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a3 = (REAL *)args[3];
+    REAL *a5 = (REAL *)args[5];
+    _Alignas(64) REAL r3[2 * TILE];
+    _Alignas(64) REAL r5[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_2)(r3, TILE, a3 + first * 2);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x3[2];
+            REAL x5[8];
+            NAME(load_2)(x3, (char *)(r3 + i), TILE * w);
+            NAME(similarity_between_rounds_apply_a_b_n_scale)(prepared, x3, x5);
+            NAME(store_8)((char *)(r5 + i), TILE * w, x5);
+        }
+        NAME(store_tile_8)(a5 + first * 8, r5, TILE);
+    }
+}
+LOOP(similarity_between_rounds_dense_a_b_n_scale)
+
 static void NAME(similarity_between_rounds_start_a_b_n_scale)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -18649,7 +18882,7 @@ void NAME(similarity_between_rounds_loop)(char **args, const intptr_t *dimension
         TILE}, {15, 2, NAME(similarity_between_rounds_start_a_b_n_m),
         WIDTHS(similarity_between_rounds_block_a_b_n_m), WIDTH(similarity_between_rounds_dense_a_b_n_m), TILE}, {23,
         2, NAME(similarity_between_rounds_start_a_b_n_scale), WIDTHS(similarity_between_rounds_block_a_b_n_scale),
-        {NULL}, 0}};
+        WIDTH(similarity_between_rounds_dense_a_b_n_scale), TILE}};
     static const struct kernel kernel = {WIDTHS(similarity_between_rounds_block),
         WIDTH(similarity_between_rounds_dense), TILE, (any_function *)NAME(similarity_between_rounds),
         NAME(call_aaaanr), 5, 6, 4, 0, 0, parts, forms};

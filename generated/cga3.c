@@ -2,7 +2,7 @@
 // command: gac generate --all cga3
 // spec: d19093e28632a342
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 3e26a4d6102942a2f7b4fdf5d4f701e0753386b00cb28a1ea8066c4e338e5348
+// body: 37f12fa06c894245276321721112eb8e6471e9adb9e59233496abc33962ecf90
 
 #ifndef REAL
 #include "cga3.h"
@@ -2595,6 +2595,29 @@ static void NAME(each)(const struct kernel *kernel, char **args, intptr_t n, con
     }
 }
 
+// Runs a loop over elements as they lie, `unit` at a time, and returns how many it did. The last ones are run with some
+// before them once more, unless these have been replaced by their results.
+static intptr_t NAME(as_they_lie)(const struct kernel *kernel, loop_function *loop, intptr_t unit, char **args,
+    intptr_t n, const intptr_t *steps, unsigned hoisted, REAL *prepared)
+{
+    const intptr_t *strides = steps + kernel->n_parts, whole = n & -unit;
+    int again = whole > 0 && whole < n;
+    char *starts[PARTS];
+    for (int p = 0; p < kernel->n_parts; ++p)
+        starts[p] = is_flagged(hoisted, p) ? (char *)prepared : args[p];
+    for (int p = kernel->n_inputs; p < kernel->n_parts; ++p)
+        for (int q = 0; q < kernel->n_inputs; ++q)
+            again = again && args[p] != args[q];
+    if (whole)
+        loop(whole, starts, strides);
+    if (!again)
+        return whole;
+    for (int p = 0; p < kernel->n_parts; ++p)
+        starts[p] += is_flagged(hoisted, p) ? 0 : (n - unit) * steps[p];
+    loop(unit, starts, strides);
+    return n;
+}
+
 // Runs a kernel over a batch. What lies at unit stride, or is hoisted, is used where it lies, and so is a whole batch
 // in C order if there is a loop for it; everything else goes through rows, in blocks.
 static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, const intptr_t *steps)
@@ -2607,7 +2630,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     char *starts[PARTS], *rest[PARTS];
     intptr_t cores[CORES], row_cores[CORES], total = 0, numbers = 0, bytes = 0;
     unsigned still = 0, hoisted = 0;
-    int in_place = 1, ordered = 1, known = 1, as_they_lie = 1;
+    int in_place = 1, ordered = 1, known = 1, at_unit_stride = 1;
     if (width < 0 || n <= 1) {
         NAME(each)(kernel, args, n, steps);
         return;
@@ -2644,20 +2667,17 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         for (int q = part->first; past && q < part->first + part->rank; ++q)
             past = strides[q] % LINE == 0;
     }
-    // All that lies as a loop reads it is run at once, but for what is less than a vector.
+    // All that lies as a loop reads it is run at once.
     for (int p = 0; p < n_parts; ++p)
-        as_they_lie = as_they_lie && (steps[p] == w || is_flagged(hoisted, p));
+        at_unit_stride = at_unit_stride && (steps[p] == w || is_flagged(hoisted, p));
     loop_function *const at_once = ordered && still == hoisted && in_order ? in_order
-        : as_they_lie && !past && !kernel->repeats ? in_rows : NULL;
+        : at_unit_stride && !past && !kernel->repeats ? in_rows : NULL;
     if (at_once) {
-        const intptr_t whole = n & -(at_once == in_order ? together : LANES);
-        for (int p = 0; p < n_parts; ++p) {
-            starts[p] = is_flagged(hoisted, p) ? (char *)prepared : args[p];
-            rest[p] = args[p] + whole * steps[p];
-        }
-        if (whole)
-            at_once(whole, starts, strides);
-        args = rest, n -= whole;
+        const intptr_t unit = at_once == in_order ? together : LANES;
+        const intptr_t done = NAME(as_they_lie)(kernel, at_once, unit, args, n, steps, hoisted, prepared);
+        for (int p = 0; p < n_parts; ++p)
+            rest[p] = args[p] + done * steps[p];
+        args = rest, n -= done;
         if (n == 0)
             return;
     }
@@ -6009,11 +6029,39 @@ static INLINE void NAME(even_product_block)(intptr_t n, char **args, const intpt
 }
 LOOPS(even_product_block)
 
+static INLINE void NAME(even_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[16 * TILE];
+    _Alignas(64) REAL r1[16 * TILE];
+    _Alignas(64) REAL r2[16 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_16)(r0, TILE, a0 + first * 16);
+        NAME(load_tile_16)(r1, TILE, a1 + first * 16);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[16];
+            REAL x1[16];
+            REAL x2[16];
+            NAME(load_16)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_16)(x1, (char *)(r1 + i), TILE * w);
+            NAME(even_product)(x0, x1, x2);
+            NAME(store_16)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_16)(a2 + first * 16, r2, TILE);
+    }
+}
+LOOP(even_product_dense)
+
 void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {WIDTHS(even_product_block), {NULL}, 0, (any_function *)NAME(even_product),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(even_product_block), WIDTH(even_product_dense), TILE, (any_function
+        *)NAME(even_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6122,11 +6170,34 @@ static INLINE void NAME(reverse_block)(intptr_t n, char **args, const intptr_t *
 }
 LOOPS(reverse_block)
 
+static INLINE void NAME(reverse_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[32 * TILE];
+    _Alignas(64) REAL r1[32 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_32)(r0, TILE, a0 + first * 32);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[32];
+            REAL x1[32];
+            NAME(load_32)(x0, (char *)(r0 + i), TILE * w);
+            NAME(reverse)(x0, x1);
+            NAME(store_32)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_32)(a1 + first * 32, r1, TILE);
+    }
+}
+LOOP(reverse_dense)
+
 void NAME(reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}};
-    static const struct kernel kernel = {WIDTHS(reverse_block), {NULL}, 0, (any_function *)NAME(reverse),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(reverse_block), WIDTH(reverse_dense), TILE, (any_function
+        *)NAME(reverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6325,11 +6396,34 @@ static INLINE void NAME(grade_involution_block)(intptr_t n, char **args, const i
 }
 LOOPS(grade_involution_block)
 
+static INLINE void NAME(grade_involution_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[32 * TILE];
+    _Alignas(64) REAL r1[32 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_32)(r0, TILE, a0 + first * 32);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[32];
+            REAL x1[32];
+            NAME(load_32)(x0, (char *)(r0 + i), TILE * w);
+            NAME(grade_involution)(x0, x1);
+            NAME(store_32)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_32)(a1 + first * 32, r1, TILE);
+    }
+}
+LOOP(grade_involution_dense)
+
 void NAME(grade_involution_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}};
-    static const struct kernel kernel = {WIDTHS(grade_involution_block), {NULL}, 0, (any_function
-        *)NAME(grade_involution), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(grade_involution_block), WIDTH(grade_involution_dense), TILE,
+        (any_function *)NAME(grade_involution), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6436,11 +6530,34 @@ static INLINE void NAME(dual_block)(intptr_t n, char **args, const intptr_t *str
 }
 LOOPS(dual_block)
 
+static INLINE void NAME(dual_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[32 * TILE];
+    _Alignas(64) REAL r1[32 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_32)(r0, TILE, a0 + first * 32);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[32];
+            REAL x1[32];
+            NAME(load_32)(x0, (char *)(r0 + i), TILE * w);
+            NAME(dual)(x0, x1);
+            NAME(store_32)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_32)(a1 + first * 32, r1, TILE);
+    }
+}
+LOOP(dual_dense)
+
 void NAME(dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}};
-    static const struct kernel kernel = {WIDTHS(dual_block), {NULL}, 0, (any_function *)NAME(dual), NAME(call_ar),
-        1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(dual_block), WIDTH(dual_dense), TILE, (any_function *)NAME(dual),
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6547,11 +6664,34 @@ static INLINE void NAME(undual_block)(intptr_t n, char **args, const intptr_t *s
 }
 LOOPS(undual_block)
 
+static INLINE void NAME(undual_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[32 * TILE];
+    _Alignas(64) REAL r1[32 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_32)(r0, TILE, a0 + first * 32);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[32];
+            REAL x1[32];
+            NAME(load_32)(x0, (char *)(r0 + i), TILE * w);
+            NAME(undual)(x0, x1);
+            NAME(store_32)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_32)(a1 + first * 32, r1, TILE);
+    }
+}
+LOOP(undual_dense)
+
 void NAME(undual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}};
-    static const struct kernel kernel = {WIDTHS(undual_block), {NULL}, 0, (any_function *)NAME(undual),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(undual_block), WIDTH(undual_dense), TILE, (any_function
+        *)NAME(undual), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6656,11 +6796,34 @@ static INLINE void NAME(polarity_block)(intptr_t n, char **args, const intptr_t 
 }
 LOOPS(polarity_block)
 
+static INLINE void NAME(polarity_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[32 * TILE];
+    _Alignas(64) REAL r1[32 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_32)(r0, TILE, a0 + first * 32);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[32];
+            REAL x1[32];
+            NAME(load_32)(x0, (char *)(r0 + i), TILE * w);
+            NAME(polarity)(x0, x1);
+            NAME(store_32)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_32)(a1 + first * 32, r1, TILE);
+    }
+}
+LOOP(polarity_dense)
+
 void NAME(polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}};
-    static const struct kernel kernel = {WIDTHS(polarity_block), {NULL}, 0, (any_function *)NAME(polarity),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(polarity_block), WIDTH(polarity_dense), TILE, (any_function
+        *)NAME(polarity), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -16556,13 +16719,41 @@ static INLINE void NAME(distance_point_circle_block)(intptr_t n, char **args, co
 }
 LOOPS(distance_point_circle_block)
 
+static INLINE void NAME(distance_point_circle_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[10 * TILE];
+    _Alignas(64) REAL r2[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_10)(r1, TILE, a1 + first * 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[10];
+            REAL x2[1];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_10)(x1, (char *)(r1 + i), TILE * w);
+            NAME(distance_point_circle)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_tile_1)(a2 + first * 1, r2, TILE);
+    }
+}
+LOOP(distance_point_circle_dense)
+
 void NAME(distance_point_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {10, 1, 1, {10}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{2, 2, NAME(distance_point_circle_start_circle),
         WIDTHS(distance_point_circle_block_circle), WIDTHS(distance_point_circle_dense_circle), LANES}};
-    static const struct kernel kernel = {WIDTHS(distance_point_circle_block), {NULL}, 0, (any_function
-        *)NAME(distance_point_circle), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(distance_point_circle_block), WIDTH(distance_point_circle_dense),
+        TILE, (any_function *)NAME(distance_point_circle), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -17399,6 +17590,30 @@ static INLINE void NAME(signed_distance_planes_block)(intptr_t n, char **args, c
 }
 LOOPS(signed_distance_planes_block)
 
+static INLINE void NAME(signed_distance_planes_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r2[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < LANES; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[1];
+            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
+            NAME(signed_distance_planes)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
+    }
+}
+LOOPS(signed_distance_planes_dense)
+
 void NAME(signed_distance_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
@@ -17406,8 +17621,8 @@ void NAME(signed_distance_planes_loop)(char **args, const intptr_t *dimensions, 
         WIDTHS(signed_distance_planes_block_a), WIDTHS(signed_distance_planes_dense_a), LANES}, {2, 2,
         NAME(signed_distance_planes_start_b), WIDTHS(signed_distance_planes_block_b),
         WIDTHS(signed_distance_planes_dense_b), LANES}};
-    static const struct kernel kernel = {WIDTHS(signed_distance_planes_block), {NULL}, 0, (any_function
-        *)NAME(signed_distance_planes), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(signed_distance_planes_block), WIDTHS(signed_distance_planes_dense),
+        LANES, (any_function *)NAME(signed_distance_planes), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -17943,13 +18158,41 @@ static INLINE void NAME(distance_plane_circle_block)(intptr_t n, char **args, co
 }
 LOOPS(distance_plane_circle_block)
 
+static INLINE void NAME(distance_plane_circle_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[4 * TILE];
+    _Alignas(64) REAL r1[10 * TILE];
+    _Alignas(64) REAL r2[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
+        NAME(load_tile_10)(r1, TILE, a1 + first * 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[4];
+            REAL x1[10];
+            REAL x2[1];
+            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_10)(x1, (char *)(r1 + i), TILE * w);
+            NAME(distance_plane_circle)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_tile_1)(a2 + first * 1, r2, TILE);
+    }
+}
+LOOP(distance_plane_circle_dense)
+
 void NAME(distance_plane_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {10, 1, 1, {10}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{2, 2, NAME(distance_plane_circle_start_circle),
         WIDTHS(distance_plane_circle_block_circle), WIDTHS(distance_plane_circle_dense_circle), LANES}};
-    static const struct kernel kernel = {WIDTHS(distance_plane_circle_block), {NULL}, 0, (any_function
-        *)NAME(distance_plane_circle), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(distance_plane_circle_block), WIDTH(distance_plane_circle_dense),
+        TILE, (any_function *)NAME(distance_plane_circle), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -18750,14 +18993,42 @@ static INLINE void NAME(distance_circle_sphere_block)(intptr_t n, char **args, c
 }
 LOOPS(distance_circle_sphere_block)
 
+static INLINE void NAME(distance_circle_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[10 * TILE];
+    _Alignas(64) REAL r1[5 * TILE];
+    _Alignas(64) REAL r2[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_10)(r0, TILE, a0 + first * 10);
+        NAME(load_tile_5)(r1, TILE, a1 + first * 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[10];
+            REAL x1[5];
+            REAL x2[1];
+            NAME(load_10)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_5)(x1, (char *)(r1 + i), TILE * w);
+            NAME(distance_circle_sphere)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_tile_1)(a2 + first * 1, r2, TILE);
+    }
+}
+LOOP(distance_circle_sphere_dense)
+
 void NAME(distance_circle_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{1, 2, NAME(distance_circle_sphere_start_circle),
         WIDTHS(distance_circle_sphere_block_circle), {NULL}, 0}, {2, 2, NAME(distance_circle_sphere_start_sphere),
         WIDTHS(distance_circle_sphere_block_sphere), {NULL}, 0}};
-    static const struct kernel kernel = {WIDTHS(distance_circle_sphere_block), {NULL}, 0, (any_function
-        *)NAME(distance_circle_sphere), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(distance_circle_sphere_block), WIDTH(distance_circle_sphere_dense),
+        TILE, (any_function *)NAME(distance_circle_sphere), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -19942,11 +20213,40 @@ static INLINE void NAME(conformal_sine_circle_sphere_block)(intptr_t n, char **a
 }
 LOOPS(conformal_sine_circle_sphere_block)
 
+static INLINE void NAME(conformal_sine_circle_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[10 * TILE];
+    _Alignas(64) REAL r1[5 * TILE];
+    _Alignas(64) REAL r2[1 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_10)(r0, TILE, a0 + first * 10);
+        NAME(load_tile_5)(r1, TILE, a1 + first * 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[10];
+            REAL x1[5];
+            REAL x2[1];
+            NAME(load_10)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_5)(x1, (char *)(r1 + i), TILE * w);
+            NAME(conformal_sine_circle_sphere)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_tile_1)(a2 + first * 1, r2, TILE);
+    }
+}
+LOOP(conformal_sine_circle_sphere_dense)
+
 void NAME(conformal_sine_circle_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(conformal_sine_circle_sphere_block), {NULL}, 0, (any_function
-        *)NAME(conformal_sine_circle_sphere), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(conformal_sine_circle_sphere_block),
+        WIDTH(conformal_sine_circle_sphere_dense), TILE, (any_function *)NAME(conformal_sine_circle_sphere),
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -20455,14 +20755,48 @@ static INLINE void NAME(closest_points_of_lines_block)(intptr_t n, char **args, 
 }
 LOOPS(closest_points_of_lines_block)
 
+static INLINE void NAME(closest_points_of_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r2[3 * TILE];
+    _Alignas(64) REAL r3[3 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[6];
+            REAL x2[3];
+            REAL x3[3];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(closest_points_of_lines)(x0, x1, x2, x3);
+            NAME(store_3)((char *)(r2 + i), TILE * w, x2);
+            NAME(store_3)((char *)(r3 + i), TILE * w, x3);
+        }
+        NAME(store_tile_3)(a2 + first * 3, r2, TILE);
+        NAME(store_tile_3)(a3 + first * 3, r3, TILE);
+    }
+}
+LOOP(closest_points_of_lines_dense)
+
 void NAME(closest_points_of_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}};
     static const struct form forms[] = {{1, 2, NAME(closest_points_of_lines_start_a),
         WIDTHS(closest_points_of_lines_block_a), {NULL}, 0}, {2, 2, NAME(closest_points_of_lines_start_b),
         WIDTHS(closest_points_of_lines_block_b), {NULL}, 0}};
-    static const struct kernel kernel = {WIDTHS(closest_points_of_lines_block), {NULL}, 0, (any_function
-        *)NAME(closest_points_of_lines), NAME(call_aarr), 2, 4, 2, 0, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(closest_points_of_lines_block),
+        WIDTH(closest_points_of_lines_dense), TILE, (any_function *)NAME(closest_points_of_lines), NAME(call_aarr),
+        2, 4, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -26688,6 +27022,35 @@ static INLINE void NAME(circle_relative_to_circle_block_a)(intptr_t n, char **ar
 }
 LOOPS(circle_relative_to_circle_block_a)
 
+static INLINE void NAME(circle_relative_to_circle_dense_a)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r1[10 * TILE];
+    _Alignas(64) REAL r2[1 * TILE];
+    _Alignas(64) REAL r3[9 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_10)(r1, TILE, a1 + first * 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x1[10];
+            REAL x2[1];
+            REAL x3[9];
+            NAME(load_10)(x1, (char *)(r1 + i), TILE * w);
+            NAME(circle_relative_to_circle_apply_a)(prepared, x1, x2, x3);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+            NAME(store_3x3)((char *)(r3 + i), 3 * TILE * w, TILE * w, x3);
+        }
+        NAME(store_tile_1)(a2 + first * 1, r2, TILE);
+        NAME(store_tile_9)(a3 + first * 9, r3, TILE);
+    }
+}
+LOOP(circle_relative_to_circle_dense_a)
+
 static void NAME(circle_relative_to_circle_start_a)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -26752,8 +27115,8 @@ void NAME(circle_relative_to_circle_loop)(char **args, const intptr_t *dimension
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {10, 1, 1, {10}}, {1, 0, 2, {0}}, {9, 2, 2, {3, 3}}};
     static const struct form forms[] = {{1, 2, NAME(circle_relative_to_circle_start_a),
-        WIDTHS(circle_relative_to_circle_block_a), {NULL}, 0}, {2, 2, NAME(circle_relative_to_circle_start_b),
-        WIDTHS(circle_relative_to_circle_block_b), {NULL}, 0}};
+        WIDTHS(circle_relative_to_circle_block_a), WIDTH(circle_relative_to_circle_dense_a), TILE}, {2, 2,
+        NAME(circle_relative_to_circle_start_b), WIDTHS(circle_relative_to_circle_block_b), {NULL}, 0}};
     static const struct kernel kernel = {WIDTHS(circle_relative_to_circle_block), {NULL}, 0, (any_function
         *)NAME(circle_relative_to_circle), NAME(call_aarr), 2, 4, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
@@ -32152,6 +32515,30 @@ static INLINE void NAME(move_point_pair_block_m)(intptr_t n, char **args, const 
 }
 LOOPS(move_point_pair_block_m)
 
+static INLINE void NAME(move_point_pair_dense_m)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r1[10 * TILE];
+    _Alignas(64) REAL r2[10 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_10)(r1, TILE, a1 + first * 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x1[10];
+            REAL x2[10];
+            NAME(load_10)(x1, (char *)(r1 + i), TILE * w);
+            NAME(move_point_pair_apply_m)(prepared, x1, x2);
+            NAME(store_10)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_10)(a2 + first * 10, r2, TILE);
+    }
+}
+LOOP(move_point_pair_dense_m)
+
 static void NAME(move_point_pair_start_m)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -32180,13 +32567,41 @@ static INLINE void NAME(move_point_pair_block)(intptr_t n, char **args, const in
 }
 LOOPS(move_point_pair_block)
 
+static INLINE void NAME(move_point_pair_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[10 * TILE];
+    _Alignas(64) REAL r2[10 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        NAME(load_tile_10)(r1, TILE, a1 + first * 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[10];
+            REAL x2[10];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_10)(x1, (char *)(r1 + i), TILE * w);
+            NAME(move_point_pair)(x0, x1, x2);
+            NAME(store_10)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_10)(a2 + first * 10, r2, TILE);
+    }
+}
+LOOP(move_point_pair_dense)
+
 void NAME(move_point_pair_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {10, 1, 1, {10}}, {10, 1, 2, {10}}};
     static const struct form forms[] = {{1, 2, NAME(move_point_pair_start_m), WIDTHS(move_point_pair_block_m),
-        {NULL}, 0}};
-    static const struct kernel kernel = {WIDTHS(move_point_pair_block), {NULL}, 0, (any_function
-        *)NAME(move_point_pair), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+        WIDTH(move_point_pair_dense_m), TILE}};
+    static const struct kernel kernel = {WIDTHS(move_point_pair_block), WIDTH(move_point_pair_dense), TILE,
+        (any_function *)NAME(move_point_pair), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -33168,6 +33583,30 @@ static INLINE void NAME(move_circle_block_m)(intptr_t n, char **args, const intp
 }
 LOOPS(move_circle_block_m)
 
+static INLINE void NAME(move_circle_dense_m)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r1[10 * TILE];
+    _Alignas(64) REAL r2[10 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_10)(r1, TILE, a1 + first * 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x1[10];
+            REAL x2[10];
+            NAME(load_10)(x1, (char *)(r1 + i), TILE * w);
+            NAME(move_circle_apply_m)(prepared, x1, x2);
+            NAME(store_10)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_10)(a2 + first * 10, r2, TILE);
+    }
+}
+LOOP(move_circle_dense_m)
+
 static void NAME(move_circle_start_m)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -33196,12 +33635,41 @@ static INLINE void NAME(move_circle_block)(intptr_t n, char **args, const intptr
 }
 LOOPS(move_circle_block)
 
+static INLINE void NAME(move_circle_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[10 * TILE];
+    _Alignas(64) REAL r2[10 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        NAME(load_tile_10)(r1, TILE, a1 + first * 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[10];
+            REAL x2[10];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_10)(x1, (char *)(r1 + i), TILE * w);
+            NAME(move_circle)(x0, x1, x2);
+            NAME(store_10)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_10)(a2 + first * 10, r2, TILE);
+    }
+}
+LOOP(move_circle_dense)
+
 void NAME(move_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {10, 1, 1, {10}}, {10, 1, 2, {10}}};
-    static const struct form forms[] = {{1, 2, NAME(move_circle_start_m), WIDTHS(move_circle_block_m), {NULL}, 0}};
-    static const struct kernel kernel = {WIDTHS(move_circle_block), {NULL}, 0, (any_function *)NAME(move_circle),
-        NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
+    static const struct form forms[] = {{1, 2, NAME(move_circle_start_m), WIDTHS(move_circle_block_m),
+        WIDTH(move_circle_dense_m), TILE}};
+    static const struct kernel kernel = {WIDTHS(move_circle_block), WIDTH(move_circle_dense), TILE, (any_function
+        *)NAME(move_circle), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -40335,6 +40803,31 @@ static INLINE void NAME(similarity_between_rounds_block_a_b_n_scale)(intptr_t n,
 }
 LOOPS(similarity_between_rounds_block_a_b_n_scale)
 
+static INLINE void NAME(similarity_between_rounds_dense_a_b_n_scale)(intptr_t n, char **args, const intptr_t
+    *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a3 = (REAL *)args[3];
+    REAL *a5 = (REAL *)args[5];
+    _Alignas(64) REAL r3[3 * TILE];
+    _Alignas(64) REAL r5[16 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r3, TILE, a3 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x3[3];
+            REAL x5[16];
+            NAME(load_3)(x3, (char *)(r3 + i), TILE * w);
+            NAME(similarity_between_rounds_apply_a_b_n_scale)(prepared, x3, x5);
+            NAME(store_16)((char *)(r5 + i), TILE * w, x5);
+        }
+        NAME(store_tile_16)(a5 + first * 16, r5, TILE);
+    }
+}
+LOOP(similarity_between_rounds_dense_a_b_n_scale)
+
 static void NAME(similarity_between_rounds_start_a_b_n_scale)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -40378,6 +40871,49 @@ static INLINE void NAME(similarity_between_rounds_block)(intptr_t n, char **args
 }
 LOOPS(similarity_between_rounds_block)
 
+static INLINE void NAME(similarity_between_rounds_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
+    REAL *a5 = (REAL *)args[5];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[3 * TILE];
+    _Alignas(64) REAL r3[3 * TILE];
+    _Alignas(64) REAL r4[1 * TILE];
+    _Alignas(64) REAL r5[16 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
+        NAME(load_tile_3)(r2, TILE, a2 + first * 3);
+        NAME(load_tile_3)(r3, TILE, a3 + first * 3);
+        NAME(load_tile_1)(r4, TILE, a4 + first * 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[3];
+            REAL x3[3];
+            REAL x4[1];
+            REAL x5[16];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
+            NAME(load_3)(x2, (char *)(r2 + i), TILE * w);
+            NAME(load_3)(x3, (char *)(r3 + i), TILE * w);
+            NAME(load_scalar)(x4, (char *)(r4 + i));
+            NAME(similarity_between_rounds)(x0, x1, x2, x3, x4[0], x5);
+            NAME(store_16)((char *)(r5 + i), TILE * w, x5);
+        }
+        NAME(store_tile_16)(a5 + first * 16, r5, TILE);
+    }
+}
+LOOP(similarity_between_rounds_dense)
+
 void NAME(similarity_between_rounds_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}, {1, 0, 4,
@@ -40389,9 +40925,10 @@ void NAME(similarity_between_rounds_loop)(char **args, const intptr_t *dimension
         TILE}, {15, 2, NAME(similarity_between_rounds_start_a_b_n_m),
         WIDTHS(similarity_between_rounds_block_a_b_n_m), WIDTH(similarity_between_rounds_dense_a_b_n_m), TILE}, {23,
         2, NAME(similarity_between_rounds_start_a_b_n_scale), WIDTHS(similarity_between_rounds_block_a_b_n_scale),
-        {NULL}, 0}};
-    static const struct kernel kernel = {WIDTHS(similarity_between_rounds_block), {NULL}, 0, (any_function
-        *)NAME(similarity_between_rounds), NAME(call_aaaanr), 5, 6, 4, 0, 0, parts, forms};
+        WIDTH(similarity_between_rounds_dense_a_b_n_scale), TILE}};
+    static const struct kernel kernel = {WIDTHS(similarity_between_rounds_block),
+        WIDTH(similarity_between_rounds_dense), TILE, (any_function *)NAME(similarity_between_rounds),
+        NAME(call_aaaanr), 5, 6, 4, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 

@@ -2,7 +2,7 @@
 // command: gac generate --all hand_eye
 // spec: 957db21cfe168010
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 1de312c9c028c300378b8debd6d57e7166dcac0425981feafb690ca7cc545f7a
+// body: e31965da63132275bdebb1be308b8ec8805405dff61f46a314e3b0bdca1b5001
 
 #ifndef REAL
 #include "hand_eye.h"
@@ -1197,6 +1197,29 @@ static void NAME(each)(const struct kernel *kernel, char **args, intptr_t n, con
     }
 }
 
+// Runs a loop over elements as they lie, `unit` at a time, and returns how many it did. The last ones are run with some
+// before them once more, unless these have been replaced by their results.
+static intptr_t NAME(as_they_lie)(const struct kernel *kernel, loop_function *loop, intptr_t unit, char **args,
+    intptr_t n, const intptr_t *steps, unsigned hoisted, REAL *prepared)
+{
+    const intptr_t *strides = steps + kernel->n_parts, whole = n & -unit;
+    int again = whole > 0 && whole < n;
+    char *starts[PARTS];
+    for (int p = 0; p < kernel->n_parts; ++p)
+        starts[p] = is_flagged(hoisted, p) ? (char *)prepared : args[p];
+    for (int p = kernel->n_inputs; p < kernel->n_parts; ++p)
+        for (int q = 0; q < kernel->n_inputs; ++q)
+            again = again && args[p] != args[q];
+    if (whole)
+        loop(whole, starts, strides);
+    if (!again)
+        return whole;
+    for (int p = 0; p < kernel->n_parts; ++p)
+        starts[p] += is_flagged(hoisted, p) ? 0 : (n - unit) * steps[p];
+    loop(unit, starts, strides);
+    return n;
+}
+
 // Runs a kernel over a batch. What lies at unit stride, or is hoisted, is used where it lies, and so is a whole batch
 // in C order if there is a loop for it; everything else goes through rows, in blocks.
 static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, const intptr_t *steps)
@@ -1209,7 +1232,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     char *starts[PARTS], *rest[PARTS];
     intptr_t cores[CORES], row_cores[CORES], total = 0, numbers = 0, bytes = 0;
     unsigned still = 0, hoisted = 0;
-    int in_place = 1, ordered = 1, known = 1, as_they_lie = 1;
+    int in_place = 1, ordered = 1, known = 1, at_unit_stride = 1;
     if (width < 0 || n <= 1) {
         NAME(each)(kernel, args, n, steps);
         return;
@@ -1246,20 +1269,17 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         for (int q = part->first; past && q < part->first + part->rank; ++q)
             past = strides[q] % LINE == 0;
     }
-    // All that lies as a loop reads it is run at once, but for what is less than a vector.
+    // All that lies as a loop reads it is run at once.
     for (int p = 0; p < n_parts; ++p)
-        as_they_lie = as_they_lie && (steps[p] == w || is_flagged(hoisted, p));
+        at_unit_stride = at_unit_stride && (steps[p] == w || is_flagged(hoisted, p));
     loop_function *const at_once = ordered && still == hoisted && in_order ? in_order
-        : as_they_lie && !past && !kernel->repeats ? in_rows : NULL;
+        : at_unit_stride && !past && !kernel->repeats ? in_rows : NULL;
     if (at_once) {
-        const intptr_t whole = n & -(at_once == in_order ? together : LANES);
-        for (int p = 0; p < n_parts; ++p) {
-            starts[p] = is_flagged(hoisted, p) ? (char *)prepared : args[p];
-            rest[p] = args[p] + whole * steps[p];
-        }
-        if (whole)
-            at_once(whole, starts, strides);
-        args = rest, n -= whole;
+        const intptr_t unit = at_once == in_order ? together : LANES;
+        const intptr_t done = NAME(as_they_lie)(kernel, at_once, unit, args, n, steps, hoisted, prepared);
+        for (int p = 0; p < n_parts; ++p)
+            rest[p] = args[p] + done * steps[p];
+        args = rest, n -= done;
         if (n == 0)
             return;
     }
@@ -2806,6 +2826,35 @@ static INLINE void NAME(misfit_block_x)(intptr_t n, char **args, const intptr_t 
 }
 LOOPS(misfit_block_x)
 
+static INLINE void NAME(misfit_dense_x)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[2];
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[8 * TILE];
+    _Alignas(64) REAL r3[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        NAME(load_tile_8)(r1, TILE, a1 + first * 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            REAL x3[6];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_8)(x1, (char *)(r1 + i), TILE * w);
+            NAME(misfit_apply_x)(prepared, x0, x1, x3);
+            NAME(store_6)((char *)(r3 + i), TILE * w, x3);
+        }
+        NAME(store_tile_6)(a3 + first * 6, r3, TILE);
+    }
+}
+LOOP(misfit_dense_x)
+
 static void NAME(misfit_start_x)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c2a = strides[2];
@@ -2837,14 +2886,48 @@ static INLINE void NAME(misfit_block)(intptr_t n, char **args, const intptr_t *s
 }
 LOOPS(misfit_block)
 
+static INLINE void NAME(misfit_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[8 * TILE];
+    _Alignas(64) REAL r2[8 * TILE];
+    _Alignas(64) REAL r3[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        NAME(load_tile_8)(r1, TILE, a1 + first * 8);
+        NAME(load_tile_8)(r2, TILE, a2 + first * 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            REAL x2[8];
+            REAL x3[6];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_8)(x1, (char *)(r1 + i), TILE * w);
+            NAME(load_8)(x2, (char *)(r2 + i), TILE * w);
+            NAME(misfit)(x0, x1, x2, x3);
+            NAME(store_6)((char *)(r3 + i), TILE * w, x3);
+        }
+        NAME(store_tile_6)(a3 + first * 6, r3, TILE);
+    }
+}
+LOOP(misfit_dense)
+
 void NAME(misfit_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}, {6, 1, 3, {6}}};
     static const struct form forms[] = {{5, 2, NAME(misfit_start_a_x), WIDTHS(misfit_block_a_x),
         WIDTH(misfit_dense_a_x), TILE}, {6, 3, NAME(misfit_start_b_x), WIDTHS(misfit_block_b_x),
-        WIDTH(misfit_dense_b_x), TILE}, {4, 2, NAME(misfit_start_x), WIDTHS(misfit_block_x), {NULL}, 0}};
-    static const struct kernel kernel = {WIDTHS(misfit_block), {NULL}, 0, (any_function *)NAME(misfit),
-        NAME(call_aaar), 3, 4, 3, 0, 0, parts, forms};
+        WIDTH(misfit_dense_b_x), TILE}, {4, 2, NAME(misfit_start_x), WIDTHS(misfit_block_x), WIDTH(misfit_dense_x),
+        TILE}};
+    static const struct kernel kernel = {WIDTHS(misfit_block), WIDTH(misfit_dense), TILE, (any_function
+        *)NAME(misfit), NAME(call_aaar), 3, 4, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 

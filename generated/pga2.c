@@ -2,7 +2,7 @@
 // command: gac generate --all pga2
 // spec: 6f50564ea0875a9f
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 6c56e139d402d8ce1d0549572d00f6c54e0da0fb74e7c1e9ebeee672f5e9f9e4
+// body: 329501f35a7c8b9dc3ccd1cd25236a00d44c6fcf6bec6fbbfd903846c8da4ce9
 
 #ifndef REAL
 #include "pga2.h"
@@ -1466,6 +1466,29 @@ static void NAME(each)(const struct kernel *kernel, char **args, intptr_t n, con
     }
 }
 
+// Runs a loop over elements as they lie, `unit` at a time, and returns how many it did. The last ones are run with some
+// before them once more, unless these have been replaced by their results.
+static intptr_t NAME(as_they_lie)(const struct kernel *kernel, loop_function *loop, intptr_t unit, char **args,
+    intptr_t n, const intptr_t *steps, unsigned hoisted, REAL *prepared)
+{
+    const intptr_t *strides = steps + kernel->n_parts, whole = n & -unit;
+    int again = whole > 0 && whole < n;
+    char *starts[PARTS];
+    for (int p = 0; p < kernel->n_parts; ++p)
+        starts[p] = is_flagged(hoisted, p) ? (char *)prepared : args[p];
+    for (int p = kernel->n_inputs; p < kernel->n_parts; ++p)
+        for (int q = 0; q < kernel->n_inputs; ++q)
+            again = again && args[p] != args[q];
+    if (whole)
+        loop(whole, starts, strides);
+    if (!again)
+        return whole;
+    for (int p = 0; p < kernel->n_parts; ++p)
+        starts[p] += is_flagged(hoisted, p) ? 0 : (n - unit) * steps[p];
+    loop(unit, starts, strides);
+    return n;
+}
+
 // Runs a kernel over a batch. What lies at unit stride, or is hoisted, is used where it lies, and so is a whole batch
 // in C order if there is a loop for it; everything else goes through rows, in blocks.
 static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, const intptr_t *steps)
@@ -1478,7 +1501,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     char *starts[PARTS], *rest[PARTS];
     intptr_t cores[CORES], row_cores[CORES], total = 0, numbers = 0, bytes = 0;
     unsigned still = 0, hoisted = 0;
-    int in_place = 1, ordered = 1, known = 1, as_they_lie = 1;
+    int in_place = 1, ordered = 1, known = 1, at_unit_stride = 1;
     if (width < 0 || n <= 1) {
         NAME(each)(kernel, args, n, steps);
         return;
@@ -1515,20 +1538,17 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         for (int q = part->first; past && q < part->first + part->rank; ++q)
             past = strides[q] % LINE == 0;
     }
-    // All that lies as a loop reads it is run at once, but for what is less than a vector.
+    // All that lies as a loop reads it is run at once.
     for (int p = 0; p < n_parts; ++p)
-        as_they_lie = as_they_lie && (steps[p] == w || is_flagged(hoisted, p));
+        at_unit_stride = at_unit_stride && (steps[p] == w || is_flagged(hoisted, p));
     loop_function *const at_once = ordered && still == hoisted && in_order ? in_order
-        : as_they_lie && !past && !kernel->repeats ? in_rows : NULL;
+        : at_unit_stride && !past && !kernel->repeats ? in_rows : NULL;
     if (at_once) {
-        const intptr_t whole = n & -(at_once == in_order ? together : LANES);
-        for (int p = 0; p < n_parts; ++p) {
-            starts[p] = is_flagged(hoisted, p) ? (char *)prepared : args[p];
-            rest[p] = args[p] + whole * steps[p];
-        }
-        if (whole)
-            at_once(whole, starts, strides);
-        args = rest, n -= whole;
+        const intptr_t unit = at_once == in_order ? together : LANES;
+        const intptr_t done = NAME(as_they_lie)(kernel, at_once, unit, args, n, steps, hoisted, prepared);
+        for (int p = 0; p < n_parts; ++p)
+            rest[p] = args[p] + done * steps[p];
+        args = rest, n -= done;
         if (n == 0)
             return;
     }
@@ -5015,6 +5035,39 @@ static INLINE void NAME(relation_of_three_lines_block)(intptr_t n, char **args, 
 }
 LOOPS(relation_of_three_lines_block)
 
+static INLINE void NAME(relation_of_three_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
+    REAL *a5 = (REAL *)args[5];
+    _Alignas(64) REAL r5[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < LANES; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[3];
+            REAL x3[1];
+            REAL x4[1];
+            REAL x5[1];
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x2, (char *)a2 + (first + i) * 3 * w, w);
+            NAME(load_scalar)(x3, (char *)a3 + (first + i) * w);
+            NAME(load_scalar)(x4, (char *)a4 + (first + i) * w);
+            NAME(relation_of_three_lines)(x0, x1, x2, x3[0], x4[0], x5);
+            NAME(store_scalar)((char *)(r5 + i), x5);
+        }
+        NAME(store_few)(a5 + first * 1, r5, 1, LANES, LANES);
+    }
+}
+LOOPS(relation_of_three_lines_dense)
+
 void NAME(relation_of_three_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {1, 0, 3, {0}}, {1, 0, 3,
@@ -5024,8 +5077,9 @@ void NAME(relation_of_three_lines_loop)(char **args, const intptr_t *dimensions,
         NAME(relation_of_three_lines_start_a_b_c_sine), WIDTHS(relation_of_three_lines_block_a_b_c_sine), {NULL},
         0}, {27, 2, NAME(relation_of_three_lines_start_a_b_distance_sine),
         WIDTHS(relation_of_three_lines_block_a_b_distance_sine), {NULL}, 0}};
-    static const struct kernel kernel = {WIDTHS(relation_of_three_lines_block), {NULL}, 0, (any_function
-        *)NAME(relation_of_three_lines), NAME(call_aaannr), 5, 6, 3, 0, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(relation_of_three_lines_block),
+        WIDTHS(relation_of_three_lines_dense), LANES, (any_function *)NAME(relation_of_three_lines),
+        NAME(call_aaannr), 5, 6, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8731,11 +8785,39 @@ static INLINE void NAME(motor_between_lines_block)(intptr_t n, char **args, cons
 }
 LOOPS(motor_between_lines_block)
 
+static INLINE void NAME(motor_between_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[3 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[4];
+            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
+            NAME(motor_between_lines)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
+    }
+}
+LOOP(motor_between_lines_dense)
+
 void NAME(motor_between_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(motor_between_lines_block), {NULL}, 0, (any_function
-        *)NAME(motor_between_lines), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_between_lines_block), WIDTH(motor_between_lines_dense), TILE,
+        (any_function *)NAME(motor_between_lines), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 

@@ -2,7 +2,7 @@
 // command: gac generate --all pga3
 // spec: 5ff9daa919aa8689
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 28be454f69691482989e4048820b614d29f49586cfd7eeb33d22534ba0410acb
+// body: 09bcf2cc82161a2c686a9e89f32f682f7d6b2d9b4dfabee3e04e599636071beb
 
 #ifndef REAL
 #include "pga3.h"
@@ -2387,6 +2387,29 @@ static void NAME(each)(const struct kernel *kernel, char **args, intptr_t n, con
     }
 }
 
+// Runs a loop over elements as they lie, `unit` at a time, and returns how many it did. The last ones are run with some
+// before them once more, unless these have been replaced by their results.
+static intptr_t NAME(as_they_lie)(const struct kernel *kernel, loop_function *loop, intptr_t unit, char **args,
+    intptr_t n, const intptr_t *steps, unsigned hoisted, REAL *prepared)
+{
+    const intptr_t *strides = steps + kernel->n_parts, whole = n & -unit;
+    int again = whole > 0 && whole < n;
+    char *starts[PARTS];
+    for (int p = 0; p < kernel->n_parts; ++p)
+        starts[p] = is_flagged(hoisted, p) ? (char *)prepared : args[p];
+    for (int p = kernel->n_inputs; p < kernel->n_parts; ++p)
+        for (int q = 0; q < kernel->n_inputs; ++q)
+            again = again && args[p] != args[q];
+    if (whole)
+        loop(whole, starts, strides);
+    if (!again)
+        return whole;
+    for (int p = 0; p < kernel->n_parts; ++p)
+        starts[p] += is_flagged(hoisted, p) ? 0 : (n - unit) * steps[p];
+    loop(unit, starts, strides);
+    return n;
+}
+
 // Runs a kernel over a batch. What lies at unit stride, or is hoisted, is used where it lies, and so is a whole batch
 // in C order if there is a loop for it; everything else goes through rows, in blocks.
 static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, const intptr_t *steps)
@@ -2399,7 +2422,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     char *starts[PARTS], *rest[PARTS];
     intptr_t cores[CORES], row_cores[CORES], total = 0, numbers = 0, bytes = 0;
     unsigned still = 0, hoisted = 0;
-    int in_place = 1, ordered = 1, known = 1, as_they_lie = 1;
+    int in_place = 1, ordered = 1, known = 1, at_unit_stride = 1;
     if (width < 0 || n <= 1) {
         NAME(each)(kernel, args, n, steps);
         return;
@@ -2436,20 +2459,17 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         for (int q = part->first; past && q < part->first + part->rank; ++q)
             past = strides[q] % LINE == 0;
     }
-    // All that lies as a loop reads it is run at once, but for what is less than a vector.
+    // All that lies as a loop reads it is run at once.
     for (int p = 0; p < n_parts; ++p)
-        as_they_lie = as_they_lie && (steps[p] == w || is_flagged(hoisted, p));
+        at_unit_stride = at_unit_stride && (steps[p] == w || is_flagged(hoisted, p));
     loop_function *const at_once = ordered && still == hoisted && in_order ? in_order
-        : as_they_lie && !past && !kernel->repeats ? in_rows : NULL;
+        : at_unit_stride && !past && !kernel->repeats ? in_rows : NULL;
     if (at_once) {
-        const intptr_t whole = n & -(at_once == in_order ? together : LANES);
-        for (int p = 0; p < n_parts; ++p) {
-            starts[p] = is_flagged(hoisted, p) ? (char *)prepared : args[p];
-            rest[p] = args[p] + whole * steps[p];
-        }
-        if (whole)
-            at_once(whole, starts, strides);
-        args = rest, n -= whole;
+        const intptr_t unit = at_once == in_order ? together : LANES;
+        const intptr_t done = NAME(as_they_lie)(kernel, at_once, unit, args, n, steps, hoisted, prepared);
+        for (int p = 0; p < n_parts; ++p)
+            rest[p] = args[p] + done * steps[p];
+        args = rest, n -= done;
         if (n == 0)
             return;
     }
@@ -2858,11 +2878,39 @@ static INLINE void NAME(geometric_product_block)(intptr_t n, char **args, const 
 }
 LOOPS(geometric_product_block)
 
+static INLINE void NAME(geometric_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[16 * TILE];
+    _Alignas(64) REAL r1[16 * TILE];
+    _Alignas(64) REAL r2[16 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_16)(r0, TILE, a0 + first * 16);
+        NAME(load_tile_16)(r1, TILE, a1 + first * 16);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[16];
+            REAL x1[16];
+            REAL x2[16];
+            NAME(load_16)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_16)(x1, (char *)(r1 + i), TILE * w);
+            NAME(geometric_product)(x0, x1, x2);
+            NAME(store_16)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_16)(a2 + first * 16, r2, TILE);
+    }
+}
+LOOP(geometric_product_dense)
+
 void NAME(geometric_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {WIDTHS(geometric_product_block), {NULL}, 0, (any_function
-        *)NAME(geometric_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(geometric_product_block), WIDTH(geometric_product_dense), TILE,
+        (any_function *)NAME(geometric_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3084,11 +3132,39 @@ static INLINE void NAME(outer_product_block)(intptr_t n, char **args, const intp
 }
 LOOPS(outer_product_block)
 
+static INLINE void NAME(outer_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[16 * TILE];
+    _Alignas(64) REAL r1[16 * TILE];
+    _Alignas(64) REAL r2[16 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_16)(r0, TILE, a0 + first * 16);
+        NAME(load_tile_16)(r1, TILE, a1 + first * 16);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[16];
+            REAL x1[16];
+            REAL x2[16];
+            NAME(load_16)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_16)(x1, (char *)(r1 + i), TILE * w);
+            NAME(outer_product)(x0, x1, x2);
+            NAME(store_16)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_16)(a2 + first * 16, r2, TILE);
+    }
+}
+LOOP(outer_product_dense)
+
 void NAME(outer_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {WIDTHS(outer_product_block), {NULL}, 0, (any_function
-        *)NAME(outer_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(outer_product_block), WIDTH(outer_product_dense), TILE,
+        (any_function *)NAME(outer_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3310,11 +3386,39 @@ static INLINE void NAME(regressive_product_block)(intptr_t n, char **args, const
 }
 LOOPS(regressive_product_block)
 
+static INLINE void NAME(regressive_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[16 * TILE];
+    _Alignas(64) REAL r1[16 * TILE];
+    _Alignas(64) REAL r2[16 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_16)(r0, TILE, a0 + first * 16);
+        NAME(load_tile_16)(r1, TILE, a1 + first * 16);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[16];
+            REAL x1[16];
+            REAL x2[16];
+            NAME(load_16)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_16)(x1, (char *)(r1 + i), TILE * w);
+            NAME(regressive_product)(x0, x1, x2);
+            NAME(store_16)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_16)(a2 + first * 16, r2, TILE);
+    }
+}
+LOOP(regressive_product_dense)
+
 void NAME(regressive_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {WIDTHS(regressive_product_block), {NULL}, 0, (any_function
-        *)NAME(regressive_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(regressive_product_block), WIDTH(regressive_product_dense), TILE,
+        (any_function *)NAME(regressive_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3576,11 +3680,39 @@ static INLINE void NAME(inner_product_block)(intptr_t n, char **args, const intp
 }
 LOOPS(inner_product_block)
 
+static INLINE void NAME(inner_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[16 * TILE];
+    _Alignas(64) REAL r1[16 * TILE];
+    _Alignas(64) REAL r2[16 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_16)(r0, TILE, a0 + first * 16);
+        NAME(load_tile_16)(r1, TILE, a1 + first * 16);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[16];
+            REAL x1[16];
+            REAL x2[16];
+            NAME(load_16)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_16)(x1, (char *)(r1 + i), TILE * w);
+            NAME(inner_product)(x0, x1, x2);
+            NAME(store_16)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_16)(a2 + first * 16, r2, TILE);
+    }
+}
+LOOP(inner_product_dense)
+
 void NAME(inner_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {WIDTHS(inner_product_block), {NULL}, 0, (any_function
-        *)NAME(inner_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(inner_product_block), WIDTH(inner_product_dense), TILE,
+        (any_function *)NAME(inner_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3817,11 +3949,39 @@ static INLINE void NAME(commutator_block)(intptr_t n, char **args, const intptr_
 }
 LOOPS(commutator_block)
 
+static INLINE void NAME(commutator_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[16 * TILE];
+    _Alignas(64) REAL r1[16 * TILE];
+    _Alignas(64) REAL r2[14 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_16)(r0, TILE, a0 + first * 16);
+        NAME(load_tile_16)(r1, TILE, a1 + first * 16);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[16];
+            REAL x1[16];
+            REAL x2[14];
+            NAME(load_16)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_16)(x1, (char *)(r1 + i), TILE * w);
+            NAME(commutator)(x0, x1, x2);
+            NAME(store_14)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_14)(a2 + first * 14, r2, TILE);
+    }
+}
+LOOP(commutator_dense)
+
 void NAME(commutator_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {14, 1, 2, {14}}};
-    static const struct kernel kernel = {WIDTHS(commutator_block), {NULL}, 0, (any_function *)NAME(commutator),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(commutator_block), WIDTH(commutator_dense), TILE, (any_function
+        *)NAME(commutator), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10860,11 +11020,39 @@ static INLINE void NAME(meet_lines_block)(intptr_t n, char **args, const intptr_
 }
 LOOPS(meet_lines_block)
 
+static INLINE void NAME(meet_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[6 * TILE];
+    _Alignas(64) REAL r1[6 * TILE];
+    _Alignas(64) REAL r2[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
+        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[6];
+            REAL x1[6];
+            REAL x2[4];
+            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
+            NAME(meet_lines)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
+    }
+}
+LOOP(meet_lines_dense)
+
 void NAME(meet_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(meet_lines_block), {NULL}, 0, (any_function *)NAME(meet_lines),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(meet_lines_block), WIDTH(meet_lines_dense), TILE, (any_function
+        *)NAME(meet_lines), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -14844,13 +15032,40 @@ static INLINE void NAME(collinearity_residual_block)(intptr_t n, char **args, co
 }
 LOOPS(collinearity_residual_block)
 
+static INLINE void NAME(collinearity_residual_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r3[1 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < LANES; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[3];
+            REAL x3[1];
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x2, (char *)a2 + (first + i) * 3 * w, w);
+            NAME(collinearity_residual)(x0, x1, x2, x3);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+        }
+        NAME(store_few)(a3 + first * 1, r3, 1, LANES, LANES);
+    }
+}
+LOOPS(collinearity_residual_dense)
+
 void NAME(collinearity_residual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {1, 0, 3, {0}}};
     static const struct form forms[] = {{3, 2, NAME(collinearity_residual_start_a_b),
         WIDTHS(collinearity_residual_block_a_b), WIDTHS(collinearity_residual_dense_a_b), LANES}};
-    static const struct kernel kernel = {WIDTHS(collinearity_residual_block), {NULL}, 0, (any_function
-        *)NAME(collinearity_residual), NAME(call_aaar), 3, 4, 1, 0, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(collinearity_residual_block), WIDTHS(collinearity_residual_dense),
+        LANES, (any_function *)NAME(collinearity_residual), NAME(call_aaar), 3, 4, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -19071,6 +19286,44 @@ static INLINE void NAME(hit_ray_triangle_block)(intptr_t n, char **args, const i
 }
 LOOPS(hit_ray_triangle_block)
 
+static INLINE void NAME(hit_ray_triangle_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
+    REAL *a5 = (REAL *)args[5];
+    REAL *a6 = (REAL *)args[6];
+    _Alignas(64) REAL r5[1 * LANES];
+    _Alignas(64) REAL r6[3 * LANES];
+    for (intptr_t first = 0; first < n; first += LANES) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < LANES; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[3];
+            REAL x3[3];
+            REAL x4[3];
+            REAL x5[1];
+            REAL x6[3];
+            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x2, (char *)a2 + (first + i) * 3 * w, w);
+            NAME(load_3)(x3, (char *)a3 + (first + i) * 3 * w, w);
+            NAME(load_3)(x4, (char *)a4 + (first + i) * 3 * w, w);
+            NAME(hit_ray_triangle)(x0, x1, x2, x3, x4, x5, x6);
+            NAME(store_scalar)((char *)(r5 + i), x5);
+            NAME(store_3)((char *)(r6 + i), LANES * w, x6);
+        }
+        NAME(store_few)(a5 + first * 1, r5, 1, LANES, LANES);
+        NAME(store_few)(a6 + first * 3, r6, 3, LANES, LANES);
+    }
+}
+LOOPS(hit_ray_triangle_dense)
+
 void NAME(hit_ray_triangle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}, {3, 1, 4,
@@ -19081,8 +19334,8 @@ void NAME(hit_ray_triangle_loop)(char **args, const intptr_t *dimensions, const 
         NAME(hit_ray_triangle_start_p_d_a_b), WIDTHS(hit_ray_triangle_block_p_d_a_b), {NULL}, 0}, {23, 2,
         NAME(hit_ray_triangle_start_p_d_a_c), WIDTHS(hit_ray_triangle_block_p_d_a_c), {NULL}, 0}, {27, 2,
         NAME(hit_ray_triangle_start_p_d_b_c), WIDTHS(hit_ray_triangle_block_p_d_b_c), {NULL}, 0}};
-    static const struct kernel kernel = {WIDTHS(hit_ray_triangle_block), {NULL}, 0, (any_function
-        *)NAME(hit_ray_triangle), NAME(call_aaaaarr), 5, 7, 5, 0, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(hit_ray_triangle_block), WIDTHS(hit_ray_triangle_dense), LANES,
+        (any_function *)NAME(hit_ray_triangle), NAME(call_aaaaarr), 5, 7, 5, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -34149,11 +34402,39 @@ static INLINE void NAME(inertia_of_moved_body_block)(intptr_t n, char **args, co
 }
 LOOPS(inertia_of_moved_body_block)
 
+static INLINE void NAME(inertia_of_moved_body_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[10 * TILE];
+    _Alignas(64) REAL r2[10 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        NAME(load_tile_10)(r1, TILE, a1 + first * 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[10];
+            REAL x2[10];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_10)(x1, (char *)(r1 + i), TILE * w);
+            NAME(inertia_of_moved_body)(x0, x1, x2);
+            NAME(store_10)((char *)(r2 + i), TILE * w, x2);
+        }
+        NAME(store_tile_10)(a2 + first * 10, r2, TILE);
+    }
+}
+LOOP(inertia_of_moved_body_dense)
+
 void NAME(inertia_of_moved_body_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {10, 1, 1, {10}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {WIDTHS(inertia_of_moved_body_block), {NULL}, 0, (any_function
-        *)NAME(inertia_of_moved_body), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(inertia_of_moved_body_block), WIDTH(inertia_of_moved_body_dense),
+        TILE, (any_function *)NAME(inertia_of_moved_body), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 

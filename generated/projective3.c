@@ -2,7 +2,7 @@
 // command: gac generate --all projective3
 // spec: b8100e20257c1954
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: d3fba08b1c2a5803ee2b66e8816b12b4332809539007e6a2434dd469a2ad003c
+// body: e58d96236436a515dd8644e651e78f81ee0f86441f1d7bd55c88ca74f6b64b53
 
 #ifndef REAL
 #include "projective3.h"
@@ -2526,6 +2526,29 @@ static void NAME(each)(const struct kernel *kernel, char **args, intptr_t n, con
     }
 }
 
+// Runs a loop over elements as they lie, `unit` at a time, and returns how many it did. The last ones are run with some
+// before them once more, unless these have been replaced by their results.
+static intptr_t NAME(as_they_lie)(const struct kernel *kernel, loop_function *loop, intptr_t unit, char **args,
+    intptr_t n, const intptr_t *steps, unsigned hoisted, REAL *prepared)
+{
+    const intptr_t *strides = steps + kernel->n_parts, whole = n & -unit;
+    int again = whole > 0 && whole < n;
+    char *starts[PARTS];
+    for (int p = 0; p < kernel->n_parts; ++p)
+        starts[p] = is_flagged(hoisted, p) ? (char *)prepared : args[p];
+    for (int p = kernel->n_inputs; p < kernel->n_parts; ++p)
+        for (int q = 0; q < kernel->n_inputs; ++q)
+            again = again && args[p] != args[q];
+    if (whole)
+        loop(whole, starts, strides);
+    if (!again)
+        return whole;
+    for (int p = 0; p < kernel->n_parts; ++p)
+        starts[p] += is_flagged(hoisted, p) ? 0 : (n - unit) * steps[p];
+    loop(unit, starts, strides);
+    return n;
+}
+
 // Runs a kernel over a batch. What lies at unit stride, or is hoisted, is used where it lies, and so is a whole batch
 // in C order if there is a loop for it; everything else goes through rows, in blocks.
 static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, const intptr_t *steps)
@@ -2538,7 +2561,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     char *starts[PARTS], *rest[PARTS];
     intptr_t cores[CORES], row_cores[CORES], total = 0, numbers = 0, bytes = 0;
     unsigned still = 0, hoisted = 0;
-    int in_place = 1, ordered = 1, known = 1, as_they_lie = 1;
+    int in_place = 1, ordered = 1, known = 1, at_unit_stride = 1;
     if (width < 0 || n <= 1) {
         NAME(each)(kernel, args, n, steps);
         return;
@@ -2575,20 +2598,17 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         for (int q = part->first; past && q < part->first + part->rank; ++q)
             past = strides[q] % LINE == 0;
     }
-    // All that lies as a loop reads it is run at once, but for what is less than a vector.
+    // All that lies as a loop reads it is run at once.
     for (int p = 0; p < n_parts; ++p)
-        as_they_lie = as_they_lie && (steps[p] == w || is_flagged(hoisted, p));
+        at_unit_stride = at_unit_stride && (steps[p] == w || is_flagged(hoisted, p));
     loop_function *const at_once = ordered && still == hoisted && in_order ? in_order
-        : as_they_lie && !past && !kernel->repeats ? in_rows : NULL;
+        : at_unit_stride && !past && !kernel->repeats ? in_rows : NULL;
     if (at_once) {
-        const intptr_t whole = n & -(at_once == in_order ? together : LANES);
-        for (int p = 0; p < n_parts; ++p) {
-            starts[p] = is_flagged(hoisted, p) ? (char *)prepared : args[p];
-            rest[p] = args[p] + whole * steps[p];
-        }
-        if (whole)
-            at_once(whole, starts, strides);
-        args = rest, n -= whole;
+        const intptr_t unit = at_once == in_order ? together : LANES;
+        const intptr_t done = NAME(as_they_lie)(kernel, at_once, unit, args, n, steps, hoisted, prepared);
+        for (int p = 0; p < n_parts; ++p)
+            rest[p] = args[p] + done * steps[p];
+        args = rest, n -= done;
         if (n == 0)
             return;
     }
@@ -5440,6 +5460,34 @@ static INLINE void NAME(fundamental_matrix_from_cameras_block)(intptr_t n, char 
 }
 LOOPS(fundamental_matrix_from_cameras_block)
 
+static INLINE void NAME(fundamental_matrix_from_cameras_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    _Alignas(64) REAL r0[12 * TILE];
+    _Alignas(64) REAL r1[12 * TILE];
+    _Alignas(64) REAL r2[9 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_12)(r0, TILE, a0 + first * 12);
+        NAME(load_tile_12)(r1, TILE, a1 + first * 12);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[12];
+            REAL x1[12];
+            REAL x2[9];
+            NAME(load_3x4)(x0, (char *)(r0 + i), 4 * TILE * w, TILE * w);
+            NAME(load_3x4)(x1, (char *)(r1 + i), 4 * TILE * w, TILE * w);
+            NAME(fundamental_matrix_from_cameras)(x0, x1, x2);
+            NAME(store_3x3)((char *)(r2 + i), 3 * TILE * w, TILE * w, x2);
+        }
+        NAME(store_tile_9)(a2 + first * 9, r2, TILE);
+    }
+}
+LOOP(fundamental_matrix_from_cameras_dense)
+
 void NAME(fundamental_matrix_from_cameras_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {12, 2, 2, {3, 4}}, {9, 2, 4, {3, 3}}};
@@ -5447,8 +5495,9 @@ void NAME(fundamental_matrix_from_cameras_loop)(char **args, const intptr_t *dim
         WIDTHS(fundamental_matrix_from_cameras_block_first), {NULL}, 0}, {2, 2,
         NAME(fundamental_matrix_from_cameras_start_second), WIDTHS(fundamental_matrix_from_cameras_block_second),
         {NULL}, 0}};
-    static const struct kernel kernel = {WIDTHS(fundamental_matrix_from_cameras_block), {NULL}, 0, (any_function
-        *)NAME(fundamental_matrix_from_cameras), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(fundamental_matrix_from_cameras_block),
+        WIDTH(fundamental_matrix_from_cameras_dense), TILE, (any_function *)NAME(fundamental_matrix_from_cameras),
+        NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7094,6 +7143,30 @@ static INLINE void NAME(triangulate_block_first_pixel_partner)(intptr_t n, char 
 }
 LOOPS(triangulate_block_first_pixel_partner)
 
+static INLINE void NAME(triangulate_dense_first_pixel_partner)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a1 = (REAL *)args[1];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r1[12 * TILE];
+    _Alignas(64) REAL r4[4 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_12)(r1, TILE, a1 + first * 12);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x1[12];
+            REAL x4[4];
+            NAME(load_3x4)(x1, (char *)(r1 + i), 4 * TILE * w, TILE * w);
+            NAME(triangulate_apply_first_pixel_partner)(prepared, x1, x4);
+            NAME(store_4)((char *)(r4 + i), TILE * w, x4);
+        }
+        NAME(store_tile_4)(a4 + first * 4, r4, TILE);
+    }
+}
+LOOP(triangulate_dense_first_pixel_partner)
+
 static void NAME(triangulate_start_first_pixel_partner)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c0b = strides[1], c2a = strides[4], c3a = strides[5];
@@ -7177,7 +7250,8 @@ void NAME(triangulate_loop)(char **args, const intptr_t *dimensions, const intpt
         1, 6, {4}}};
     static const struct form forms[] = {{7, 2, NAME(triangulate_start_first_second_pixel),
         WIDTHS(triangulate_block_first_second_pixel), {NULL}, 0}, {13, 2,
-        NAME(triangulate_start_first_pixel_partner), WIDTHS(triangulate_block_first_pixel_partner), {NULL}, 0}};
+        NAME(triangulate_start_first_pixel_partner), WIDTHS(triangulate_block_first_pixel_partner),
+        WIDTH(triangulate_dense_first_pixel_partner), TILE}};
     static const struct kernel kernel = {WIDTHS(triangulate_block), WIDTH(triangulate_dense), TILE, (any_function
         *)NAME(triangulate), NAME(call_aaaar), 4, 5, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
@@ -9503,12 +9577,46 @@ static INLINE void NAME(trifocal_tensor_from_cameras_block)(intptr_t n, char **a
 }
 LOOPS(trifocal_tensor_from_cameras_block)
 
+static INLINE void NAME(trifocal_tensor_from_cameras_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r0[12 * TILE];
+    _Alignas(64) REAL r1[12 * TILE];
+    _Alignas(64) REAL r2[12 * TILE];
+    _Alignas(64) REAL r3[27 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_12)(r0, TILE, a0 + first * 12);
+        NAME(load_tile_12)(r1, TILE, a1 + first * 12);
+        NAME(load_tile_12)(r2, TILE, a2 + first * 12);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[12];
+            REAL x1[12];
+            REAL x2[12];
+            REAL x3[27];
+            NAME(load_3x4)(x0, (char *)(r0 + i), 4 * TILE * w, TILE * w);
+            NAME(load_3x4)(x1, (char *)(r1 + i), 4 * TILE * w, TILE * w);
+            NAME(load_3x4)(x2, (char *)(r2 + i), 4 * TILE * w, TILE * w);
+            NAME(trifocal_tensor_from_cameras)(x0, x1, x2, x3);
+            NAME(store_3x3x3)((char *)(r3 + i), 9 * TILE * w, 3 * TILE * w, TILE * w, x3);
+        }
+        NAME(store_tile_27)(a3 + first * 27, r3, TILE);
+    }
+}
+LOOP(trifocal_tensor_from_cameras_dense)
+
 void NAME(trifocal_tensor_from_cameras_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {12, 2, 2, {3, 4}}, {12, 2, 4, {3, 4}}, {27, 3, 6, {3,
         3, 3}}};
-    static const struct kernel kernel = {WIDTHS(trifocal_tensor_from_cameras_block), {NULL}, 0, (any_function
-        *)NAME(trifocal_tensor_from_cameras), NAME(call_aaar), 3, 4, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(trifocal_tensor_from_cameras_block),
+        WIDTH(trifocal_tensor_from_cameras_dense), TILE, (any_function *)NAME(trifocal_tensor_from_cameras),
+        NAME(call_aaar), 3, 4, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11348,6 +11456,39 @@ static INLINE void NAME(transfer_point_block)(intptr_t n, char **args, const int
 }
 LOOPS(transfer_point_block)
 
+static INLINE void NAME(transfer_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r0[27 * TILE];
+    _Alignas(64) REAL r1[2 * TILE];
+    _Alignas(64) REAL r2[3 * TILE];
+    _Alignas(64) REAL r3[3 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_27)(r0, TILE, a0 + first * 27);
+        NAME(load_tile_2)(r1, TILE, a1 + first * 2);
+        NAME(load_tile_3)(r2, TILE, a2 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[27];
+            REAL x1[2];
+            REAL x2[3];
+            REAL x3[3];
+            NAME(load_3x3x3)(x0, (char *)(r0 + i), 9 * TILE * w, 3 * TILE * w, TILE * w);
+            NAME(load_2)(x1, (char *)(r1 + i), TILE * w);
+            NAME(load_3)(x2, (char *)(r2 + i), TILE * w);
+            NAME(transfer_point)(x0, x1, x2, x3);
+            NAME(store_3)((char *)(r3 + i), TILE * w, x3);
+        }
+        NAME(store_tile_3)(a3 + first * 3, r3, TILE);
+    }
+}
+LOOP(transfer_point_dense)
+
 void NAME(transfer_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{27, 3, 0, {3, 3, 3}}, {2, 1, 3, {2}}, {3, 1, 4, {3}}, {3, 1, 5, {3}}};
@@ -11355,8 +11496,8 @@ void NAME(transfer_point_loop)(char **args, const intptr_t *dimensions, const in
         WIDTHS(transfer_point_block_tensor_line), WIDTHS(transfer_point_dense_tensor_line), LANES}, {3, 2,
         NAME(transfer_point_start_tensor_pixel), WIDTHS(transfer_point_block_tensor_pixel),
         WIDTHS(transfer_point_dense_tensor_pixel), LANES}};
-    static const struct kernel kernel = {WIDTHS(transfer_point_block), {NULL}, 0, (any_function
-        *)NAME(transfer_point), NAME(call_aaar), 3, 4, 2, 0, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(transfer_point_block), WIDTH(transfer_point_dense), TILE,
+        (any_function *)NAME(transfer_point), NAME(call_aaar), 3, 4, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11828,6 +11969,39 @@ static INLINE void NAME(transfer_line_block)(intptr_t n, char **args, const intp
 }
 LOOPS(transfer_line_block)
 
+static INLINE void NAME(transfer_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    _Alignas(64) REAL r0[27 * TILE];
+    _Alignas(64) REAL r1[3 * TILE];
+    _Alignas(64) REAL r2[3 * TILE];
+    _Alignas(64) REAL r3[3 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_27)(r0, TILE, a0 + first * 27);
+        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
+        NAME(load_tile_3)(r2, TILE, a2 + first * 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[27];
+            REAL x1[3];
+            REAL x2[3];
+            REAL x3[3];
+            NAME(load_3x3x3)(x0, (char *)(r0 + i), 9 * TILE * w, 3 * TILE * w, TILE * w);
+            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
+            NAME(load_3)(x2, (char *)(r2 + i), TILE * w);
+            NAME(transfer_line)(x0, x1, x2, x3);
+            NAME(store_3)((char *)(r3 + i), TILE * w, x3);
+        }
+        NAME(store_tile_3)(a3 + first * 3, r3, TILE);
+    }
+}
+LOOP(transfer_line_dense)
+
 void NAME(transfer_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{27, 3, 0, {3, 3, 3}}, {3, 1, 3, {3}}, {3, 1, 4, {3}}, {3, 1, 5, {3}}};
@@ -11835,8 +12009,8 @@ void NAME(transfer_line_loop)(char **args, const intptr_t *dimensions, const int
         WIDTHS(transfer_line_block_tensor_second), WIDTHS(transfer_line_dense_tensor_second), LANES}, {5, 2,
         NAME(transfer_line_start_tensor_third), WIDTHS(transfer_line_block_tensor_third),
         WIDTHS(transfer_line_dense_tensor_third), LANES}};
-    static const struct kernel kernel = {WIDTHS(transfer_line_block), {NULL}, 0, (any_function
-        *)NAME(transfer_line), NAME(call_aaar), 3, 4, 2, 0, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(transfer_line_block), WIDTH(transfer_line_dense), TILE,
+        (any_function *)NAME(transfer_line), NAME(call_aaar), 3, 4, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 

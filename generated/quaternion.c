@@ -2,7 +2,7 @@
 // command: gac generate --all quaternion
 // spec: 7c099cdb8aa07718
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 700f97b44dd5fe151cbac30750ef69d7e5fe4351929753c96ac31b735ff955bc
+// body: 55b94b136e4bb2815b79cf178853b6c2e87f5ad4fff11670d426eef5e810db06
 
 #ifndef REAL
 #include "quaternion.h"
@@ -1943,6 +1943,29 @@ static void NAME(each)(const struct kernel *kernel, char **args, intptr_t n, con
     }
 }
 
+// Runs a loop over elements as they lie, `unit` at a time, and returns how many it did. The last ones are run with some
+// before them once more, unless these have been replaced by their results.
+static intptr_t NAME(as_they_lie)(const struct kernel *kernel, loop_function *loop, intptr_t unit, char **args,
+    intptr_t n, const intptr_t *steps, unsigned hoisted, REAL *prepared)
+{
+    const intptr_t *strides = steps + kernel->n_parts, whole = n & -unit;
+    int again = whole > 0 && whole < n;
+    char *starts[PARTS];
+    for (int p = 0; p < kernel->n_parts; ++p)
+        starts[p] = is_flagged(hoisted, p) ? (char *)prepared : args[p];
+    for (int p = kernel->n_inputs; p < kernel->n_parts; ++p)
+        for (int q = 0; q < kernel->n_inputs; ++q)
+            again = again && args[p] != args[q];
+    if (whole)
+        loop(whole, starts, strides);
+    if (!again)
+        return whole;
+    for (int p = 0; p < kernel->n_parts; ++p)
+        starts[p] += is_flagged(hoisted, p) ? 0 : (n - unit) * steps[p];
+    loop(unit, starts, strides);
+    return n;
+}
+
 // Runs a kernel over a batch. What lies at unit stride, or is hoisted, is used where it lies, and so is a whole batch
 // in C order if there is a loop for it; everything else goes through rows, in blocks.
 static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, const intptr_t *steps)
@@ -1955,7 +1978,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     char *starts[PARTS], *rest[PARTS];
     intptr_t cores[CORES], row_cores[CORES], total = 0, numbers = 0, bytes = 0;
     unsigned still = 0, hoisted = 0;
-    int in_place = 1, ordered = 1, known = 1, as_they_lie = 1;
+    int in_place = 1, ordered = 1, known = 1, at_unit_stride = 1;
     if (width < 0 || n <= 1) {
         NAME(each)(kernel, args, n, steps);
         return;
@@ -1992,20 +2015,17 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         for (int q = part->first; past && q < part->first + part->rank; ++q)
             past = strides[q] % LINE == 0;
     }
-    // All that lies as a loop reads it is run at once, but for what is less than a vector.
+    // All that lies as a loop reads it is run at once.
     for (int p = 0; p < n_parts; ++p)
-        as_they_lie = as_they_lie && (steps[p] == w || is_flagged(hoisted, p));
+        at_unit_stride = at_unit_stride && (steps[p] == w || is_flagged(hoisted, p));
     loop_function *const at_once = ordered && still == hoisted && in_order ? in_order
-        : as_they_lie && !past && !kernel->repeats ? in_rows : NULL;
+        : at_unit_stride && !past && !kernel->repeats ? in_rows : NULL;
     if (at_once) {
-        const intptr_t whole = n & -(at_once == in_order ? together : LANES);
-        for (int p = 0; p < n_parts; ++p) {
-            starts[p] = is_flagged(hoisted, p) ? (char *)prepared : args[p];
-            rest[p] = args[p] + whole * steps[p];
-        }
-        if (whole)
-            at_once(whole, starts, strides);
-        args = rest, n -= whole;
+        const intptr_t unit = at_once == in_order ? together : LANES;
+        const intptr_t done = NAME(as_they_lie)(kernel, at_once, unit, args, n, steps, hoisted, prepared);
+        for (int p = 0; p < n_parts; ++p)
+            rest[p] = args[p] + done * steps[p];
+        args = rest, n -= done;
         if (n == 0)
             return;
     }
@@ -10253,6 +10273,30 @@ static INLINE void NAME(phase_equations_block_first_slopes_second)(intptr_t n, c
 }
 LOOPS(phase_equations_block_first_slopes_second)
 
+static INLINE void NAME(phase_equations_dense_first_slopes_second)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
+    _Alignas(64) REAL r3[4 * TILE];
+    _Alignas(64) REAL r4[6 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r3, TILE, a3 + first * 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x3[4];
+            REAL x4[6];
+            NAME(load_4)(x3, (char *)(r3 + i), TILE * w);
+            NAME(phase_equations_apply_first_slopes_second)(prepared, x3, x4);
+            NAME(store_6)((char *)(r4 + i), TILE * w, x4);
+        }
+        NAME(store_tile_6)(a4 + first * 6, r4, TILE);
+    }
+}
+LOOP(phase_equations_dense_first_slopes_second)
+
 static void NAME(phase_equations_start_first_slopes_second)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1], c1b = strides[2], c2a = strides[3];
@@ -10299,7 +10343,7 @@ void NAME(phase_equations_loop)(char **args, const intptr_t *dimensions, const i
     static const struct form forms[] = {{13, 2, NAME(phase_equations_start_first_second_floor),
         WIDTHS(phase_equations_block_first_second_floor), WIDTH(phase_equations_dense_first_second_floor), TILE},
         {7, 2, NAME(phase_equations_start_first_slopes_second), WIDTHS(phase_equations_block_first_slopes_second),
-        {NULL}, 0}};
+        WIDTH(phase_equations_dense_first_slopes_second), TILE}};
     static const struct kernel kernel = {WIDTHS(phase_equations_block), {NULL}, 0, (any_function
         *)NAME(phase_equations), NAME(call_aaaar), 4, 5, 2, 0, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);

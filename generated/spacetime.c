@@ -2,7 +2,7 @@
 // command: gac generate --all spacetime
 // spec: 1b4f06fa4d30b0e9
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: d5b96fbc1e89a8ad0017ea29e0b4fff5271252a83969801c5f22b215adf5f479
+// body: 2581f09b7a2930a43fc96f5cbfb88a8b5bef60be1a8d1bb8534b5d0e7c91a197
 
 #ifndef REAL
 #include "spacetime.h"
@@ -2108,6 +2108,29 @@ static void NAME(each)(const struct kernel *kernel, char **args, intptr_t n, con
     }
 }
 
+// Runs a loop over elements as they lie, `unit` at a time, and returns how many it did. The last ones are run with some
+// before them once more, unless these have been replaced by their results.
+static intptr_t NAME(as_they_lie)(const struct kernel *kernel, loop_function *loop, intptr_t unit, char **args,
+    intptr_t n, const intptr_t *steps, unsigned hoisted, REAL *prepared)
+{
+    const intptr_t *strides = steps + kernel->n_parts, whole = n & -unit;
+    int again = whole > 0 && whole < n;
+    char *starts[PARTS];
+    for (int p = 0; p < kernel->n_parts; ++p)
+        starts[p] = is_flagged(hoisted, p) ? (char *)prepared : args[p];
+    for (int p = kernel->n_inputs; p < kernel->n_parts; ++p)
+        for (int q = 0; q < kernel->n_inputs; ++q)
+            again = again && args[p] != args[q];
+    if (whole)
+        loop(whole, starts, strides);
+    if (!again)
+        return whole;
+    for (int p = 0; p < kernel->n_parts; ++p)
+        starts[p] += is_flagged(hoisted, p) ? 0 : (n - unit) * steps[p];
+    loop(unit, starts, strides);
+    return n;
+}
+
 // Runs a kernel over a batch. What lies at unit stride, or is hoisted, is used where it lies, and so is a whole batch
 // in C order if there is a loop for it; everything else goes through rows, in blocks.
 static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, const intptr_t *steps)
@@ -2120,7 +2143,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     char *starts[PARTS], *rest[PARTS];
     intptr_t cores[CORES], row_cores[CORES], total = 0, numbers = 0, bytes = 0;
     unsigned still = 0, hoisted = 0;
-    int in_place = 1, ordered = 1, known = 1, as_they_lie = 1;
+    int in_place = 1, ordered = 1, known = 1, at_unit_stride = 1;
     if (width < 0 || n <= 1) {
         NAME(each)(kernel, args, n, steps);
         return;
@@ -2157,20 +2180,17 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         for (int q = part->first; past && q < part->first + part->rank; ++q)
             past = strides[q] % LINE == 0;
     }
-    // All that lies as a loop reads it is run at once, but for what is less than a vector.
+    // All that lies as a loop reads it is run at once.
     for (int p = 0; p < n_parts; ++p)
-        as_they_lie = as_they_lie && (steps[p] == w || is_flagged(hoisted, p));
+        at_unit_stride = at_unit_stride && (steps[p] == w || is_flagged(hoisted, p));
     loop_function *const at_once = ordered && still == hoisted && in_order ? in_order
-        : as_they_lie && !past && !kernel->repeats ? in_rows : NULL;
+        : at_unit_stride && !past && !kernel->repeats ? in_rows : NULL;
     if (at_once) {
-        const intptr_t whole = n & -(at_once == in_order ? together : LANES);
-        for (int p = 0; p < n_parts; ++p) {
-            starts[p] = is_flagged(hoisted, p) ? (char *)prepared : args[p];
-            rest[p] = args[p] + whole * steps[p];
-        }
-        if (whole)
-            at_once(whole, starts, strides);
-        args = rest, n -= whole;
+        const intptr_t unit = at_once == in_order ? together : LANES;
+        const intptr_t done = NAME(as_they_lie)(kernel, at_once, unit, args, n, steps, hoisted, prepared);
+        for (int p = 0; p < n_parts; ++p)
+            rest[p] = args[p] + done * steps[p];
+        args = rest, n -= done;
         if (n == 0)
             return;
     }
@@ -6132,11 +6152,34 @@ static INLINE void NAME(dirac_to_matrix_block)(intptr_t n, char **args, const in
 }
 LOOPS(dirac_to_matrix_block)
 
+static INLINE void NAME(dirac_to_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[16 * TILE];
+    _Alignas(64) REAL r1[32 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_16)(r0, TILE, a0 + first * 16);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[16];
+            REAL x1[32];
+            NAME(load_16)(x0, (char *)(r0 + i), TILE * w);
+            NAME(dirac_to_matrix)(x0, x1);
+            NAME(store_4x4x2)((char *)(r1 + i), 8 * TILE * w, 2 * TILE * w, TILE * w, x1);
+        }
+        NAME(store_tile_32)(a1 + first * 32, r1, TILE);
+    }
+}
+LOOP(dirac_to_matrix_dense)
+
 void NAME(dirac_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {32, 3, 1, {4, 4, 2}}};
-    static const struct kernel kernel = {WIDTHS(dirac_to_matrix_block), {NULL}, 0, (any_function
-        *)NAME(dirac_to_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(dirac_to_matrix_block), WIDTH(dirac_to_matrix_dense), TILE,
+        (any_function *)NAME(dirac_to_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6268,11 +6311,34 @@ static INLINE void NAME(dirac_from_matrix_block)(intptr_t n, char **args, const 
 }
 LOOPS(dirac_from_matrix_block)
 
+static INLINE void NAME(dirac_from_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    _Alignas(64) REAL r0[32 * TILE];
+    _Alignas(64) REAL r1[16 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_32)(r0, TILE, a0 + first * 32);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[32];
+            REAL x1[16];
+            NAME(load_4x4x2)(x0, (char *)(r0 + i), 8 * TILE * w, 2 * TILE * w, TILE * w);
+            NAME(dirac_from_matrix)(x0, x1);
+            NAME(store_16)((char *)(r1 + i), TILE * w, x1);
+        }
+        NAME(store_tile_16)(a1 + first * 16, r1, TILE);
+    }
+}
+LOOP(dirac_from_matrix_dense)
+
 void NAME(dirac_from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 3, 0, {4, 4, 2}}, {16, 1, 3, {16}}};
-    static const struct kernel kernel = {WIDTHS(dirac_from_matrix_block), {NULL}, 0, (any_function
-        *)NAME(dirac_from_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(dirac_from_matrix_block), WIDTH(dirac_from_matrix_dense), TILE,
+        (any_function *)NAME(dirac_from_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9423,6 +9489,30 @@ static INLINE void NAME(dirac_residual_block_dt_dx_dy_dz_psi_mass)(intptr_t n, c
 }
 LOOPS(dirac_residual_block_dt_dx_dy_dz_psi_mass)
 
+static INLINE void NAME(dirac_residual_dense_dt_dx_dy_dz_psi_mass)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    REAL *a5 = (REAL *)args[5];
+    REAL *a7 = (REAL *)args[7];
+    _Alignas(64) REAL r5[4 * TILE];
+    _Alignas(64) REAL r7[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_4)(r5, TILE, a5 + first * 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x5[4];
+            REAL x7[8];
+            NAME(load_4)(x5, (char *)(r5 + i), TILE * w);
+            NAME(dirac_residual_apply_dt_dx_dy_dz_psi_mass)(prepared, x5, x7);
+            NAME(store_8)((char *)(r7 + i), TILE * w, x7);
+        }
+        NAME(store_tile_8)(a7 + first * 8, r7, TILE);
+    }
+}
+LOOP(dirac_residual_dense_dt_dx_dy_dz_psi_mass)
+
 static void NAME(dirac_residual_start_dt_dx_dy_dz_psi_mass)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3], c4a = strides[4];
@@ -9537,6 +9627,59 @@ static INLINE void NAME(dirac_residual_block)(intptr_t n, char **args, const int
 }
 LOOPS(dirac_residual_block)
 
+static INLINE void NAME(dirac_residual_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    REAL *a0 = (REAL *)args[0];
+    REAL *a1 = (REAL *)args[1];
+    REAL *a2 = (REAL *)args[2];
+    REAL *a3 = (REAL *)args[3];
+    REAL *a4 = (REAL *)args[4];
+    REAL *a5 = (REAL *)args[5];
+    REAL *a6 = (REAL *)args[6];
+    REAL *a7 = (REAL *)args[7];
+    _Alignas(64) REAL r0[8 * TILE];
+    _Alignas(64) REAL r1[8 * TILE];
+    _Alignas(64) REAL r2[8 * TILE];
+    _Alignas(64) REAL r3[8 * TILE];
+    _Alignas(64) REAL r4[8 * TILE];
+    _Alignas(64) REAL r5[4 * TILE];
+    _Alignas(64) REAL r6[1 * TILE];
+    _Alignas(64) REAL r7[8 * TILE];
+    for (intptr_t first = 0; first < n; first += TILE) {
+        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
+        NAME(load_tile_8)(r1, TILE, a1 + first * 8);
+        NAME(load_tile_8)(r2, TILE, a2 + first * 8);
+        NAME(load_tile_8)(r3, TILE, a3 + first * 8);
+        NAME(load_tile_8)(r4, TILE, a4 + first * 8);
+        NAME(load_tile_4)(r5, TILE, a5 + first * 4);
+        NAME(load_tile_1)(r6, TILE, a6 + first * 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < TILE; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            REAL x2[8];
+            REAL x3[8];
+            REAL x4[8];
+            REAL x5[4];
+            REAL x6[1];
+            REAL x7[8];
+            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
+            NAME(load_8)(x1, (char *)(r1 + i), TILE * w);
+            NAME(load_8)(x2, (char *)(r2 + i), TILE * w);
+            NAME(load_8)(x3, (char *)(r3 + i), TILE * w);
+            NAME(load_8)(x4, (char *)(r4 + i), TILE * w);
+            NAME(load_4)(x5, (char *)(r5 + i), TILE * w);
+            NAME(load_scalar)(x6, (char *)(r6 + i));
+            NAME(dirac_residual)(x0, x1, x2, x3, x4, x5, x6[0], x7);
+            NAME(store_8)((char *)(r7 + i), TILE * w, x7);
+        }
+        NAME(store_tile_8)(a7 + first * 8, r7, TILE);
+    }
+}
+LOOP(dirac_residual_dense)
+
 void NAME(dirac_residual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}, {8, 1, 3, {8}}, {8, 1, 4,
@@ -9551,11 +9694,12 @@ void NAME(dirac_residual_loop)(char **args, const intptr_t *dimensions, const in
         WIDTH(dirac_residual_dense_dx_dy_dz_psi_a_mass), TILE}, {63, 2,
         NAME(dirac_residual_start_dt_dx_dy_dz_psi_a), WIDTHS(dirac_residual_block_dt_dx_dy_dz_psi_a),
         WIDTH(dirac_residual_dense_dt_dx_dy_dz_psi_a), TILE}, {95, 2,
-        NAME(dirac_residual_start_dt_dx_dy_dz_psi_mass), WIDTHS(dirac_residual_block_dt_dx_dy_dz_psi_mass), {NULL},
-        0}, {111, 2, NAME(dirac_residual_start_dt_dx_dy_dz_a_mass), WIDTHS(dirac_residual_block_dt_dx_dy_dz_a_mass),
+        NAME(dirac_residual_start_dt_dx_dy_dz_psi_mass), WIDTHS(dirac_residual_block_dt_dx_dy_dz_psi_mass),
+        WIDTH(dirac_residual_dense_dt_dx_dy_dz_psi_mass), TILE}, {111, 2,
+        NAME(dirac_residual_start_dt_dx_dy_dz_a_mass), WIDTHS(dirac_residual_block_dt_dx_dy_dz_a_mass),
         WIDTH(dirac_residual_dense_dt_dx_dy_dz_a_mass), TILE}};
-    static const struct kernel kernel = {WIDTHS(dirac_residual_block), {NULL}, 0, (any_function
-        *)NAME(dirac_residual), NAME(call_aaaaaanr), 7, 8, 7, 0, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(dirac_residual_block), WIDTH(dirac_residual_dense), TILE,
+        (any_function *)NAME(dirac_residual), NAME(call_aaaaaanr), 7, 8, 7, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

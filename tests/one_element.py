@@ -1,4 +1,4 @@
-"""What the tests of calls on one element share: the same module with the extension, without it, and on plain arrays."""
+"""What tests of calls share: the same module with the extension, without it, on plain arrays and on numba."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from backend_programs import load, write
 from gacompiler.backends import ModuleSource, build_library
 from gacompiler.backends.build import extension_name, extension_path
 
-WAYS = ("extension", "c", "arrays")
+WAYS = ("extension", "c", "arrays", "numba")
 
 
 def load_ways(source: ModuleSource, folder: Path) -> dict[str, ModuleType]:
@@ -29,16 +29,18 @@ def load_ways(source: ModuleSource, folder: Path) -> dict[str, ModuleType]:
     has_extension = extension_path(built).exists()
     shutil.copytree(built, plain)
     extension_path(plain).unlink(missing_ok=True)
-    places = {"extension": (built, "c"), "c": (plain, "c"), "arrays": (plain, "arrays")}
+    places = {"extension": (built, "c"), "c": (plain, "c"), "arrays": (plain, "arrays"), "numba": (built, "numba")}
     for way, (place, backend) in places.items():
-        if not (has_extension if way == "extension" else backend != "c" or list(place.glob("_build/*.so"))):
+        if place is built and not has_extension:
+            continue
+        if way == "c" and not list(place.glob("_build/*.so")):
             continue
         with pytest.MonkeyPatch.context() as patch:
             patch.setenv("GAC_BACKEND", backend)
-            if way != "extension":
+            if place is plain:
                 patch.delitem(sys.modules, extension_name(), raising=False)
             found[way] = load(place / f"{source.name}.py", f"{source.name}_{way}")
-        assert (found[way]._extension is not None) == (way == "extension")
+        assert (found[way]._extension is not None) == (place is built)
     return found
 
 

@@ -62,6 +62,11 @@ def fast(ways: dict[str, ModuleType]) -> ModuleType:
     return ways["extension"]
 
 
+@pytest.fixture(params=["extension", "numba"])
+def either(request: pytest.FixtureRequest, ways: dict[str, ModuleType]) -> ModuleType:
+    return ways[request.param]
+
+
 @pytest.fixture
 def plain(ways: dict[str, ModuleType]) -> ModuleType:
     return ways["c"]
@@ -197,10 +202,10 @@ def places() -> Iterator[Any]:
 
 
 @pytest.mark.parametrize("case", range(len(list(places()))))
-def test_overlaps_and_wrong_places(fast: ModuleType, plain: ModuleType, case: int) -> None:
+def test_overlaps_and_wrong_places(either: ModuleType, plain: ModuleType, case: int) -> None:
     m = made(MOVE_POINT, (20,))[0]
     one, other = list(places())[case], list(places())[case]
-    found = outcome(fast.move_point, m, one[0][:, 3:6], out=one[1])
+    found = outcome(either.move_point, m, one[0][:, 3:6], out=one[1])
     assert found == outcome(plain.move_point, m, other[0][:, 3:6], out=other[1])
     np.testing.assert_array_equal(one[0], other[0])
 
@@ -235,14 +240,27 @@ def forms(array: Array) -> Iterator[Any]:
     yield "text"
 
 
+def has_nan(form: Any) -> bool:
+    return isinstance(form, np.ndarray) and form.dtype == float and bool(np.isnan(form).any())
+
+
 @pytest.mark.parametrize("program", [MOVE_POINT, NORMALIZE, MATRIX_PRODUCT, INTERPOLATE, DISTANCE, ALL_OPERATIONS])
-def test_any_form(fast: ModuleType, plain: ModuleType, program: Program) -> None:
+def test_any_form(either: ModuleType, plain: ModuleType, program: Program) -> None:
+    if either.backend == "numba" and program is ALL_OPERATIONS:
+        pytest.skip("numba has sines of its own")
     arrays = made(program, (6,))
     for k, array in enumerate(arrays):
         for form in forms(array):
+            if (
+                either.backend == "numba"
+                and isinstance(form, np.ndarray)
+                and form.dtype == float
+                and np.isnan(form).any()
+            ):
+                continue  # a NaN may have either sign
             arguments = [*arrays[:k], form, *arrays[k + 1 :]]
             wanted = outcome(getattr(plain, program.name), *arguments)
-            assert outcome(getattr(fast, program.name), *arguments) == wanted, (k, form)
+            assert outcome(getattr(either, program.name), *arguments) == wanted, (k, form)
 
 
 def test_values_beside_batches(only_short: ModuleType) -> None:
@@ -281,35 +299,74 @@ def test_copies_of_types(fast: ModuleType, monkeypatch: pytest.MonkeyPatch, lead
         assert fast.move_point(m.astype(m.dtype.newbyteorder(">")), p) is None
 
 
+@pytest.mark.parametrize("dtype", ["f8", "f4"])
+@pytest.mark.parametrize("program", [MOVE_POINT, MATRIX_PRODUCT, INTERPOLATE], ids=lambda program: program.name)
+def test_the_last_elements(either: ModuleType, plain: ModuleType, program: Program, dtype: str) -> None:
+    """Loops take vectors of elements; the last ones are done with some before them once more, unless these are gone."""
+    function = getattr(either, program.name)
+    for size, order in itertools.product([*range(1, 36), 47, 63, 65], "CF"):
+        arrays = made(program, (size,), dtype, order)
+        wanted = np.array([getattr(plain, program.name)(*each) for each in zip(*arrays, strict=True)])
+        np.testing.assert_array_equal(function(*arrays), wanted, strict=True)
+        for k, array in enumerate(arrays):
+            if array.shape == wanted.shape:
+                place = array.copy(order)
+                function(*arrays[:k], place, *arrays[k + 1 :], out=place)
+                np.testing.assert_array_equal(place, wanted, strict=True)
+        stays = made(program, (), dtype)[0]
+        wanted = np.array([getattr(plain, program.name)(stays, *each) for each in zip(*arrays[1:], strict=True)])
+        np.testing.assert_array_equal(function(stays, *arrays[1:]), wanted, strict=True)
+
+
+def test_numba_takes_the_short_way_once_it_is_compiled(
+    ways: dict[str, ModuleType], plain: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    module = ways["numba"]
+    m, p = made(MOVE_POINT, (40,))
+    arguments = [(m, p), (np.asfortranarray(m), np.asfortranarray(p)), (m[0], p), (m[::2], p[::-2]), (m[0], p[0])]
+    for each in arguments:
+        module.move_point(*each)
+
+    def fails(*arguments: Any, **named: Any) -> Any:
+        raise AssertionError("not the short way")
+
+    monkeypatch.setattr(module.Kernel, "_in_python", fails)
+    for each in arguments:
+        np.testing.assert_array_equal(module.move_point(*each), plain.move_point(*each), strict=True)
+    with pytest.raises(AssertionError, match="short way"):
+        module.swap(*made(next(one for one in PROGRAMS if one.name == "swap"), (3,), "f4"))
+
+
 @alone
-def test_nothing_leaks(fast: ModuleType) -> None:
+def test_nothing_leaks(either: ModuleType) -> None:
     m, p = made(MOVE_POINT, (40,))
     (v,) = made(NORMALIZE, (40,), "f4")
     out = np.empty((40, 3))
-    held = [m, p, v, out, np.dtype(float), np.dtype("f4"), np.ndarray, fast.move_point, None, "out"]
+    either.move_point(m, p), either.normalize(v)  # numba holds what it has compiled
+    held = [m, p, v, out, np.dtype(float), np.dtype("f4"), np.ndarray, either.move_point, None, "out"]
     counts = [sys.getrefcount(each) for each in held]
     for _ in range(5_000):
-        fast.move_point(m, p, out=out)
-        fast.move_point(m, p)
-        fast.normalize(v)
-        outcome(fast.move_point, m, p[:-1])
-        outcome(fast.move_point, m, p, out=v)
+        either.move_point(m, p, out=out)
+        either.move_point(m, p)
+        either.normalize(v)
+        outcome(either.move_point, m, p[:-1])
+        outcome(either.move_point, m, p, out=v)
     for each, count in zip(held, counts, strict=True):
         assert abs(sys.getrefcount(each) - count) < 20, each
 
 
-def test_threads_of_python(fast: ModuleType) -> None:
+def test_threads_of_python(either: ModuleType) -> None:
     """Long loops run without Python's lock, on arrays that their callers hold."""
     errors: list[BaseException] = []
 
     def run(seed: int) -> None:
         random = np.random.default_rng(seed)
         m, p = random.normal(size=(2_000, 8)), random.normal(size=(2_000, 3))
-        right = fast.move_point._in_python(m, p)
+        right = either.move_point._in_python(m, p)
         try:
             for _ in range(300):
-                assert (fast.move_point(m, p) == right).all()
-                assert (fast.move_point(m.copy(), p.copy()) == right).all()
+                assert (either.move_point(m, p) == right).all()
+                assert (either.move_point(m.copy(), p.copy()) == right).all()
         except BaseException as error:
             errors.append(error)
 

@@ -33,15 +33,15 @@ FORM_PARTS = ("prepare", "apply", "start", "block", "dense")
 
 C_HELPERS = re.compile(
     r"(load|store)_(scalar|rows|(span|tile)_\d+|\d+(x\d+)*)|spans|turn(_tiles|_all)?|(load|store)_(tile|few)|tile|half|four|eight"
-    r"|move_(part|element)|each|batch|call_[anr]+"
+    r"|move_(part|element)|each|as_they_lie|batch|call_[anr]+"
     r"|bits_of|of_bits|chosen_by|quarters_of|(sin|cos)_of_rest|(sin|cos|exp|log|atan2|acos)_of"
     r"|(sin|cos|exp|log|atan|asin)_polynomial"
 )
 """Functions and types that the kernels of a C file share."""
 
-_DENSE_NUMBERS = 32
+_DENSE_NUMBERS = 64
 _DENSE_LINES = 40
-_LINES_OF_NUMBER = 5
+_LINES_OF_NUMBER = 7
 """Kernels of at most so many numbers, and of so many operations or so many for each number, have a loop of their own
 for C order. Others gain less from what they would add to the build."""
 
@@ -303,7 +303,7 @@ def _changing(program: Program, form: Uniform | None) -> dict[int, int]:
 def _has_dense(program: Program, form: Uniform | None) -> bool:
     run, counts = _run(program, form), _changing(program, form).values()
     few = sum(counts) <= _DENSE_NUMBERS and len(run.lines) <= max(_DENSE_LINES, _LINES_OF_NUMBER * sum(counts))
-    return max(counts) > 1 and few and not is_long(run)
+    return 1 < max(counts) <= _TILE_NUMBERS and few and not is_long(run)
 
 
 def _is_direct(program: Program, form: Uniform | None) -> bool:
