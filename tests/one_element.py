@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -16,11 +16,11 @@ from backend_programs import load, write
 from gacompiler.backends import ModuleSource, build_library
 from gacompiler.backends.build import extension_name, extension_path
 
-WAYS = ("extension", "c", "arrays", "numba")
+WAYS = ("extension", "c", "arrays")
 
 
-def load_ways(source: ModuleSource, folder: Path) -> dict[str, ModuleType]:
-    """The module by each way to run it that is there."""
+def load_ways(source: ModuleSource, folder: Path, wanted: Sequence[str] = WAYS) -> dict[str, ModuleType]:
+    """The module by each way to run it that is there; ``numba`` is numba called by the extension."""
     built = folder / "built"
     plain = folder / "plain"
     found = {}
@@ -31,7 +31,7 @@ def load_ways(source: ModuleSource, folder: Path) -> dict[str, ModuleType]:
     extension_path(plain).unlink(missing_ok=True)
     places = {"extension": (built, "c"), "c": (plain, "c"), "arrays": (plain, "arrays"), "numba": (built, "numba")}
     for way, (place, backend) in places.items():
-        if place is built and not has_extension:
+        if way not in wanted or (place is built and not has_extension):
             continue
         if way == "c" and not list(place.glob("_build/*.so")):
             continue

@@ -27,7 +27,7 @@ from backend_programs import (
     module_source,
     traced,
 )
-from one_element import load_ways, outcome
+from one_element import WAYS, load_ways, outcome
 
 from gacompiler.backends import find_compiler
 from gacompiler.ir.program import Program
@@ -47,12 +47,17 @@ MANY = traced(
 )
 """More arguments than a call on one element takes at once."""
 
+INNER = traced("inner", {"a": (3,), "b": (3,)}, lambda a, b: a[0] * b[0] + a[1] * b[1] + a[2] * b[2], {"out": ()})
+"""A number of two elements that have an axis."""
+
 
 @pytest.fixture(scope="module")
 def ways(tmp_path_factory: pytest.TempPathFactory) -> dict[str, ModuleType]:
-    found = load_ways(module_source("short", *PROGRAMS, MANY), tmp_path_factory.mktemp("short"))
+    found = load_ways(
+        module_source("short", *PROGRAMS, MANY, INNER), tmp_path_factory.mktemp("short"), (*WAYS, "numba")
+    )
     for module in found.values():
-        for program in (*PROGRAMS, MANY):
+        for program in (*PROGRAMS, MANY, INNER):
             getattr(module, program.name)(*inputs(program))  # so that libraries are loaded
     return found
 
@@ -251,13 +256,11 @@ def test_any_form(either: ModuleType, plain: ModuleType, program: Program) -> No
     arrays = made(program, (6,))
     for k, array in enumerate(arrays):
         for form in forms(array):
-            if (
-                either.backend == "numba"
-                and isinstance(form, np.ndarray)
-                and form.dtype == float
-                and np.isnan(form).any()
-            ):
-                continue  # a NaN may have either sign
+            if either.backend == "numba" and has_nan(form):
+                found = getattr(either, program.name)(*arrays[:k], form, *arrays[k + 1 :])
+                wanted = getattr(plain, program.name)(*arrays[:k], form, *arrays[k + 1 :])
+                np.testing.assert_equal(found, wanted)  # a NaN may have either sign
+                continue
             arguments = [*arrays[:k], form, *arrays[k + 1 :]]
             wanted = outcome(getattr(plain, program.name), *arguments)
             assert outcome(getattr(either, program.name), *arguments) == wanted, (k, form)
@@ -282,6 +285,34 @@ def test_large_batches_are_the_module_s(fast: ModuleType, monkeypatch: pytest.Mo
     fast.move_point(m[:10], p[:10])
     fast.move_point(m[:10], p[:10], num_threads=2)
     assert seen == [200_000, 10]
+
+
+@pytest.mark.parametrize("first", ["f4", "f8"])
+def test_a_copied_type_is_bound_as_what_it_is(first: str, tmp_path: Path) -> None:
+    """The first call of a kernel under numba may be with unpickled arrays, whose type only equals numpy's."""
+    module = load_ways(module_source("copied", MOVE_POINT), tmp_path, ("numba",))["numba"]
+    m, p = made(MOVE_POINT, (12,))
+    wanted = module.move_point._in_python(m, p) if first == "f8" else None
+    for real in ("f4", "f8"):
+        a, b = (pickle.loads(pickle.dumps(x.astype(real))) for x in (m, p))
+        for given in ((a[::2], b[::2]), (a, b), (np.asfortranarray(a), b), (a[0], b[0])):
+            found = module.move_point(*given)
+            assert found.dtype == real
+    found = module.move_point(m, p)
+    each = np.array([module.move_point(*one) for one in zip(m, p, strict=True)])
+    np.testing.assert_array_equal(found, each)
+    assert wanted is None or np.array_equal(found, wanted)
+    np.testing.assert_allclose(module.move_point(m.astype("f4"), p.astype("f4")), found, rtol=1e-4, atol=1e-4)
+
+
+def test_out_where_an_argument_is_that_lacks_axes(either: ModuleType, plain: ModuleType) -> None:
+    """The same array is another batch as an argument, if its elements have more axes than those of the result."""
+    a, b = np.random.default_rng(3).normal(size=(3, 3)), np.random.default_rng(4).normal(size=(3, 1, 3))
+    for module in (either, plain):
+        wanted = module.inner(a, b)
+        place = a.copy()
+        assert module.inner(place, b, out=place) is place
+        np.testing.assert_array_equal(place, wanted)
 
 
 @pytest.mark.parametrize("leading", [(), (40,)])

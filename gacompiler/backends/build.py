@@ -49,7 +49,7 @@ def library_name(module: str, c_text: str) -> str:
 
 
 _extensions: dict[str, Path] = {}
-"""What this process has built or found, by file name: another folder gets a copy."""
+"""What this process has built, by file name: another folder gets a copy."""
 
 
 def extension_name() -> str:
@@ -186,10 +186,7 @@ def build_extension(compiler: tuple[str, ...], folder: Path) -> Path | None:
     try:
         source, built = scratch / f"{STEM}.c", scratch / target.name
         known = _extensions.get(target.name)
-        if known is None or not known.exists():
-            # Kernels that are compiled one by one have a folder each.
-            known = next(folder.parent.glob(f"*/{FOLDER}/{target.name}"), None)
-        if known is not None:
+        if known is not None and known.exists():
             shutil.copyfile(known, built)
         else:
             source.write_text(extension_source(), encoding="utf-8")

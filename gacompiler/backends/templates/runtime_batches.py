@@ -15,6 +15,8 @@ _ROW, _LEAST_ROW, _SPACE = 64, 16, 24 * 1024
 """Elements of a block if its rows fit into so many bytes, and the fewest in any case."""
 _HEAD, _FORM, _N_FLAGS = 3, 5, 62
 """Of the table of a kernel: numbers before its parts, and of each form; how many arguments a form can have still."""
+_DONE = -1
+"""What the driver returns; after an exception, such as of memory, numba's functions that C calls return 0."""
 _STILL, _AS_IT_LIES, _MOVED = 0, 1, 2
 """How a part gets to its loop: once for all, from where it lies, or through rows of a block."""
 
@@ -88,7 +90,7 @@ def _numba_batch(table: Any, arrays: Any, sizes: Any, steps: Any) -> int:
     of axes and its lengths; then forms, of which the last is the kernel itself: the arguments that stay, as bits, the
     least number of elements, how many numbers are prepared, and the loops over rows and over elements in C order.
 
-    Returns 0, or the place in the table of a loop that has to be compiled first.
+    Returns `_DONE`, or the place in the table of a loop that has to be compiled first; 0 where an error ended it.
     """
     n_inputs, n_parts, n_cores, size = table[0], table[1], table[2], sizes[0]
     at, first, still, ordered = _HEAD, n_parts, 0, True
@@ -115,7 +117,7 @@ def _numba_batch(table: Any, arrays: Any, sizes: Any, steps: Any) -> int:
         in_place = in_place and (steps[p] == _w or size == 1 or (p < _N_FLAGS and hoisted >> p & 1 == 1))
     if (in_order or in_place) and hoisted == 0:
         _call(run, size, _at(arrays, 0), _at(steps, n_parts))
-        return 0
+        return _DONE
     # Where the parts are and what is prepared, where their rows are, how they get there, and the strides in an element.
     local = np.empty(3 * n_parts + 1 + n_cores, np.intp)
     prepared = np.empty(n_prepared + 1, _real)
@@ -131,7 +133,7 @@ def _numba_batch(table: Any, arrays: Any, sizes: Any, steps: Any) -> int:
         _call(run, size, _place(starts), _place(cores))
         # numba frees an array after its last use, and these are used by their addresses until here.
         local[0] = prepared[0]
-        return 0
+        return _DONE
     total, n_bytes, at = 0, 0, _HEAD
     for p in range(n_parts):
         total += table[at]
@@ -180,4 +182,4 @@ def _numba_batch(table: Any, arrays: Any, sizes: Any, steps: Any) -> int:
             first += table[at + 1]
             at += 2 + table[at + 1]
     space[0] = local[0] = prepared[0]
-    return 0
+    return _DONE

@@ -250,7 +250,10 @@ class Kernel(_Call):  # type: ignore[misc]
                     and [out.shape] == shapes
                     and out.dtype is dtype
                     and out.flags.behaved
-                    and not any(array is not out and np.may_share_memory(array, out) for array in arrays)
+                    and not any(
+                        (array is not out or len(shape) != len(self._out_shapes[0])) and np.may_share_memory(array, out)
+                        for array, shape in zip(arrays, self._shapes)  # noqa: B905
+                    )
                 ):
                     results = [out]
                     pointers.append(_from_buffer(out if out.flags.c_contiguous else out[:0]))
@@ -394,7 +397,8 @@ class Kernel(_Call):  # type: ignore[misc]
             for k, target in enumerate(outs):
                 if not target.flags.aligned or any(np.may_share_memory(target, other) for other in outs[:k]):
                     targets[k] = np.empty(target.shape, dtype)
-            operands = [_apart(operand, targets) for operand in operands]
+            n_axes = [len(leading) + len(shape) for shape in self._shapes]
+            operands = [_apart(operand, targets, n) for operand, n in zip(operands, n_axes, strict=True)]
         arrays = [*operands, *targets]
         steps = [_steps(array, leading, shape) for array, shape in zip(arrays, self._all_shapes)]  # noqa: B905
         sizes, steps = _coalesced(leading, steps)
@@ -419,7 +423,7 @@ class Kernel(_Call):  # type: ignore[misc]
                     function, self._element = _c_address(f"{self.name}_f64"), _c_element(self)
             else:
                 loop = _Loops(self, dtype)
-                self._ways[dtype is _FLOAT32] = loop.way
+                self._ways[dtype.itemsize == 4] = loop.way
             if _extension is not None and self._inputs:
                 shapes = tuple(self._shapes), tuple(self._out_shapes)
                 limits = (_LEAST_WORK - 1) // self._work, _PATIENCE // self._work

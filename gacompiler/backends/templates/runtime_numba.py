@@ -20,6 +20,7 @@ import numpy as np
 
 from .runtime_batches import (
     _AS_IT_LIES,
+    _DONE,
     _FORM,
     _HEAD,
     _LEAST_ROW,
@@ -151,7 +152,7 @@ def _numba_driver(dtype: np.dtype[Any]) -> Any:
             kind = tools.ll.DoubleType() if dtype.itemsize == 8 else tools.ll.FloatType()
             names = {"_w": dtype.itemsize, "_real": real, "_call": tools.call, "_place": tools.place, "_at": tools.at}
             names |= {"_ROW": _ROW, "_LEAST_ROW": _LEAST_ROW, "_SPACE": _SPACE, **_numba_movers(kind)}
-            names |= {"_HEAD": _HEAD, "_FORM": _FORM, "_N_FLAGS": _N_FLAGS}
+            names |= {"_HEAD": _HEAD, "_FORM": _FORM, "_N_FLAGS": _N_FLAGS, "_DONE": _DONE}
             names |= {"_STILL": _STILL, "_AS_IT_LIES": _AS_IT_LIES, "_MOVED": _MOVED}
             plain = {"__name__": __name__, "range": range, "min": min, "abs": abs}
             integer, integers = numba.types.intp, numba.types.CPointer(numba.types.intp)
@@ -194,7 +195,9 @@ class _Loops:
         self.way = 0, function.address, _address(self._table)
 
     def __call__(self, starts: Any, dimensions: Any, steps: Any) -> None:
-        while missing := self._driver(self._pointer, starts, dimensions, steps):
+        while (missing := self._driver(self._pointer, starts, dimensions, steps)) != _DONE:
+            if missing == 0:
+                raise MemoryError(f"{self._kernel.name}: no memory for blocks of elements")
             self._compile(missing)
 
     def _compile(self, place: int) -> None:
