@@ -31,7 +31,6 @@ from .runtime_numba import _kernel_of, _Loops, _scalar_kernel
 from .runtime_strides import (
     _FLOAT32,
     _FLOAT64,
-    _apart,
     _as_array,
     _checked_outs,
     _coalesced,
@@ -39,6 +38,7 @@ from .runtime_strides import (
     _float64,
     _leading,
     _ndarray,
+    _overlap,
     _returned,
     _shape_text,
     _steps,
@@ -251,7 +251,7 @@ class Kernel(_Call):  # type: ignore[misc]
                     and out.dtype is dtype
                     and out.flags.behaved
                     and not any(
-                        (array is not out or len(shape) != len(self._out_shapes[0])) and np.may_share_memory(array, out)
+                        _overlap(array, out, out.ndim - len(self._out_shapes[0]) + len(shape))
                         for array, shape in zip(arrays, self._shapes)  # noqa: B905
                     )
                 ):
@@ -398,7 +398,10 @@ class Kernel(_Call):  # type: ignore[misc]
                 if not target.flags.aligned or any(np.may_share_memory(target, other) for other in outs[:k]):
                     targets[k] = np.empty(target.shape, dtype)
             n_axes = [len(leading) + len(shape) for shape in self._shapes]
-            operands = [_apart(operand, targets, n) for operand, n in zip(operands, n_axes, strict=True)]
+            operands = [
+                operand.copy() if any(_overlap(operand, target, n) for target in targets) else operand
+                for operand, n in zip(operands, n_axes, strict=True)
+            ]
         arrays = [*operands, *targets]
         steps = [_steps(array, leading, shape) for array, shape in zip(arrays, self._all_shapes)]  # noqa: B905
         sizes, steps = _coalesced(leading, steps)

@@ -99,20 +99,17 @@ def _usable(array: Any, dtype: np.dtype[Any]) -> Any:
     return np.require(array, dtype, "A")
 
 
-def _apart(array: Any, outs: list[Any], n_axes: int) -> Any:
-    """`array`, or a copy where writing an output would change an element that is still to be read.
+def _overlap(array: Any, out: Any, n_axes: int) -> bool:
+    """Whether writing an output would change an element of an argument that is still to be read.
 
-    An output may be where an argument is, if that has all axes of the batch: `n_axes` with those of its elements.
+    It may be where the argument is, if that has all axes of the batch: `n_axes` with those of its elements.
     """
-    for out in outs:
-        if np.may_share_memory(array, out) and not (
-            array.ndim == n_axes
-            and array.shape == out.shape
-            and array.strides == out.strides
-            and _address(array) == _address(out)
-        ):
-            return array.copy()
-    return array
+    return np.may_share_memory(array, out) and not (
+        array.ndim == n_axes
+        and array.shape == out.shape
+        and array.strides == out.strides
+        and _address(array) == _address(out)
+    )
 
 
 def _steps(array: Any, leading: tuple[int, ...], shape: tuple[int, ...]) -> tuple[int, ...]:
