@@ -43,6 +43,8 @@ KERNELS: tuple[tuple[str, int | None], ...] = (
     ("cga3.move_point", None),
     ("cga3.transform_vector", None),
     ("pga3.motor_exponential", None),
+    ("pga3.motor_logarithm", None),
+    ("quaternion.exponential", None),
     ("pga3.motor_product", 0),
     ("pga3.move_point", 0),
     ("pga3.move_line", 0),

@@ -2,7 +2,7 @@
 // command: gac generate --all arms
 // spec: d016df18dd5ec9e0
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 0210798b50a607436b151d536bb91a2272662ef452b6a8943ecce996761a248f
+// body: 21be71feaa2495cd1fc994bcb33829ef02a284b09cad4a5cf8d897e4174c23f6
 
 #ifndef REAL
 #include "arms.h"
@@ -396,7 +396,7 @@ static INLINE REAL NAME(exp_of)(REAL x)
     const REAL y = NAME(chosen_by)(WHERE(x > most), most, NAME(chosen_by)(WHERE(x < least), least, x));
     const REAL shifted = y * PRECISION(1.4426950408889634, 1.4426950216293335f) + SHIFT, k = shifted - SHIFT;
     const REAL z = (y - k * LOG_HIGH) - k * LOG_LOW;
-    const WORD n = NAME(bits_of)(shifted) - NAME(bits_of)(SHIFT), half = (n + 2 * BIAS) / 2 - BIAS;
+    const WORD n = NAME(bits_of)(shifted) - NAME(bits_of)(SHIFT), half = ((n + 2 * BIAS) >> 1) - BIAS;
     const REAL a = NAME(of_bits)((half + BIAS) << FRACTION_BITS), b = NAME(of_bits)((n - half + BIAS) << FRACTION_BITS);
     return (1 + (z + z * z * NAME(exp_polynomial)(z))) * a * b;
 }

@@ -2,7 +2,7 @@
 // command: gac generate --all cga2
 // spec: f14887bc6fa2bdb2
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 1b1463106bf36cc8e14b39aeb0c65ac6c5b12a8a4c48dde03811b1cbbadddb14
+// body: 1e3b79c2d796fab2fd2504d71908d7992d5c81b72255915b6950bbcbb4872d84
 
 #ifndef REAL
 #include "cga2.h"
@@ -396,7 +396,7 @@ static INLINE REAL NAME(exp_of)(REAL x)
     const REAL y = NAME(chosen_by)(WHERE(x > most), most, NAME(chosen_by)(WHERE(x < least), least, x));
     const REAL shifted = y * PRECISION(1.4426950408889634, 1.4426950216293335f) + SHIFT, k = shifted - SHIFT;
     const REAL z = (y - k * LOG_HIGH) - k * LOG_LOW;
-    const WORD n = NAME(bits_of)(shifted) - NAME(bits_of)(SHIFT), half = (n + 2 * BIAS) / 2 - BIAS;
+    const WORD n = NAME(bits_of)(shifted) - NAME(bits_of)(SHIFT), half = ((n + 2 * BIAS) >> 1) - BIAS;
     const REAL a = NAME(of_bits)((half + BIAS) << FRACTION_BITS), b = NAME(of_bits)((n - half + BIAS) << FRACTION_BITS);
     return (1 + (z + z * z * NAME(exp_polynomial)(z))) * a * b;
 }

@@ -2,7 +2,7 @@
 // command: gac generate --all cga3
 // spec: d19093e28632a342
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 37f12fa06c894245276321721112eb8e6471e9adb9e59233496abc33962ecf90
+// body: 3f91bdb03eb2d0cac66c76616bd0b218f59b320bf515024d7184a3cba355f249
 
 #ifndef REAL
 #include "cga3.h"
@@ -397,7 +397,7 @@ static INLINE REAL NAME(exp_of)(REAL x)
     const REAL y = NAME(chosen_by)(WHERE(x > most), most, NAME(chosen_by)(WHERE(x < least), least, x));
     const REAL shifted = y * PRECISION(1.4426950408889634, 1.4426950216293335f) + SHIFT, k = shifted - SHIFT;
     const REAL z = (y - k * LOG_HIGH) - k * LOG_LOW;
-    const WORD n = NAME(bits_of)(shifted) - NAME(bits_of)(SHIFT), half = (n + 2 * BIAS) / 2 - BIAS;
+    const WORD n = NAME(bits_of)(shifted) - NAME(bits_of)(SHIFT), half = ((n + 2 * BIAS) >> 1) - BIAS;
     const REAL a = NAME(of_bits)((half + BIAS) << FRACTION_BITS), b = NAME(of_bits)((n - half + BIAS) << FRACTION_BITS);
     return (1 + (z + z * z * NAME(exp_polynomial)(z))) * a * b;
 }

@@ -2,7 +2,7 @@
 // command: gac generate --all panda
 // spec: 89d7a5d9335b195c
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 85ad0e3f8ff90cd500e4717072b1a72cc3ca4488caa91cf5cec143993004562b
+// body: 7496737ca36f32d6db13a121c10389a5cb5b0eaa93e4a365157ec69872335aa0
 
 #ifndef REAL
 #include "panda.h"
@@ -385,7 +385,7 @@ static INLINE REAL NAME(exp_of)(REAL x)
     const REAL y = NAME(chosen_by)(WHERE(x > most), most, NAME(chosen_by)(WHERE(x < least), least, x));
     const REAL shifted = y * PRECISION(1.4426950408889634, 1.4426950216293335f) + SHIFT, k = shifted - SHIFT;
     const REAL z = (y - k * LOG_HIGH) - k * LOG_LOW;
-    const WORD n = NAME(bits_of)(shifted) - NAME(bits_of)(SHIFT), half = (n + 2 * BIAS) / 2 - BIAS;
+    const WORD n = NAME(bits_of)(shifted) - NAME(bits_of)(SHIFT), half = ((n + 2 * BIAS) >> 1) - BIAS;
     const REAL a = NAME(of_bits)((half + BIAS) << FRACTION_BITS), b = NAME(of_bits)((n - half + BIAS) << FRACTION_BITS);
     return (1 + (z + z * z * NAME(exp_polynomial)(z))) * a * b;
 }

@@ -2,7 +2,7 @@
 // command: gac generate --all pga2
 // spec: 6f50564ea0875a9f
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 329501f35a7c8b9dc3ccd1cd25236a00d44c6fcf6bec6fbbfd903846c8da4ce9
+// body: 1b14bba9cdb2b9e80e94bae103687d459356a48221940ed63ba8406dca5d3099
 
 #ifndef REAL
 #include "pga2.h"
@@ -392,7 +392,7 @@ static INLINE REAL NAME(exp_of)(REAL x)
     const REAL y = NAME(chosen_by)(WHERE(x > most), most, NAME(chosen_by)(WHERE(x < least), least, x));
     const REAL shifted = y * PRECISION(1.4426950408889634, 1.4426950216293335f) + SHIFT, k = shifted - SHIFT;
     const REAL z = (y - k * LOG_HIGH) - k * LOG_LOW;
-    const WORD n = NAME(bits_of)(shifted) - NAME(bits_of)(SHIFT), half = (n + 2 * BIAS) / 2 - BIAS;
+    const WORD n = NAME(bits_of)(shifted) - NAME(bits_of)(SHIFT), half = ((n + 2 * BIAS) >> 1) - BIAS;
     const REAL a = NAME(of_bits)((half + BIAS) << FRACTION_BITS), b = NAME(of_bits)((n - half + BIAS) << FRACTION_BITS);
     return (1 + (z + z * z * NAME(exp_polynomial)(z))) * a * b;
 }

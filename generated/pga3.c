@@ -2,7 +2,7 @@
 // command: gac generate --all pga3
 // spec: 5ff9daa919aa8689
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 09bcf2cc82161a2c686a9e89f32f682f7d6b2d9b4dfabee3e04e599636071beb
+// body: 2fadf6288bad1651b3a8d56dc6bbd7bf52642b2b6a8a43afc9258e76548a3bc8
 
 #ifndef REAL
 #include "pga3.h"
@@ -394,7 +394,7 @@ static INLINE REAL NAME(exp_of)(REAL x)
     const REAL y = NAME(chosen_by)(WHERE(x > most), most, NAME(chosen_by)(WHERE(x < least), least, x));
     const REAL shifted = y * PRECISION(1.4426950408889634, 1.4426950216293335f) + SHIFT, k = shifted - SHIFT;
     const REAL z = (y - k * LOG_HIGH) - k * LOG_LOW;
-    const WORD n = NAME(bits_of)(shifted) - NAME(bits_of)(SHIFT), half = (n + 2 * BIAS) / 2 - BIAS;
+    const WORD n = NAME(bits_of)(shifted) - NAME(bits_of)(SHIFT), half = ((n + 2 * BIAS) >> 1) - BIAS;
     const REAL a = NAME(of_bits)((half + BIAS) << FRACTION_BITS), b = NAME(of_bits)((n - half + BIAS) << FRACTION_BITS);
     return (1 + (z + z * z * NAME(exp_polynomial)(z))) * a * b;
 }

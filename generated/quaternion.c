@@ -2,7 +2,7 @@
 // command: gac generate --all quaternion
 // spec: 7c099cdb8aa07718
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 55b94b136e4bb2815b79cf178853b6c2e87f5ad4fff11670d426eef5e810db06
+// body: 4020b67b241ec171c7c94e60f64827e1ab124606402a321f89c86b8245ab69fe
 
 #ifndef REAL
 #include "quaternion.h"
@@ -396,7 +396,7 @@ static INLINE REAL NAME(exp_of)(REAL x)
     const REAL y = NAME(chosen_by)(WHERE(x > most), most, NAME(chosen_by)(WHERE(x < least), least, x));
     const REAL shifted = y * PRECISION(1.4426950408889634, 1.4426950216293335f) + SHIFT, k = shifted - SHIFT;
     const REAL z = (y - k * LOG_HIGH) - k * LOG_LOW;
-    const WORD n = NAME(bits_of)(shifted) - NAME(bits_of)(SHIFT), half = (n + 2 * BIAS) / 2 - BIAS;
+    const WORD n = NAME(bits_of)(shifted) - NAME(bits_of)(SHIFT), half = ((n + 2 * BIAS) >> 1) - BIAS;
     const REAL a = NAME(of_bits)((half + BIAS) << FRACTION_BITS), b = NAME(of_bits)((n - half + BIAS) << FRACTION_BITS);
     return (1 + (z + z * z * NAME(exp_polynomial)(z))) * a * b;
 }

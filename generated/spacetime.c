@@ -2,7 +2,7 @@
 // command: gac generate --all spacetime
 // spec: 1b4f06fa4d30b0e9
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 2581f09b7a2930a43fc96f5cbfb88a8b5bef60be1a8d1bb8534b5d0e7c91a197
+// body: 81e29f1b64d819815f80f7c5d790f80c5446aa04e962ec34caa1d09440bf37ce
 
 #ifndef REAL
 #include "spacetime.h"
@@ -388,7 +388,7 @@ static INLINE REAL NAME(exp_of)(REAL x)
     const REAL y = NAME(chosen_by)(WHERE(x > most), most, NAME(chosen_by)(WHERE(x < least), least, x));
     const REAL shifted = y * PRECISION(1.4426950408889634, 1.4426950216293335f) + SHIFT, k = shifted - SHIFT;
     const REAL z = (y - k * LOG_HIGH) - k * LOG_LOW;
-    const WORD n = NAME(bits_of)(shifted) - NAME(bits_of)(SHIFT), half = (n + 2 * BIAS) / 2 - BIAS;
+    const WORD n = NAME(bits_of)(shifted) - NAME(bits_of)(SHIFT), half = ((n + 2 * BIAS) >> 1) - BIAS;
     const REAL a = NAME(of_bits)((half + BIAS) << FRACTION_BITS), b = NAME(of_bits)((n - half + BIAS) << FRACTION_BITS);
     return (1 + (z + z * z * NAME(exp_polynomial)(z))) * a * b;
 }

@@ -2,7 +2,7 @@
 // command: gac generate --all sta
 // spec: 65db12e5bb2360c0
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 8d7f9aab1942e3c79691e37338b9fee56ff34c02d6994db8e6ac53bd86453261
+// body: afb8951c591f72698c9fc21ca0e32ca8310da9d39055e74d5f33bd72ba0eff18
 
 #ifndef REAL
 #include "sta.h"
@@ -393,7 +393,7 @@ static INLINE REAL NAME(exp_of)(REAL x)
     const REAL y = NAME(chosen_by)(WHERE(x > most), most, NAME(chosen_by)(WHERE(x < least), least, x));
     const REAL shifted = y * PRECISION(1.4426950408889634, 1.4426950216293335f) + SHIFT, k = shifted - SHIFT;
     const REAL z = (y - k * LOG_HIGH) - k * LOG_LOW;
-    const WORD n = NAME(bits_of)(shifted) - NAME(bits_of)(SHIFT), half = (n + 2 * BIAS) / 2 - BIAS;
+    const WORD n = NAME(bits_of)(shifted) - NAME(bits_of)(SHIFT), half = ((n + 2 * BIAS) >> 1) - BIAS;
     const REAL a = NAME(of_bits)((half + BIAS) << FRACTION_BITS), b = NAME(of_bits)((n - half + BIAS) << FRACTION_BITS);
     return (1 + (z + z * z * NAME(exp_polynomial)(z))) * a * b;
 }

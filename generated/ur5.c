@@ -2,7 +2,7 @@
 // command: gac generate --all ur5
 // spec: cffb52f1f47f416f
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: fce039f6869cc46d756a61011ad2a1d530de946adfd599a8078103eb747d1471
+// body: e6d0906ae6bcbe7d4bc87fac06f826b04fcc85bf2c53882802eac5ae41bc315f
 
 #ifndef REAL
 #include "ur5.h"
@@ -385,7 +385,7 @@ static INLINE REAL NAME(exp_of)(REAL x)
     const REAL y = NAME(chosen_by)(WHERE(x > most), most, NAME(chosen_by)(WHERE(x < least), least, x));
     const REAL shifted = y * PRECISION(1.4426950408889634, 1.4426950216293335f) + SHIFT, k = shifted - SHIFT;
     const REAL z = (y - k * LOG_HIGH) - k * LOG_LOW;
-    const WORD n = NAME(bits_of)(shifted) - NAME(bits_of)(SHIFT), half = (n + 2 * BIAS) / 2 - BIAS;
+    const WORD n = NAME(bits_of)(shifted) - NAME(bits_of)(SHIFT), half = ((n + 2 * BIAS) >> 1) - BIAS;
     const REAL a = NAME(of_bits)((half + BIAS) << FRACTION_BITS), b = NAME(of_bits)((n - half + BIAS) << FRACTION_BITS);
     return (1 + (z + z * z * NAME(exp_polynomial)(z))) * a * b;
 }

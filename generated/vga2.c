@@ -2,7 +2,7 @@
 // command: gac generate --all vga2
 // spec: 17f6e9c743231913
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 144888c28e71add9557a812c2580cc6b310c91b4ad71714751de92efb5127605
+// body: 1ce444c81da6591467d0fcb4f703327461100022b550c65a3e36e881d1ed978e
 
 #ifndef REAL
 #include "vga2.h"
@@ -394,7 +394,7 @@ static INLINE REAL NAME(exp_of)(REAL x)
     const REAL y = NAME(chosen_by)(WHERE(x > most), most, NAME(chosen_by)(WHERE(x < least), least, x));
     const REAL shifted = y * PRECISION(1.4426950408889634, 1.4426950216293335f) + SHIFT, k = shifted - SHIFT;
     const REAL z = (y - k * LOG_HIGH) - k * LOG_LOW;
-    const WORD n = NAME(bits_of)(shifted) - NAME(bits_of)(SHIFT), half = (n + 2 * BIAS) / 2 - BIAS;
+    const WORD n = NAME(bits_of)(shifted) - NAME(bits_of)(SHIFT), half = ((n + 2 * BIAS) >> 1) - BIAS;
     const REAL a = NAME(of_bits)((half + BIAS) << FRACTION_BITS), b = NAME(of_bits)((n - half + BIAS) << FRACTION_BITS);
     return (1 + (z + z * z * NAME(exp_polynomial)(z))) * a * b;
 }

@@ -2,7 +2,7 @@
 // command: gac generate --all vga3
 // spec: 38c08b0ae8f8994f
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 4a36acd089699bb2e5e1c78a26b28b0f2e2f71c0887b1aa135a7204f6e427f02
+// body: 7133c9c6df566e550b9d484b2bb4f0b0e575fcf444aeae8bc4e0dc600491084b
 
 #ifndef REAL
 #include "vga3.h"
@@ -393,7 +393,7 @@ static INLINE REAL NAME(exp_of)(REAL x)
     const REAL y = NAME(chosen_by)(WHERE(x > most), most, NAME(chosen_by)(WHERE(x < least), least, x));
     const REAL shifted = y * PRECISION(1.4426950408889634, 1.4426950216293335f) + SHIFT, k = shifted - SHIFT;
     const REAL z = (y - k * LOG_HIGH) - k * LOG_LOW;
-    const WORD n = NAME(bits_of)(shifted) - NAME(bits_of)(SHIFT), half = (n + 2 * BIAS) / 2 - BIAS;
+    const WORD n = NAME(bits_of)(shifted) - NAME(bits_of)(SHIFT), half = ((n + 2 * BIAS) >> 1) - BIAS;
     const REAL a = NAME(of_bits)((half + BIAS) << FRACTION_BITS), b = NAME(of_bits)((n - half + BIAS) << FRACTION_BITS);
     return (1 + (z + z * z * NAME(exp_polynomial)(z))) * a * b;
 }

@@ -207,3 +207,18 @@ def test_nothing_printed_comes_from_a_set() -> None:
                     and over.func.id in ("set", "frozenset")
                 )
                 assert not literal and not called, f"{relative(path)}:{getattr(over, 'lineno', 0)} iterates over a set"
+
+
+def test_runtime_files_can_be_one() -> None:
+    """They are copied into one file, where a name that two of them define would be the last one's."""
+    found: list[str] = []
+    for path in sorted((ROOT / "gacompiler" / "backends" / "templates").glob("runtime_*.py")):
+        for node in ast.parse(path.read_text(encoding="utf-8")).body:
+            if isinstance(node, (ast.FunctionDef, ast.ClassDef)):
+                found.append(node.name)
+            elif isinstance(node, (ast.Assign, ast.AnnAssign)):
+                names = (one for one in ast.walk(node) if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Store))
+                found += [name.id for name in names]
+    twice = {name for name in found if found.count(name) > 1}
+    assert found
+    assert not twice

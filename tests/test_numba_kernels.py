@@ -32,9 +32,6 @@ from gacompiler.runtime import load_module
 Array = np.ndarray[Any, Any]
 ROOT = Path(__file__).parent.parent
 TYPES = ("float64", "float32")
-EXACT = ("move_point", "normalize", "matrix_product", "swap", "constants", "interpolate", "distance", "odd_names")
-"""Kernels of the tests without a call into the mathematical library."""
-
 needs_compiler = pytest.mark.skipif(not find_compiler(), reason="no C compiler")
 numba = pytest.importorskip("numba")
 
@@ -100,7 +97,7 @@ def bits(results: Any) -> list[bytes]:
 @needs_compiler
 @pytest.mark.parametrize("order", ORDERS, ids=lambda order: order.__name__)
 @pytest.mark.parametrize("dtype", TYPES)
-@pytest.mark.parametrize("name", EXACT)
+@pytest.mark.parametrize("name", [program.name for program in PROGRAMS])
 def test_batches_are_those_of_c_bit_for_bit(
     pair: tuple[ModuleType, ModuleType], name: str, dtype: str, order: Callable[[Array], Array]
 ) -> None:

@@ -1,8 +1,8 @@
-"""Polynomials for the transcendental functions of C loops, in double and in float.
+"""Polynomials and constants for the transcendental functions of kernels, in double and in float.
 
 Each function is reduced to a short interval, where what remains after its first terms is a polynomial in ``z``. The
 coefficients interpolate at the nodes of Chebyshev, to 50 digits, and are then rounded; they are computed here and not
-copied, so that whoever doubts one can compute it again. `functions.c.jinja` says how they are used.
+copied, so that whoever doubts one can compute it again. `functions.c.jinja` and `runtime_transcendental.py` use them.
 """
 
 from __future__ import annotations
@@ -17,7 +17,11 @@ from typing import Any
 
 import mpmath
 
+FARTHEST = 65536
+"""Sines and cosines of larger arguments are the C library's. A multiple of pi/2 up to there has 16 bits."""
+
 _DIGITS = 50
+_SPARE = 53 - 16
 _TERMS = 120
 """More than any of the series needs on its interval."""
 
@@ -100,6 +104,18 @@ def coefficients(name: str, *, double: bool) -> tuple[float, ...]:
         n = approximation.n_double if double else approximation.n_float
         fitted = mpmath.chebyfit(lambda z: series(name, z), approximation.interval(), n)
         return tuple(rounded(c, double=double) for c in reversed(fitted))
+
+
+@cache
+def numbers(*, double: bool) -> dict[str, float]:
+    """The constants of the functions in a precision; parts of a quarter turn are in double for both."""
+    with mpmath.workdps(_DIGITS):
+        quarter = parts(mpmath.pi / 2, (_SPARE, _SPARE), double=True)
+        known = {"turn_inverse": float(2 / mpmath.pi)} | {f"turn_{k}": part for k, part in enumerate(quarter)}
+        known["log_inverse"] = rounded(1 / mpmath.log(2), double=double)
+        for name, value, n_bits in (("log", mpmath.log(2), (15, 41)), ("eighth", mpmath.pi / 4, (20, 48))):
+            known[f"{name}_high"], known[f"{name}_low"] = parts(value, (n_bits[double],), double=double)
+    return known
 
 
 def rounded(value: Any, *, double: bool) -> float:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import ast
 import builtins
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cache
 from pathlib import Path
 
 from ..errors import BackendError
 from ..ir.program import Argument, Program, Result
 from ..ir.uniform import Uniform
+from .approximations import APPROXIMATIONS, FARTHEST, coefficients, numbers
 from .build import FOLDER, extension_name, library_name
 from .c import c_source, environment
 from .c_batch import C_ENDINGS, C_HELPERS, FORM_PARTS, form_name
@@ -25,7 +26,19 @@ PUBLIC = ("Kernel", "Layout", "Value", "backend", "kernels", "num_threads")
 
 _RUNTIME = (
     *("functions", "strides", "layout", "extension", "threads", "libraries"),
-    *("batches", "llvm", "tiles", "movers", "loops", "intrinsics", "numba", "kernel", "value"),
+    *(
+        "batches",
+        "llvm",
+        "terms",
+        "transcendental",
+        "tiles",
+        "movers",
+        "loops",
+        "intrinsics",
+        "numba",
+        "kernel",
+        "value",
+    ),
 )
 """The runtime files, each before what uses it."""
 
@@ -88,9 +101,41 @@ def runtime_text() -> str:
     modules.remove("import numpy as np")
     lines = sorted(modules) + [f"from {module} import {', '.join(sorted(names[module]))}" for module in sorted(names)]
     text = "\n".join([*lines, "", "import numpy as np", *(f"\n\n{body}" for body in bodies)])
-    for name, value in (("_EXTENSION", extension_name()), ("_EXTENSION_FOLDER", FOLDER)):
-        text = text.replace(f'\n{name} = ""\n', f'\n{name} = "{value}"\n')
+    values = {
+        '_EXTENSION = ""': f'"{extension_name()}"',
+        '_EXTENSION_FOLDER = ""': f'"{FOLDER}"',
+        "_FARTHEST = 0": str(FARTHEST),
+        "_CONSTANTS: dict[str, dict[str, float]] = {}": _constants(),
+        "_POLYNOMIALS: dict[str, dict[str, tuple[float, ...]]] = {}": _polynomials(),
+    }
+    for line, value in values.items():
+        text = text.replace(f"\n{line}\n", f"\n{line.partition(' = ')[0]} = {value}\n")
     return text
+
+
+def _constants() -> str:
+    """The constants of transcendental functions, by type."""
+    return _by_type(lambda double: [f'"{name}": {value!r},' for name, value in numbers(double=double).items()])
+
+
+def _polynomials() -> str:
+    """The polynomials of transcendental functions, by type."""
+
+    def lines(double: bool) -> Iterator[str]:
+        for name in APPROXIMATIONS:
+            terms = [f"{c!r}," for c in coefficients(name, double=double)]
+            yield f'"{name}": ('
+            yield from (f"    {' '.join(terms[k : k + 4])}" for k in range(0, len(terms), 4))
+            yield "),"
+
+    return _by_type(lines)
+
+
+def _by_type(lines: Callable[[bool], Iterable[str]]) -> str:
+    text = ["{"]
+    for double, kind in ((True, "float64"), (False, "float32")):
+        text += [f'    "{kind}": {{', *(f"        {line}" for line in lines(double)), "    },"]
+    return "\n".join([*text, "}"])
 
 
 @cache

@@ -59,6 +59,10 @@ _SCALAR: dict[str, Callable[..., Any]] = {
 }
 
 
+_OF_ANGLES = frozenset({"sin", "cos"})
+"""Functions of angles: vectors compute them for angles that are not too far."""
+
+
 def _bound(function: Callable[..., None], names: dict[str, Any]) -> Any:
     """`function` with its free names bound to `names`."""
     assert isinstance(function, FunctionType)

@@ -14,12 +14,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .runtime_functions import _OF_ANGLES
+
 
 class _Element(NamedTuple):
     """A function on one element under numba: of arrays, the last ones for its results, or of tuples and to tuples."""
 
     function: Any
     tuples: bool = False
+    notes: bool = False
+    """Whether it writes 1 behind its last result if it met an angle that is too far for it."""
 
 
 @functools.cache
@@ -74,14 +78,43 @@ def _tools() -> Any:
                         node.value = ir.Const(real(found), node.value.loc)
             return True
 
+    @register_pass(mutates_CFG=False, analysis_only=False)
+    class Notes(FunctionPass):  # type: ignore[misc]
+        """Sines and cosines take the last array of a kernel too, behind which they note what is too far for them."""
+
+        _name = "gac_notes"
+
+        def __init__(self) -> None:
+            super().__init__()
+
+        def run_pass(self, state: Any) -> bool:
+            ir, known = numba.core.ir, state.func_ir
+            nodes = [node for block in known.blocks.values() for node in block.body if isinstance(node, ir.Assign)]
+            last = len(known.arg_names) - 1
+            (array,) = (one.target for one in nodes if isinstance(one.value, ir.Arg) and one.value.index == last)
+            named = [one for one in nodes if isinstance(one.value, ir.Global)]
+            turns = {one.target.name for one in named if one.value.name in _OF_ANGLES}
+            for node in nodes:
+                if getattr(node.value, "op", "") == "call" and node.value.func.name in turns:
+                    node.value.args = [*node.value.args, array]
+            return True
+
     class Compiler(CompilerBase):  # type: ignore[misc]
         """numba's own, and `Constants`."""
 
+        added: tuple[Any, ...] = (Constants,)
+
         def define_pipelines(self) -> list[Any]:
             passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
-            passes.add_pass_after(Constants, IRProcessing)
+            for one in self.added:
+                passes.add_pass_after(one, IRProcessing)
             passes.finalize()
             return [passes]
+
+    class NotingCompiler(Compiler):
+        """numba's own, `Constants` and `Notes`."""
+
+        added = Constants, Notes
 
     class Distinct(ll.MDValue):  # type: ignore[misc]
         """A metadata node that is equal to no other; `itself` is its first operand where LLVM wants that."""
@@ -230,11 +263,14 @@ def _tools() -> Any:
         return context.make_tuple(builder, kind, parts)
 
     def array_in_order(context: Any, builder: Any, kind: Any, shape: Any, values: Sequence[Any]) -> tuple[Any, Any]:
-        """An array among the local variables that holds `values`, and where; LLVM keeps it in registers."""
+        """An array among the local variables that holds `values`, and where, with room for a number behind it.
+
+        LLVM keeps it in registers.
+        """
         shape = shape or (1,)
         real = context.get_value_type(kind.dtype)
         size, width = math.prod(shape), real.get_abi_size(context.target_data)
-        data = cgutils.alloca_once(builder, ll.ArrayType(real, size))
+        data = cgutils.alloca_once(builder, ll.ArrayType(real, size + 1))
         data = builder.bitcast(data, real.as_pointer())
         for k, value in enumerate(values):
             builder.store(value, builder.gep(data, [number(k)], source_etype=real))
@@ -246,7 +282,7 @@ def _tools() -> Any:
     def applied(
         context: Any, builder: Any, element: _Element, signature: Any, shapes: Any, out_shapes: Any, values: Any
     ) -> Any:
-        """The components of the results of a kernel, from those of its arguments."""
+        """The components of the results of a kernel, from those of its arguments; last what it notes, if it does."""
         call = context.get_function(types.Dispatcher(element.function), signature)
         if element.tuples:
             tuples = [packed(context, builder, *one) for one in zip(signature.args, values, strict=True)]
@@ -261,11 +297,12 @@ def _tools() -> Any:
         for kind, shape in zip(signature.args[len(shapes) :], out_shapes, strict=True):
             array, data = array_in_order(context, builder, kind, shape, ())
             arguments.append(array)
-            outs.append((data, context.get_value_type(kind.dtype), math.prod(shape)))
+            real = context.get_value_type(kind.dtype)
+            outs.append([builder.gep(data, [number(k)], source_etype=real) for k in range(math.prod(shape))])
+        if element.notes:
+            outs.append([builder.gep(data, [number(math.prod(shape))], source_etype=real)])
+            builder.store(ll.Constant(real, 0), outs[-1][0])
         call(builder, arguments)
-        return [
-            [builder.load(builder.gep(data, [number(k)], source_etype=real), typ=real) for k in range(size)]
-            for data, real, size in outs
-        ]
+        return [[builder.load(place, typ=real) for place in places] for places in outs]
 
     return SimpleNamespace(**{name: value for name, value in locals().items() if not name.startswith("_")})

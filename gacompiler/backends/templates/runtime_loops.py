@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 from .runtime_llvm import _Element, _tools
@@ -15,6 +15,8 @@ from .runtime_tiles import _Tile
 
 _WIDEST = 5
 """The most numbers in an element that LLVM loads and turns well from C order by itself."""
+_TILES = 2
+"""How many tiles a loop with sines does before it looks whether an angle was too far."""
 
 
 class _Loop(NamedTuple):
@@ -24,6 +26,8 @@ class _Loop(NamedTuple):
     out_shapes: Sequence[tuple[int, ...]]
     real: Any
     function: _Element
+    near: _Element | None
+    """Of a function with sines or cosines, the one for angles that are not too far for it."""
     still: tuple[int, ...]
     """Which arguments the form has prepared."""
     prepare: tuple[_Element, int] | None
@@ -47,13 +51,14 @@ def _numba_loop_over(loop: _Loop) -> Any:
 
     @tools.intrinsic
     def run(typing: Any, size: Any, starts: Any, cores: Any) -> Any:
-        signature = typed(typing, loop.function, own, loop.out_shapes, real)
+        elements = [loop.function, loop.near] if loop.near else [loop.function]
+        signatures = {element: typed(typing, element, own, loop.out_shapes, real) for element in elements}
         first = [loop.shapes[k] for k in loop.still]
         once = typed(typing, loop.prepare[0], first, prepared, real) if loop.prepare else None
 
         def code(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
-            def apply(values: Sequence[Any]) -> Any:
-                return tools.applied(context, builder, loop.function, signature, own, loop.out_shapes, values)
+            def apply(element: _Element, values: Sequence[Any]) -> Any:
+                return tools.applied(context, builder, element, signatures[element], own, loop.out_shapes, values)
 
             size, starts, cores = arguments
             writer = _Writer(loop, context.get_value_type(real), builder, starts, cores, apply)
@@ -127,46 +132,79 @@ class _Writer:
         inputs = [self.part(k) for k in self._loop.changing]
         outputs = [self.part(k) for k in range(len(self._loop.shapes), len(self._every))]
         largest = max(map(len, [*inputs, *outputs]))
-        if self._loop.dense and largest > _WIDEST:
+        if self._loop.near or (self._loop.dense and largest > _WIDEST):
             self._tiles(size, before, inputs, outputs)
             return
 
         def body(i: Any, mark: Any) -> None:
-            self._element(before, self._at(inputs, i), self._at(outputs, i), mark)
+            self._element(self._loop.function, before, self._at(inputs, i), self._at(outputs, i), mark)
 
         _tools().parallel(self._builder, size, body)
 
     def _tiles(self, size: Any, before: list[Any], inputs: list[Any], outputs: list[Any]) -> None:
-        """Elements in C order, turned tile by tile; the last ones alone."""
-        tools, builder = _tools(), self._builder
+        """Elements some tiles at a time, in C order turned; the last ones alone, and those beside a far angle.
+
+        Results stay in registers until it is known that no angle was too far: they may be written over arguments.
+        """
+        tools, builder, near, dense = _tools(), self._builder, self._loop.near, self._loop.dense
         tile = _Tile(builder, self._kind, self._width)
-        rows_in, rows_out = ([self._rows(len(part), tile) for part in parts] for parts in (inputs, outputs))
-
-        def lane(j: Any, mark: Any) -> None:
-            inputs, outputs = (
-                [[tile.after(row, j) for row in rows] for rows in parts] for parts in (rows_in, rows_out)
-            )
-            self._element(before, inputs, outputs, mark)
-
-        def whole(i: Any) -> None:
-            for part, rows in zip(self._at(inputs, i), rows_in, strict=True):
-                tile.load(part[0], rows)
-            tools.parallel(builder, self._number(tile.lanes), lane, tile.lanes)
-            for part, rows in zip(self._at(outputs, i), rows_out, strict=True):
-                tile.store(rows, part[0])
+        span = tile.lanes * (_TILES if near else 1)
+        rows_in, rows_out = ([self._rows(len(part), span) for part in parts] for parts in (inputs, outputs))
+        bits = tools.ll.IntType(self._loop.real.bitwidth)
+        far = tools.cgutils.alloca_once(builder, bits)
 
         def alone(i: Any) -> None:
-            self._element(before, self._at(inputs, i), self._at(outputs, i), _as_it_is)
+            self._element(self._loop.function, before, self._at(inputs, i), self._at(outputs, i), _as_it_is)
 
-        in_tiles = builder.and_(size, self._number(-tile.lanes))
-        tools.one_by_one(builder, self._number(0), in_tiles, tile.lanes, whole)
+        def run(first: Any) -> None:
+            def lane(j: Any, mark: Any) -> None:
+                given = self._rows_at(rows_in, j) if dense else self._at(inputs, builder.add(first, j))
+                noted = self._element(near or self._loop.function, before, given, self._rows_at(rows_out, j), mark)
+                for one in noted:
+                    builder.store(builder.or_(builder.load(far), builder.bitcast(one, bits)), far)
+
+            builder.store(bits(0), far)
+            tools.parallel(builder, self._number(span), lane, span)
+
+        def by_tile(parts: Any, rows: Any, first: Any) -> Iterator[tuple[list[Any], list[Any]]]:
+            """Where the components of the first element of each tile are, and its rows."""
+            for k in map(self._number, range(0, span, tile.lanes)):
+                yield from zip(self._at(parts, builder.add(first, k)), self._rows_at(rows, k), strict=True)
+
+        def store(first: Any) -> None:
+            for places, rows in by_tile(outputs, rows_out, first):
+                if dense:
+                    tile.store(rows, places[0])
+                else:
+                    tile.copy(rows, places)
+
+        def whole(first: Any) -> None:
+            if dense:
+                for places, rows in by_tile(inputs, rows_in, first):
+                    tile.load(places[0], rows)
+            run(first)
+            if near is None:
+                store(first)
+                return
+            is_far = builder.icmp_unsigned("!=", builder.load(far), bits(0))
+            with builder.if_else(is_far, likely=False) as (then, otherwise):
+                with then:
+                    tools.one_by_one(builder, first, builder.add(first, self._number(span)), 1, alone)
+                with otherwise:
+                    store(first)
+
+        in_tiles = builder.and_(size, self._number(-span))
+        tools.one_by_one(builder, self._number(0), in_tiles, span, whole)
         tools.one_by_one(builder, in_tiles, size, 1, alone)
 
-    def _element(self, before: list[Any], inputs: Sequence[Any], outputs: Sequence[Any], mark: Any) -> None:
-        """The kernel on components at these places."""
-        found = self._apply([*before, *(self.loaded(places, mark) for places in inputs)])
-        for values, places in zip(found, outputs, strict=True):
+    def _element(
+        self, element: _Element, before: list[Any], inputs: Sequence[Any], outputs: Sequence[Any], mark: Any
+    ) -> Any:
+        """The kernel on components at these places; what it notes besides, if it does."""
+        found = self._apply(element, [*before, *(self.loaded(places, mark) for places in inputs)])
+        for values, places in zip(found, outputs, strict=False):
             self.store(values, places, mark)
+        return found[len(outputs)] if element.notes else []
 
     def _at(self, parts: Sequence[Any], i: Any) -> list[list[Any]]:
         """Where the components of element `i` are, from those of the first."""
@@ -177,12 +215,19 @@ class _Writer:
 
         return [[after(place, len(part)) for place in part] for part in parts]
 
-    def _rows(self, size: int, tile: _Tile) -> list[Any]:
-        """Room for a tile among the local variables; LLVM keeps it in registers."""
+    def _rows(self, size: int, length: int) -> list[Any]:
+        """Room for rows of this length among the local variables; LLVM keeps it in registers."""
         tools = _tools()
-        room = tools.cgutils.alloca_once(self._builder, tools.ll.ArrayType(self._kind, size * tile.lanes))
+        room = tools.cgutils.alloca_once(self._builder, tools.ll.ArrayType(self._kind, size * length))
         start = self._builder.bitcast(room, self._kind.as_pointer())
-        return [tile.after(start, self._number(k * tile.lanes)) for k in range(size)]
+        return [self._after(start, self._number(k * length)) for k in range(size)]
+
+    def _rows_at(self, parts: Sequence[Sequence[Any]], j: Any) -> list[list[Any]]:
+        """Where the numbers of element `j` are in the rows of some parts."""
+        return [[self._after(row, j) for row in rows] for rows in parts]
+
+    def _after(self, place: Any, count: Any) -> Any:
+        return self._builder.gep(place, [count], source_etype=self._kind)
 
     def _entry(self, table: Any, k: int) -> Any:
         place = self._builder.gep(table, [self._number(k)], source_etype=self._intp)

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from types import FunctionType
 from typing import Any
 
@@ -33,13 +33,14 @@ from .runtime_batches import (
     _numba_move_part,
     _numba_move_rows,
 )
-from .runtime_functions import _SCALAR, _bound
+from .runtime_functions import _OF_ANGLES, _SCALAR, _bound
 from .runtime_intrinsics import _numba_call_on_one
 from .runtime_libraries import _LOCK, _foreign
 from .runtime_llvm import _Element, _tools
 from .runtime_loops import _Loop, _numba_loop_over
 from .runtime_movers import _numba_movers
 from .runtime_strides import _address, _parsed
+from .runtime_transcendental import _numba_transcendental
 
 _run_rows: Any = None
 _apply: Any = None
@@ -87,18 +88,23 @@ def _parameters(function: Any) -> tuple[str, ...]:
     return names[: function.__code__.co_argcount]
 
 
-def _numba_element(function: Callable[..., None]) -> Any:
+def _numba_element(function: Callable[..., None], near: bool) -> Any:
     """A kernel's text under numba: rounding as written, inf and nan instead of exceptions, inlined where it is used."""
     import numba
 
-    options = {"error_model": "numpy", "forceinline": True, "pipeline_class": _tools().Compiler}
+    options = {"error_model": "numpy", "forceinline": True}
+    tools = _tools()
     with _LOCK:
         if not _scalar_names:
             for name, scalar in _SCALAR.items():
                 plain = isinstance(scalar, FunctionType)
-                _scalar_names[name] = _kept(numba.njit, scalar, **options) if plain else scalar
-    names = {"__name__": __name__, **_scalar_names}
-    return _kept(numba.njit, _bound(function, names), **_INNER, **options)
+                compiled = _kept(numba.njit, scalar, pipeline_class=tools.Compiler, **options) if plain else scalar
+                _scalar_names[name] = compiled
+    bound = _bound(function, {"__name__": __name__, **_scalar_names, **_numba_transcendental(near)})
+    if near:
+        bound.__qualname__ += "_near"
+    compiler = tools.NotingCompiler if near else tools.Compiler
+    return _kept(numba.njit, bound, pipeline_class=compiler, **_INNER, **options)
 
 
 def _scalar_kernel(kernel: Any) -> Any:
@@ -111,14 +117,15 @@ def _scalar_kernel(kernel: Any) -> Any:
     return numba.njit(bound, error_model="numpy", forceinline=True)
 
 
-_elements: dict[Callable[..., None], _Element] = {}
+_elements: dict[tuple[Callable[..., None], bool], _Element] = {}
 
 
-def _element_of(function: Callable[..., None]) -> _Element:
+def _element_of(function: Callable[..., None], near: bool = False) -> _Element:
+    """A kernel's text under numba; if `near`, where angles are too far for vectors it only notes that."""
     with _LOCK:
-        if function not in _elements:
-            _elements[function] = _Element(_numba_element(function))
-        return _elements[function]
+        if (function, near) not in _elements:
+            _elements[function, near] = _Element(_numba_element(function, near), notes=near)
+        return _elements[function, near]
 
 
 def _element_of_user(function: Any) -> _Element:
@@ -210,15 +217,21 @@ class _Loops:
             which, entry = divmod(place - self._first_form, _FORM)
             same, _, n_prepared, parts = self._forms[which]
             dense, still = entry == _FORM - 1, tuple(k for k, (name, _) in enumerate(kernel._inputs) if name in same)
-            element = kernel._user or _element_of(parts[-1])
+            exact = kernel._user or _element_of(parts[-1])
+            near = _element_of(parts[-1], near=True) if _has_turns(kernel, parts) else None
             prepare = (_element_of(parts[0]), n_prepared) if same else None
-            loop = _Loop(kernel._shapes, kernel._out_shapes, real, element, still, prepare, dense)
+            loop = _Loop(kernel._shapes, kernel._out_shapes, real, exact, near, still, prepare, dense)
             rows = _numba_loop_over(loop)
             name = f"{parts[-1].__name__}_{'dense' if dense else 'rows'}_{real}"
             signature = numba.types.void(*[numba.types.intp] * 3)
             function = _callback(_numba_rows, signature, name, {"_run_rows": rows}, not kernel._user)
             self._compiled.append(function)
             self._table[place] = function.address
+
+
+def _has_turns(kernel: Any, parts: Sequence[Callable[..., None]]) -> bool:
+    """Whether what runs for each element has sines or cosines that vectors can compute if they are near."""
+    return not kernel._user and not _OF_ANGLES.isdisjoint(parts[-1].__code__.co_names)
 
 
 def _kernel_of(cls: Any, function: Any, signature: str) -> Any:

@@ -47,6 +47,11 @@ class _Tile:
         for k in self._blocks(size):
             self.store_block(rows[k:], [self.after(start, self._number(i * size + k)) for i in range(self.lanes)])
 
+    def copy(self, rows: Sequence[Any], places: Sequence[Any]) -> None:
+        """Rows to where each component of neighbouring elements is."""
+        for row, place in zip(rows, places, strict=True):
+            self._put(self._vector(row), place)
+
     def load_block(self, elements: Sequence[Any], rows: Sequence[Any]) -> None:
         """The first rows from so many numbers of each element."""
         halves = [self._vector(element, self.half) for element in elements]

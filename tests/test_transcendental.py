@@ -1,10 +1,11 @@
-"""The transcendental functions of C loops against mpmath at 50 digits; special numbers against the C library."""
+"""The transcendental functions of kernels against mpmath at 50 digits; special numbers against the C library."""
 
 from __future__ import annotations
 
 import itertools
 import math
 from collections.abc import Callable
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -12,10 +13,10 @@ import mpmath
 import numpy as np
 import pytest
 from backend_programs import load, module_source, traced, write
+from scalar_loops import scalar_loops
 
-from gacompiler.backends.approximations import APPROXIMATIONS, coefficients, series
-from gacompiler.backends.build import build_library, find_compiler
-from gacompiler.backends.c_functions import FARTHEST
+from gacompiler.backends.approximations import APPROXIMATIONS, FARTHEST, coefficients, series
+from gacompiler.backends.build import build_library
 from gacompiler.ir.scalar import Op
 
 FUNCTIONS: dict[str, tuple[Op, Callable[..., Any], Callable[..., Any]]] = {
@@ -28,8 +29,6 @@ FUNCTIONS: dict[str, tuple[Op, Callable[..., Any], Callable[..., Any]]] = {
 }
 MOST_ULP = 2
 
-needs_c = pytest.mark.skipif(find_compiler() is None, reason="no C compiler")
-
 
 def _program(name: str, op: Op) -> Any:
     shapes: dict[str, tuple[int, ...]] = {"y": (), "x": ()} if op is Op.ATAN2 else {"x": ()}
@@ -37,16 +36,29 @@ def _program(name: str, op: Op) -> Any:
 
 
 @pytest.fixture(scope="module")
-def module(tmp_path_factory: pytest.TempPathFactory) -> ModuleType:
+def modules(tmp_path_factory: pytest.TempPathFactory) -> dict[str, ModuleType]:
+    """The functions as kernels, by backend."""
     folder = tmp_path_factory.mktemp("functions")
     programs = [_program(name, op) for name, (op, _, _) in FUNCTIONS.items()]
     programs.append(
         traced("turned", {"v": (2,)}, lambda v: [v[0] * v[0].graph.apply(Op.COS, v[1]), v[1]], {"out": (2,)})
     )
-    build_library(write(module_source("functions", *programs), folder))
+    c_path = write(module_source("functions", *programs), folder)
+    found = {}
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("GAC_BACKEND", "c")
-        return load(folder / "functions.py", "functions")
+        if build_library(c_path):
+            patch.setenv("GAC_BACKEND", "c")
+            found["c"] = load(folder / "functions.py", "functions_c")
+        patch.setenv("GAC_BACKEND", "numba")
+        found["numba"] = load(folder / "functions.py", "functions_numba")
+    return found
+
+
+@pytest.fixture(name="module", params=["c", "numba"])
+def module_fixture(request: pytest.FixtureRequest, modules: dict[str, ModuleType]) -> ModuleType:
+    if request.param not in modules:
+        pytest.skip("no C compiler")
+    return modules[request.param]
 
 
 def _arguments(name: str, dtype: Any) -> list[np.ndarray[Any, Any]]:
@@ -73,7 +85,6 @@ def _arguments(name: str, dtype: Any) -> list[np.ndarray[Any, Any]]:
     return [y, x]
 
 
-@needs_c
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
 @pytest.mark.parametrize("name", FUNCTIONS)
 def test_every_function_is_within_two_ulp(name: str, dtype: Any, module: ModuleType) -> None:
@@ -90,7 +101,6 @@ def test_every_function_is_within_two_ulp(name: str, dtype: Any, module: ModuleT
     assert worst < MOST_ULP
 
 
-@needs_c
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
 @pytest.mark.parametrize("name", FUNCTIONS)
 def test_special_numbers_are_those_of_the_c_library(name: str, dtype: Any, module: ModuleType) -> None:
@@ -110,7 +120,6 @@ def test_special_numbers_are_those_of_the_c_library(name: str, dtype: Any, modul
     assert np.nanmax(difference) <= 3
 
 
-@needs_c
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
 @pytest.mark.parametrize("name", ["sine", "cosine"])
 def test_one_far_angle_in_a_batch_is_as_exact_as_the_others(name: str, dtype: Any, module: ModuleType) -> None:
@@ -128,7 +137,6 @@ def test_one_far_angle_in_a_batch_is_as_exact_as_the_others(name: str, dtype: An
         np.testing.assert_array_equal(function(x, out=x), alone)
 
 
-@needs_c
 @pytest.mark.parametrize("order", ["C", "F"])
 def test_results_may_be_written_over_arguments_with_far_angles(order: Any, module: ModuleType) -> None:
     v = np.asarray(np.random.default_rng(1).normal(size=(300, 2)), order=order)
@@ -137,6 +145,28 @@ def test_results_may_be_written_over_arguments_with_far_angles(order: Any, modul
     written = v.copy(order)
     module.turned(written, out=written)
     np.testing.assert_allclose(written, expected, rtol=1e-15)
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+@pytest.mark.parametrize("order", ["C", "F"])
+@pytest.mark.parametrize("name", [*FUNCTIONS, "turned"])
+def test_both_backends_give_the_same_bits(name: str, order: Any, dtype: Any, modules: dict[str, ModuleType]) -> None:
+    rng = np.random.default_rng(3)
+    if "c" not in modules:
+        pytest.skip("no C compiler")
+    arguments = [rng.normal(size=(99, 2))] if name == "turned" else _arguments(name, dtype)
+    arguments = [np.asarray(argument, dtype, order=order) for argument in arguments]
+    right, found = (getattr(modules[backend], name)(*arguments) for backend in ("c", "numba"))
+    assert found.tobytes() == right.tobytes()
+    if name != "turned":
+        alone = [getattr(modules["numba"], name).jit(*one) for one in zip(*arguments, strict=True)]
+        assert np.array(alone, dtype).tobytes() == right.tobytes()
+
+
+def test_gcc_makes_vectors_of_every_loop(modules: dict[str, ModuleType], tmp_path: Path) -> None:
+    if "c" not in modules:
+        pytest.skip("no C compiler")
+    assert scalar_loops(Path(str(modules["c"].__file__)).with_suffix(".c"), tmp_path) == []
 
 
 @pytest.mark.parametrize("double", [True, False], ids=["double", "float"])
