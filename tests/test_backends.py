@@ -36,6 +36,7 @@ from gacompiler.backends import (
     python_functions,
     python_source,
 )
+from gacompiler.backends.c_functions import TRANSCENDENTAL
 from gacompiler.errors import BackendError
 from gacompiler.ir.interpret import interpret
 from gacompiler.ir.program import Program
@@ -137,6 +138,14 @@ def test_a_kernel_may_not_hide_what_the_module_needs() -> None:
         program = Program(name, SWAP.arguments, SWAP.lines, SWAP.results)
         with pytest.raises(BackendError, match=name):
             python_source(module_source("one", program))
+
+
+@pytest.mark.parametrize("op", [op for op in OPERATIONS if op.lines[0].op in TRANSCENDENTAL], ids=lambda op: op.name)
+def test_a_kernel_may_be_called_as_a_function(op: Program) -> None:
+    name = op.lines[0].op.value
+    module = module_source("one", Program(name, op.arguments, op.lines, op.results))
+    assert f"def _{name}(" in python_source(module)
+    assert f"NAME({name})(" in c_source(module)
 
 
 def test_kernels_may_not_share_a_name() -> None:

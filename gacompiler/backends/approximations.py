@@ -108,11 +108,12 @@ def coefficients(name: str, *, double: bool) -> tuple[float, ...]:
 
 @cache
 def numbers(*, double: bool) -> dict[str, float]:
-    """The constants of the functions in a precision; parts of a quarter turn are in double for both."""
+    """The constants of the functions in a precision; angles are reduced in double in both."""
     with mpmath.workdps(_DIGITS):
-        quarter = parts(mpmath.pi / 2, (_SPARE, _SPARE), double=True)
-        known = {"turn_inverse": float(2 / mpmath.pi)} | {f"turn_{k}": part for k, part in enumerate(quarter)}
-        known["log_inverse"] = rounded(1 / mpmath.log(2), double=double)
+        known = {"log_inverse": rounded(1 / mpmath.log(2), double=double)}
+        if double:
+            quarter = parts(mpmath.pi / 2, (_SPARE, _SPARE), double=True)
+            known |= {"turn_inverse": float(2 / mpmath.pi)} | {f"turn_{k}": part for k, part in enumerate(quarter)}
         for name, value, n_bits in (("log", mpmath.log(2), (15, 41)), ("eighth", mpmath.pi / 4, (20, 48))):
             known[f"{name}_high"], known[f"{name}_low"] = parts(value, (n_bits[double],), double=double)
     return known

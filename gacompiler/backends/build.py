@@ -21,7 +21,7 @@ from .extension import STEM, extension_source
 
 FLAGS = ("-std=c17", "-fPIC", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math")
 """No flag depends on the machine: the loops carry code for wide vectors and choose when they are loaded. By the last
-one, comparisons may be made where their branch is not taken; without, gcc makes no vectors of the longest loop."""
+one, comparisons may be made where their branch is not taken; without, gcc makes no vectors of `turns_of_ellipse`."""
 
 GCC_FLAGS = ("-O1", "-fexpensive-optimizations", "-ftree-loop-vectorize", "-fvect-cost-model=dynamic", "-fpeel-loops")
 """What vectorised straight-line code profits from: as fast as with -O3, and compiled in two thirds of the time. By the

@@ -291,17 +291,18 @@ def _tools() -> Any:
                 return [flat(context, builder, kind, found, real)]
             parts = [builder.extract_value(found, k) for k in range(len(kind))]
             return [flat(context, builder, one, part, real) for one, part in zip(kind, parts, strict=True)]
-        arguments, outs = [], []
+        arguments, outs, real = [], [], context.get_value_type(signature.args[-1].dtype)
         for kind, shape, value in zip(signature.args, shapes, values, strict=False):
             arguments.append(array_in_order(context, builder, kind, shape, value)[0] if shape else value[0])
         for kind, shape in zip(signature.args[len(shapes) :], out_shapes, strict=True):
             array, data = array_in_order(context, builder, kind, shape, ())
             arguments.append(array)
-            real = context.get_value_type(kind.dtype)
-            outs.append([builder.gep(data, [number(k)], source_etype=real) for k in range(math.prod(shape))])
+            places = [builder.gep(data, [number(k)], source_etype=real) for k in range(math.prod(shape) + 1)]
+            *found, behind = places
+            outs.append(found)
         if element.notes:
-            outs.append([builder.gep(data, [number(math.prod(shape))], source_etype=real)])
-            builder.store(ll.Constant(real, 0), outs[-1][0])
+            builder.store(ll.Constant(real, 0), behind)
+            outs.append([behind])
         call(builder, arguments)
         return [[builder.load(place, typ=real) for place in places] for places in outs]
 

@@ -149,7 +149,8 @@ class _Writer:
         tools, builder, near, dense = _tools(), self._builder, self._loop.near, self._loop.dense
         tile = _Tile(builder, self._kind, self._width)
         span = tile.lanes * (_TILES if near else 1)
-        rows_in, rows_out = ([self._rows(len(part), span) for part in parts] for parts in (inputs, outputs))
+        rows_in = [self._rows(len(part), span) for part in inputs] if dense else []
+        rows_out = [self._rows(len(part), span) for part in outputs]
         bits = tools.ll.IntType(self._loop.real.bitwidth)
         far = tools.cgutils.alloca_once(builder, bits)
 

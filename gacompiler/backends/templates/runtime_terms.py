@@ -94,17 +94,12 @@ class _Term:
         bits = self.bits()
         return (bits >> (bits._width - 1)).is_odd()
 
-    def sign(self) -> _Term:
-        """The bit of the sign, in its place in a word."""
-        bits = self.bits()
-        return bits & (1 << (bits._width - 1))
-
     def absolute(self) -> _Term:
         bits = self.bits()
         return (bits & ((1 << (bits._width - 1)) - 1)).number()
 
-    def with_sign_of(self, word: _Term) -> _Term:
-        """The sign changed where the highest bit of a word is 1."""
+    def flipped_by(self, word: _Term) -> _Term:
+        """With the other sign where the highest bit of a word is 1."""
         return (self.bits() ^ (word & (1 << (word._width - 1)))).number()
 
     def root(self) -> _Term:

@@ -67,19 +67,19 @@ def _cos_of_rest(x: _Term, low: _Term) -> _Term:
     return one + (((first - one) - half) + (z * z * z.polynomial("cos") - x * low))
 
 
-def _sin(x: _Term) -> _Term:
+def _sin_of(x: _Term) -> _Term:
     n, rest, low = _quarters_of(x.absolute())
     y = n.is_odd().chosen(_cos_of_rest(rest, low), _sin_of_rest(rest, low))
-    return y.with_sign_of(x.bits() ^ (n << (_Format(x).width - 2)))
+    return y.flipped_by(x.bits() ^ (n << (_Format(x).width - 2)))
 
 
-def _cos(x: _Term) -> _Term:
+def _cos_of(x: _Term) -> _Term:
     n, rest, low = _quarters_of(x.absolute())
     y = n.is_odd().chosen(_sin_of_rest(rest, low), _cos_of_rest(rest, low))
-    return y.with_sign_of((n + 1) << (_Format(x).width - 2))
+    return y.flipped_by((n + 1) << (_Format(x).width - 2))
 
 
-def _exp(x: _Term) -> _Term:
+def _exp_of(x: _Term) -> _Term:
     """The power of 2 comes in two factors, so that the largest and the smallest results are reached."""
     form = _Format(x)
     known, bias, fraction, shift = form.constants, form.bias, form.fraction, x.like(form.shift)
@@ -93,7 +93,7 @@ def _exp(x: _Term) -> _Term:
     return (x.like(1) + (z + z * z * z.polynomial("exp"))) * a * b
 
 
-def _log(x: _Term) -> _Term:
+def _log_of(x: _Term) -> _Term:
     """``x = 2^k (1 + f)``, ``1 + f`` between the roots of 1/2 and 2; numbers below the normal ones are scaled first."""
     form = _Format(x)
     known, fraction = form.constants, form.fraction
@@ -112,7 +112,7 @@ def _log(x: _Term) -> _Term:
     return (positive & (x < math.inf)).chosen(finite, other)
 
 
-def _atan2(y: _Term, x: _Term) -> _Term:
+def _atan2_of(y: _Term, x: _Term) -> _Term:
     form = _Format(x)
     known = form.constants
     u, v = x.absolute(), y.absolute()
@@ -132,10 +132,10 @@ def _atan2(y: _Term, x: _Term) -> _Term:
     first = swapped.chosen(x.like(2) - near, near)
     eighths = left.chosen(x.like(4) - first, first)
     turned = (left ^ swapped).chosen(-angle, angle)
-    return (eighths * known["eighth_high"] + (eighths * known["eighth_low"] + turned)).with_sign_of(y.bits())
+    return (eighths * known["eighth_high"] + (eighths * known["eighth_low"] + turned)).flipped_by(y.bits())
 
 
-def _acos(x: _Term) -> _Term:
+def _acos_of(x: _Term) -> _Term:
     known = _Format(x).constants
     u = x.absolute()
     large = u > 0.5
@@ -149,12 +149,12 @@ def _acos(x: _Term) -> _Term:
 
 
 _FORMULAS: dict[str, Callable[..., _Term]] = {
-    "sin": _sin,
-    "cos": _cos,
-    "exp": _exp,
-    "log": _log,
-    "atan2": _atan2,
-    "acos": _acos,
+    "sin": _sin_of,
+    "cos": _cos_of,
+    "exp": _exp_of,
+    "log": _log_of,
+    "atan2": _atan2_of,
+    "acos": _acos_of,
 }
 
 
@@ -162,7 +162,7 @@ _FORMULAS: dict[str, Callable[..., _Term]] = {
 def _numba_transcendental(near: bool) -> dict[str, Any]:
     """The functions under numba.
 
-    Near ones take an array too, behind which they write 1 where an angle is too far for them.
+    Near sines and cosines take an array too, behind which they write 1 where an angle is too far for them.
     """
     tools = _tools()
 
