@@ -161,6 +161,12 @@ def write(module: ModuleSource, folder: Path) -> Path:
     return folder / f"{module.name}.c"
 
 
+def bits(results: Any) -> list[bytes]:
+    """The results as they lie in memory, but for the sign of NaN, which is nobody's."""
+    parts = results if isinstance(results, tuple) else (results,)
+    return [np.ascontiguousarray(np.where(np.isnan(one), abs(one), one)).tobytes() for one in parts]
+
+
 def load(path: Path, name: str) -> ModuleType:
     spec = importlib.util.spec_from_file_location(name, path)
     assert spec is not None and spec.loader is not None

@@ -25,20 +25,8 @@ PUBLIC = ("Kernel", "Layout", "Value", "backend", "kernels", "num_threads")
 """What a module offers besides its kernels and types."""
 
 _RUNTIME = (
-    *("functions", "strides", "layout", "extension", "threads", "libraries"),
-    *(
-        "batches",
-        "llvm",
-        "terms",
-        "transcendental",
-        "tiles",
-        "movers",
-        "loops",
-        "intrinsics",
-        "numba",
-        "kernel",
-        "value",
-    ),
+    *("functions", "strides", "layout", "extension", "threads", "libraries", "batches"),
+    *("llvm", "terms", "transcendental", "tiles", "movers", "loops", "intrinsics", "numba", "kernel", "value"),
 )
 """The runtime files, each before what uses it."""
 

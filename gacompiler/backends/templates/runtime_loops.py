@@ -95,6 +95,7 @@ class _Writer:
         self._loop, self._kind, self._builder, self._apply = loop, kind, builder, apply
         self._number, self._pointer, self._intp = tools.number, tools.pointer, tools.intp
         self._width = loop.real.bitwidth // 8
+        self._tile = _Tile(builder, kind, self._width)
         self._starts, self._cores = (tools.pointer(builder, table, tools.intp) for table in (starts, cores))
         self._every = [*loop.shapes, *loop.out_shapes]
         self._first_core = [0, *itertools.accumulate(map(len, self._every))]
@@ -147,7 +148,7 @@ class _Writer:
         Results stay in registers until it is known that no angle was too far: they may be written over arguments.
         """
         tools, builder, near, dense = _tools(), self._builder, self._loop.near, self._loop.dense
-        tile = _Tile(builder, self._kind, self._width)
+        tile = self._tile
         span = tile.lanes * (_TILES if near else 1)
         rows_in = [self._rows(len(part), span) for part in inputs] if dense else []
         rows_out = [self._rows(len(part), span) for part in outputs]
@@ -212,7 +213,7 @@ class _Writer:
 
         def after(place: Any, size: int) -> Any:
             count = self._builder.mul(i, self._number(size), flags=["nsw"]) if self._loop.dense else i
-            return self._builder.gep(place, [count], source_etype=self._kind)
+            return self._tile.after(place, count)
 
         return [[after(place, len(part)) for place in part] for part in parts]
 
@@ -221,14 +222,11 @@ class _Writer:
         tools = _tools()
         room = tools.cgutils.alloca_once(self._builder, tools.ll.ArrayType(self._kind, size * length))
         start = self._builder.bitcast(room, self._kind.as_pointer())
-        return [self._after(start, self._number(k * length)) for k in range(size)]
+        return [self._tile.after(start, self._number(k * length)) for k in range(size)]
 
     def _rows_at(self, parts: Sequence[Sequence[Any]], j: Any) -> list[list[Any]]:
         """Where the numbers of element `j` are in the rows of some parts."""
-        return [[self._after(row, j) for row in rows] for rows in parts]
-
-    def _after(self, place: Any, count: Any) -> Any:
-        return self._builder.gep(place, [count], source_etype=self._kind)
+        return [[self._tile.after(row, j) for row in rows] for rows in parts]
 
     def _entry(self, table: Any, k: int) -> Any:
         place = self._builder.gep(table, [self._number(k)], source_etype=self._intp)
@@ -236,4 +234,4 @@ class _Writer:
 
     def _following(self, address: Any, count: int) -> list[Any]:
         start = self._pointer(self._builder, address, self._kind)
-        return [self._builder.gep(start, [self._number(k)], source_etype=self._kind) for k in range(count)]
+        return [self._tile.after(start, self._number(k)) for k in range(count)]

@@ -70,6 +70,11 @@ class _Term:
     def is_double(self) -> bool:
         return isinstance(self.value.type, _tools().ll.DoubleType)
 
+    @property
+    def type_name(self) -> str:
+        """Of a number."""
+        return "float64" if self.is_double else "float32"
+
     def to_double(self) -> _Term:
         return self if self.is_double else self._of(self._builder.fpext(self.value, _tools().ll.DoubleType()))
 
@@ -108,7 +113,7 @@ class _Term:
 
     def polynomial(self, name: str) -> _Term:
         """One of `_POLYNOMIALS`, in two halves that processors compute side by side."""
-        square, terms = self * self, _POLYNOMIALS["float64" if self.is_double else "float32"][name]
+        square, terms = self * self, _POLYNOMIALS[self.type_name][name]
         return self._horner(square, terms[0::2]) + self * self._horner(square, terms[1::2])
 
     def _horner(self, x: _Term, terms: Sequence[float]) -> _Term:

@@ -25,7 +25,7 @@ class _Format:
 
     def __init__(self, x: _Term) -> None:
         double = x.is_double
-        self.constants = _CONSTANTS["float64" if double else "float32"]
+        self.constants = _CONSTANTS[x.type_name]
         self.width, self.fraction, self.bias = (64, 52, 1023) if double else (32, 23, 127)
         """Bits of a number and of its fraction, and what is added to exponents."""
         self.shift = 1.5 * 2**self.fraction
@@ -36,6 +36,10 @@ class _Format:
         """Exponentials of what is below are 0, of what is above infinite."""
         self.one, self.root = self.bias << self.fraction, 0x3FE6A09E667F3BCD if double else 0x3F3504F3
         """1 and the root of 1/2 as words."""
+
+
+def _is_far(x: _Term) -> _Term:
+    return x.absolute() > _FARTHEST
 
 
 def _quarters_of(x: _Term) -> tuple[_Term, _Term, _Term]:
@@ -168,7 +172,7 @@ def _numba_transcendental(near: bool) -> dict[str, Any]:
 
     def exact(name: str, context: Any, builder: Any, real: Any, x: _Term, found: _Term) -> Any:
         before = builder.block
-        with builder.if_then((x.absolute() > _FARTHEST).value, likely=False):
+        with builder.if_then(_is_far(x).value, likely=False):
             library = context.get_function(getattr(math, name), real(real))(builder, [x.value])
             inside = builder.block
         chosen = builder.phi(x.value.type)
@@ -179,7 +183,7 @@ def _numba_transcendental(near: bool) -> dict[str, Any]:
     def note(context: Any, builder: Any, kind: Any, value: Any, x: _Term) -> None:
         array = context.make_array(kind)(context, builder, value)
         place = builder.gep(array.data, [array.nitems])
-        noted = (x.absolute() > _FARTHEST).chosen(1, _Term(builder, builder.load(place)))
+        noted = _is_far(x).chosen(1, _Term(builder, builder.load(place)))
         builder.store(noted.value, place)
 
     def made(name: str, formula: Callable[..., _Term]) -> Any:
