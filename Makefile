@@ -22,11 +22,11 @@ demo: .venv/.installed ## Generate what is stale, build, run on real input; figu
 	$(BIN)/python -m algorithms.demo
 
 test: build ## Run the tests
-	$(BIN)/pytest -n 2
+	$(BIN)/pytest -n 2 --dist worksteal
 
 peers: .venv/.peers ## Compare with other libraries (slow)
 	@$(MAKE) build
-	$(BIN)/pytest -n 2 -m peers
+	$(BIN)/pytest -n 2 --dist worksteal -m peers
 
 generated: .venv/.installed ## Write generated/ anew from the specs
 	@echo "Generating $(words $(SPECS)) modules, some minutes"

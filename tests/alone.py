@@ -14,12 +14,17 @@ ROOT = Path(__file__).resolve().parent.parent
 ALONE = "GAC_TEST_ALONE"
 
 
+def is_alone() -> bool:
+    """Whether this Python runs one test only, so that fixtures need to make no more than that takes."""
+    return ALONE in os.environ
+
+
 def alone(test: Callable[..., None]) -> Callable[..., None]:
     """The test, run by a pytest of its own, where no other test's arrays are freed and no other thread works."""
 
     @functools.wraps(test)
     def run(*arguments: Any, **named: Any) -> None:
-        if ALONE in os.environ:
+        if is_alone():
             test(*arguments, **named)
             return
         node = os.environ["PYTEST_CURRENT_TEST"].rsplit(" ", 1)[0]

@@ -59,36 +59,32 @@ def relative(path: Path) -> str:
     return str(path.relative_to(ROOT / path.relative_to(ROOT).parts[0]))
 
 
+def statements(parent: ast.AST, later: bool = False) -> Iterator[tuple[ast.AST, bool]]:
+    """All statements but those for type checkers, and whether they run later than when the file is loaded."""
+    for node in ast.iter_child_nodes(parent):
+        if not isinstance(node, (ast.stmt, ast.excepthandler, ast.match_case)):
+            continue
+        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
+            continue
+        yield node, later
+        yield from statements(node, later or isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)))
+
+
 def imports(path: Path) -> Iterator[tuple[str, bool]]:
     """Full names of what a file imports, and whether that happens when it is loaded."""
-    tree = ast.parse(path.read_text())
-    later = {
-        id(inner)
-        for node in ast.walk(tree)
-        if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda))
-        for inner in ast.walk(node)
-    }
-    types_only = {
-        id(inner)
-        for node in ast.walk(tree)
-        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"
-        for inner in ast.walk(node)
-    }
     package = list(path.relative_to(ROOT).with_suffix("").parts[:-1])
-    for node in ast.walk(tree):
-        if id(node) in types_only:
-            continue
+    for node, later in statements(ast.parse(path.read_text())):
         if isinstance(node, ast.Import):
             for alias in node.names:
-                yield alias.name, id(node) not in later
+                yield alias.name, not later
         elif isinstance(node, ast.ImportFrom):
             base = package[: len(package) + 1 - node.level] if node.level else []
             name = ".".join([*base, *([node.module] if node.module else [])])
             if node.module:
-                yield name, id(node) not in later
+                yield name, not later
             else:
                 for alias in node.names:
-                    yield f"{name}.{alias.name}", id(node) not in later
+                    yield f"{name}.{alias.name}", not later
 
 
 def may(name: str, allowed: set[str]) -> bool:

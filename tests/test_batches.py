@@ -52,25 +52,32 @@ def test_a_bivector_of_a_vector_with_itself_is_zero_in_a_batch() -> None:
     assert not vga2.vector_product(a, a)[:, 1:].any()
 
 
-WIDTHS = {"no vectors": "-1", "AVX2": "0", "AVX-512": "1"}
+WIDTHS = {"no vectors": -1, "AVX2": 0, "AVX-512": 1}
 """The loops of a C file that machines choose from, by their number there."""
 
 
-@pytest.mark.parametrize("width", WIDTHS)
-def test_all_machines_compute_the_same(width: str, tmp_path: Path) -> None:
-    """What a machine chooses is chosen by hand here, as far as this one can run it."""
+@pytest.fixture(scope="module")
+def library(tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
+    """vga2, where a variable says which loops run."""
     compiler = find_compiler()
     if compiler is None or "avx512dq" not in _features() or not re.search("gcc|Free Software", _version(compiler)):
         pytest.skip("needs gcc, and a machine that has all of the widths")
+    folder = tmp_path_factory.mktemp("widths")
     text = (ROOT / "generated" / "vga2.c").read_text()
-    (tmp_path / "vga2.h").write_text((ROOT / "generated" / "vga2.h").read_text())
-    chosen, count = re.subn(r"#define CHOSEN \(.*", f"#define CHOSEN ({WIDTHS[width]})", text)
+    (folder / "vga2.h").write_text((ROOT / "generated" / "vga2.h").read_text())
+    chosen, count = re.subn(r"#define CHOSEN \(.*", "#define CHOSEN chosen_width\nint chosen_width;", text)
     assert count == 1
-    (tmp_path / "vga2.c").write_text(chosen)
-    library = tmp_path / "vga2.so"
-    flags = [*compiler_flags(compiler), "-shared", "-o", str(library)]
-    subprocess.run([*compiler, *flags, str(tmp_path / "vga2.c"), "-lm"], check=True)
-    loops = ctypes.CDLL(str(library))
+    (folder / "vga2.c").write_text(chosen)
+    built = folder / "vga2.so"
+    flags = [*compiler_flags(compiler), "-shared", "-o", str(built)]
+    subprocess.run([*compiler, *flags, str(folder / "vga2.c"), "-lm"], check=True)
+    return ctypes.CDLL(str(built))
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_all_machines_compute_the_same(width: str, library: ctypes.CDLL) -> None:
+    """What a machine chooses is chosen by hand here, as far as this one can run it."""
+    ctypes.c_int.in_dll(library, "chosen_width").value = WIDTHS[width]
     module = importlib.import_module("generated.vga2")
     rng = np.random.default_rng(4)
     for name in module.kernels:
@@ -83,7 +90,7 @@ def test_all_machines_compute_the_same(width: str, tmp_path: Path) -> None:
             steps = [part.strides[0] for part in parts] + [step for part in parts for step in part.strides[1:]]
             addresses = (ctypes.c_void_p * len(parts))(*(part.ctypes.data for part in parts))
             size, strides = (ctypes.c_ssize_t * 1)(N_ELEMENTS), (ctypes.c_ssize_t * len(steps))(*steps)
-            getattr(loops, f"vga2_{name}_loop_{ending}")(addresses, size, strides)
+            getattr(library, f"vga2_{name}_loop_{ending}")(addresses, size, strides)
             for one, other in zip(results, right, strict=True):
                 np.testing.assert_array_equal(one, other, f"{name}, {ending}")
 

@@ -26,7 +26,7 @@ def records() -> Mapping[str, list[Compilation]]:
     return {
         path.stem: [compile_kernel(k) for k in load_spec(path).kernels]
         for path in own_specs()
-        if path.stem in ("pga2", "vga3", "quaternion")
+        if path.stem in ("vga2", "projective2", "hand_eye")
     }
 
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from alone import alone
+from alone import alone, is_alone
 from backend_programs import (
     ALL_OPERATIONS,
     DISTANCE,
@@ -53,12 +53,11 @@ INNER = traced("inner", {"a": (3,), "b": (3,)}, lambda a, b: a[0] * b[0] + a[1] 
 
 @pytest.fixture(scope="module")
 def ways(tmp_path_factory: pytest.TempPathFactory) -> dict[str, ModuleType]:
-    found = load_ways(
-        module_source("short", *PROGRAMS, MANY, INNER), tmp_path_factory.mktemp("short"), (*WAYS, "numba")
-    )
-    for module in found.values():
-        for program in (*PROGRAMS, MANY, INNER):
-            getattr(module, program.name)(*inputs(program))  # so that libraries are loaded
+    programs = (MOVE_POINT, NORMALIZE) if is_alone() else (*PROGRAMS, MANY, INNER)
+    found = load_ways(module_source("short", *programs), tmp_path_factory.mktemp("short"), (*WAYS, "numba"))
+    for program in programs:
+        for way in WAYS:
+            getattr(found[way], program.name)(*inputs(program))  # so that libraries are loaded
     return found
 
 

@@ -440,7 +440,7 @@ def test_values_do_not_leak(ways: dict[str, ModuleType]) -> None:
     v = random_values(module)
     motor, point, line = v["Motor"], v["Point"], v["Line"]
     held = [motor, point, line, module.Motor, module.Point, module.Line, module._operate, None]
-    turns = 10_000
+    turns = 4_000
 
     def calls() -> None:
         hash((motor * motor)(point & point))

@@ -208,9 +208,11 @@ def _form(
 
 def python_programs(text: str) -> dict[str, Read]:
     """The programs that a ``.py`` module holds."""
-    body = _body(text, "#")
+    body, runtime = _body(text, "#"), runtime_text()
+    start = max(0, body.find(runtime[:80]))
+    _compare("Python text", runtime, body[start : start + len(runtime)])
+    body = body[start + len(runtime) :]
     lines = body.splitlines()
-    _compare("Python text", runtime_text(), body[body.find(runtime_text()[:80]) :][: len(runtime_text())])
     programs = {}
     for node in ast.parse(body).body:
         if not (isinstance(node, ast.Assign) and isinstance(node.value, ast.Call)):

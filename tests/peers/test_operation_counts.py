@@ -8,6 +8,7 @@ from pathlib import Path
 from random import Random
 
 import pytest
+from known_records import compiled
 
 sys.path.append(str(Path(__file__).parent.parent.parent))
 
@@ -16,7 +17,6 @@ from benchmarks.kingdon_counts import compile_kernel as compile_peer
 from benchmarks.known import known
 from benchmarks.worker import Worker
 from gacompiler.frontend.kernel import Kernel, trace
-from gacompiler.passes.pipeline import compile_kernel
 from gacompiler.passes.samples import meaning, sample
 
 pytestmark = pytest.mark.peers
@@ -36,7 +36,7 @@ def worker() -> Iterator[Worker]:
 
 @pytest.mark.parametrize("name", list(known()))
 def test_kingdon_takes_no_fewer_operations(name: str, worker: Worker) -> None:
-    cost = compile_kernel(known()[name].kernel).cost
+    cost = compiled(name).cost
     peer = ask(worker, name, LIMIT)
     if peer.found is None:
         # How long kingdon takes is the machine's affair; any other reason is a fault.
