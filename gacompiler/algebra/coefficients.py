@@ -27,8 +27,6 @@ def is_exact(value: Coefficient) -> bool:
 
 def is_zero(value: Coefficient) -> bool:
     """Whether `value` is exactly zero *by its form*: a numeric array never is, so sparsity never depends on data."""
-    if type(value) is Fraction or type(value) is int:  # what is asked most, in proofs
-        return not value
     own = getattr(value, "is_zero", None)
     if own is not None:
         return own is True

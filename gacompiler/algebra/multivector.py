@@ -38,10 +38,8 @@ class Multivector:
     terms: Mapping[int, Coefficient]
 
     def __init__(self, algebra: Algebra, terms: Mapping[int, Coefficient]) -> None:
-        self._set(algebra, {blade: terms[blade] for blade in sorted(terms) if not is_zero(terms[blade])})
-
-    def _set(self, algebra: Algebra, kept: dict[int, Coefficient]) -> None:
         object.__setattr__(self, "algebra", algebra)
+        kept = {blade: terms[blade] for blade in sorted(terms) if not is_zero(terms[blade])}
         object.__setattr__(self, "terms", MappingProxyType(kept))
 
     def __setattr__(self, name: str, value: object) -> None:
@@ -89,9 +87,7 @@ class Multivector:
 
     def product(self, name: str, other: Multivector) -> Multivector:
         """One of the products of `gacompiler.algebra.products.GRADE_RULES`."""
-        result = Multivector.__new__(Multivector)
-        result._set(self.algebra, product(self.algebra, name, self.terms, other.terms))
-        return result
+        return Multivector(self.algebra, product(self.algebra, name, self.terms, other.terms))
 
     def lift(self, other: Any) -> Multivector:
         """`other` as a multivector of the same algebra; anything that is not a multivector is a scalar."""
