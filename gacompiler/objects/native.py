@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..backends import find_compiler
-from ..backends.build import build_extension, extension_name, extension_path
+from ..backends.build import build_extension, extension_name, extension_path, processors
 from ..backends.c import kernel_text
 from ..backends.templates.runtime_extension import _loaded_extension
 from ..errors import BackendError
@@ -93,7 +93,7 @@ class Build:
         BackendError
             When the compiler fails.
         """
-        if self._process is None and not self._target.exists() and len(_running) < (os.cpu_count() or 1):
+        if self._process is None and not self._target.exists() and len(_running) < processors():
             self._start()
         if self._process is not None:
             if self._process.poll() is None:
