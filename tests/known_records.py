@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import sys
 from functools import cache
-from pathlib import Path
-
-sys.path.append(str(Path(__file__).parent.parent))
 
 from benchmarks.known import known
 from gacompiler.passes.pipeline import compile_kernel

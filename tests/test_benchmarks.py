@@ -10,22 +10,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-ROOT = Path(__file__).parent.parent
-sys.path.append(str(ROOT))
+from benchmarks import by_hand, comparisons
+from benchmarks.building import Building, LibrarySize
+from benchmarks.by_hand import HandTimes
+from benchmarks.cases import CASES, OPTIONAL, Case, Peer
+from benchmarks.features import Compared, Features
+from benchmarks.generation import Generation, KernelTime, ModuleTime, specs
+from benchmarks.kernels import KernelTimes, PeerTimes, measure
+from benchmarks.libraries import installed
+from benchmarks.machine import Machine
+from benchmarks.report import Run, page
+from benchmarks.timing import QUICK, in_turn
+from gacompiler.backends import library_path
+from gacompiler.backends.build import find_compiler
 
-from benchmarks import by_hand, comparisons  # noqa: E402
-from benchmarks.building import Building, LibrarySize  # noqa: E402
-from benchmarks.by_hand import HandTimes  # noqa: E402
-from benchmarks.cases import CASES, OPTIONAL, Case, Peer  # noqa: E402
-from benchmarks.features import Compared, Features  # noqa: E402
-from benchmarks.generation import Generation, KernelTime, ModuleTime, specs  # noqa: E402
-from benchmarks.kernels import KernelTimes, PeerTimes, measure  # noqa: E402
-from benchmarks.libraries import installed  # noqa: E402
-from benchmarks.machine import Machine  # noqa: E402
-from benchmarks.report import Run, page  # noqa: E402
-from benchmarks.timing import QUICK, in_turn  # noqa: E402
-from gacompiler.backends import library_path  # noqa: E402
-from gacompiler.backends.build import find_compiler  # noqa: E402
+ROOT = Path(__file__).parent.parent
 
 SECTIONS = [
     "Machine",

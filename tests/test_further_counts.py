@@ -8,19 +8,17 @@ from __future__ import annotations
 
 import math
 import re
-import sys
 import time
 from pathlib import Path
 
 import pytest
 from known_records import compiled
 
-ROOT = Path(__file__).parent.parent
-sys.path.append(str(ROOT))
+from benchmarks.counts import PAGE, Peer, Row, count_cells, page, table_cells
+from benchmarks.known import known
+from benchmarks.worker import Late, Worker
 
-from benchmarks.counts import PAGE, Peer, Row, count_cells, page, table_cells  # noqa: E402
-from benchmarks.known import known  # noqa: E402
-from benchmarks.worker import Late, Worker  # noqa: E402
+ROOT = Path(__file__).parent.parent
 
 FURTHER: dict[str, tuple[int, int]] = {
     # name: reached (mul, add)

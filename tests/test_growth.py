@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parent.parent
-sys.path.append(str(ROOT))
+from benchmarks import growth
+from benchmarks.growth import Curve, Point, draw, grow, made, main, page
+from benchmarks.worker import Late
 
-from benchmarks import growth  # noqa: E402
-from benchmarks.growth import Curve, Point, draw, grow, made, main, page  # noqa: E402
-from benchmarks.worker import Late  # noqa: E402
+ROOT = Path(__file__).parent.parent
 
 CURVES = [
     Curve("full product", "orthonormal", {2: Point(0.01234, 16, 12), 3: "late"}, {2: Point(2.0, 17, 13)}),

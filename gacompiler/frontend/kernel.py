@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import product
 from math import prod
 from typing import Any
@@ -38,11 +38,6 @@ class Parameter:
 
     name: str
     type: Type
-    components: tuple[str, ...] = field(init=False, repr=False, compare=False)
-    """Names of the entries, in C order."""
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "components", tuple(name for names in self._elements() for name in names))
 
     @property
     def layout(self) -> Layout:
@@ -58,6 +53,11 @@ class Parameter:
     def shape(self) -> tuple[int, ...]:
         """Core shape of the array."""
         return self.outer_shape + (() if self.layout.is_scalar else (self.layout.size,))
+
+    @property
+    def components(self) -> tuple[str, ...]:
+        """Names of the entries, in C order."""
+        return tuple(name for names in self._elements() for name in names)
 
     def _elements(self) -> list[tuple[str, ...]]:
         found = []

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
-from pathlib import Path
 from random import Random
 
 import pytest
 from known_records import compiled
-
-sys.path.append(str(Path(__file__).parent.parent.parent))
 
 from benchmarks.counts import ask, peer_count
 from benchmarks.kingdon_counts import compile_kernel as compile_peer
