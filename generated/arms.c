@@ -2,7 +2,7 @@
 // command: gac generate --all arms
 // spec: d016df18dd5ec9e0
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 21be71feaa2495cd1fc994bcb33829ef02a284b09cad4a5cf8d897e4174c23f6
+// body: be9214a2fb39849cb428ab558bb46426a5d43743d2dedc5b36cef4f30f34b6a8
 
 #ifndef REAL
 #include "arms.h"
@@ -30,13 +30,27 @@
 #define NOT_UNROLLED
 #endif
 
-// The widest vectors of the machine that runs the loops: on x86-64 there is each for AVX2 and for AVX-512, and machines
-// that have neither run one element after the other; on others there is one.
-#if defined(__GNUC__) && __GNUC__ >= 12 && !defined(__clang__) && defined(__x86_64__) && defined(__GLIBC__)
-#define WIDE __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
-#define ON(level) __attribute__((target("arch=x86-64-" level)))
+// The widest vectors of the machine that runs the loops: on x86-64 there is each for AVX2 (v3) and for AVX-512 (v4),
+// and machines that have neither run one element after the other; on others there is one.
+#if defined(__x86_64__) && defined(__clang__)
+#define ON_v3 __attribute__((target("avx2,fma,bmi2")))
+#define ON_v4 __attribute__((target("avx2,fma,bmi2,avx512f,avx512bw,avx512dq,avx512vl")))
+#define FINDS(feature) __builtin_cpu_supports(feature)
+#if defined(__AVX2__) && defined(__FMA__) && defined(__BMI2__)
+#define HAS_v3 1
+#else
+#define HAS_v3 (FINDS("avx2") && FINDS("fma") && FINDS("bmi2"))
+#endif
+#define HAS_v4 (FINDS("avx512f") && FINDS("avx512bw") && FINDS("avx512dq") && FINDS("avx512vl"))
+#elif defined(__x86_64__) && defined(__GNUC__) && __GNUC__ >= 12
+#define ON_v3 __attribute__((target("arch=x86-64-v3")))
+#define ON_v4 __attribute__((target("arch=x86-64-v4")))
+#define HAS_v3 __builtin_cpu_supports("x86-64-v3")
+#define HAS_v4 __builtin_cpu_supports("x86-64-v4")
+#endif
+#ifdef ON_v3
 #define ONE(name, level)                                                                        \
-    ON(#level) static void NAME(name##_##level)(intptr_t n, char **args, const intptr_t *strides) \
+    ON_##level static void NAME(name##_##level)(intptr_t n, char **args, const intptr_t *strides) \
     {                                                                                           \
         NAME(name)(n, args, strides);                                                           \
     }
@@ -44,14 +58,34 @@
 #define LOOPS(name) ONE(name, v3) ONE(name, v4)
 #define WIDTH(name) {NAME(name##_v3), NAME(name##_v3)}
 #define WIDTHS(name) {NAME(name##_v3), NAME(name##_v4)}
-#define CHOSEN (__builtin_cpu_supports("x86-64-v4") ? 1 : __builtin_cpu_supports("x86-64-v3") ? 0 : -1)
+#define CHOSEN (HAS_v4 ? 1 : HAS_v3 ? 0 : -1)
 #else
-#define WIDE
 #define LOOP(name)
 #define LOOPS(name)
 #define WIDTH(name) {NAME(name)}
 #define WIDTHS(name) {NAME(name)}
 #define CHOSEN 0
+#endif
+#if defined(ON_v3) && defined(__GLIBC__) && !defined(__clang__)
+#define WIDE __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
+#else
+#define WIDE
+#endif
+
+// A plain function whose body, elsewhere for loops, has sines or their kin: these round products and sums together,
+// which is an instruction of machines with AVX2, and a call on others.
+#ifdef ON_v3
+#define FUSED(name, parameters, within) ON_v3 static void NAME(name##_v3) parameters { NAME(name##_within) within; }
+#define RUN(name, arguments, within)        \
+    do {                                    \
+        if (HAS_v3)                         \
+            NAME(name##_v3) arguments;      \
+        else                                \
+            NAME(name##_within) within;     \
+    } while (0)
+#else
+#define FUSED(name, parameters, within)
+#define RUN(name, arguments, within) NAME(name##_within) within
 #endif
 
 // Loops run over whole vectors: a block is padded to a multiple of this many elements.
@@ -68,7 +102,7 @@
 #define ALONE 2
 
 // A vector of neighbours in memory, where the compiler turns such of 32 bytes well.
-#if defined(__has_builtin) && (defined(ON) || defined(__clang__))
+#if defined(__has_builtin) && (defined(ON_v3) || defined(__clang__))
 #if __has_builtin(__builtin_shufflevector)
 #define SHUFFLE __builtin_shufflevector
 #define VECTOR(n) __attribute__((vector_size((n) * sizeof(REAL)), aligned(sizeof(REAL)), may_alias))
@@ -91,9 +125,9 @@ static intptr_t offset_of(const struct part *part, intptr_t k, const intptr_t *s
 
 // What no cache holds goes to memory past them: whole lines, of which nothing is fetched first.
 enum { LINE = 64 };
-#ifdef ON
+#if defined(ON_v3) && !defined(__clang__)
 #define PASSES(bytes) ((bytes) > 1 << 25)
-ON("v3") static void stream(char *to, const char *from, intptr_t bytes)
+ON_v3 static void stream(char *to, const char *from, intptr_t bytes)
 {
     typedef double half __attribute__((vector_size(LINE / 2), aligned(4), may_alias));
     const intptr_t start = -(intptr_t)to & (LINE - 1);
@@ -166,111 +200,113 @@ enum { PARTS = 7, CORES = 7, NUMBERS = 76, SPACE = 4096, PREPARED = 32, SIZES = 
 static INLINE double arms_sin_polynomial_f64(double z)
 {
     const double y = z * z;
-    const double even = -0.16666666666666666 + y * (-0.00019841269836758574 + y * (-2.5051131845003624e-08));
-    const double odd = 0.008333333333330948 + y * (2.755731610255244e-06 + y * (1.5918129294866608e-10));
-    return even + z * odd;
+    const double even = fma(y, fma(y, -2.5051131845003624e-08, -0.00019841269836758574), -0.16666666666666666);
+    const double odd = fma(y, fma(y, 1.5918129294866608e-10, 2.755731610255244e-06), 0.008333333333330948);
+    return fma(z, odd, even);
 }
 
 static INLINE double arms_cos_polynomial_f64(double z)
 {
     const double y = z * z;
-    const double even = 0.041666666666666664 + y * (2.480158729876569e-05 + y * (2.08761462684032e-09));
-    const double odd = -0.0013888888888887398 + y * (-2.7557317271729793e-07 + y * (-1.1382632425521717e-11));
-    return even + z * odd;
+    const double even = fma(y, fma(y, 2.08761462684032e-09, 2.480158729876569e-05), 0.041666666666666664);
+    const double odd = fma(y, fma(y, -1.1382632425521717e-11, -2.7557317271729793e-07), -0.0013888888888887398);
+    return fma(z, odd, even);
 }
 
 static INLINE double arms_exp_polynomial_f64(double z)
 {
     const double y = z * z;
-    const double even = 0.5000000000000001 + y * (0.041666666666624164 + y * (0.0013888888917196719 + y *
-        (2.4801521322368692e-05 + y * (2.7620075879983367e-07))));
-    const double odd = 0.16666666666666669 + y * (0.008333333333330065 + y * (0.00019841269863040545 + y *
-        (2.7557268480310024e-06 + y * (2.5100375832561234e-08))));
-    return even + z * odd;
+    const double even = fma(y, fma(y, fma(y, fma(y, 2.7620075879983367e-07, 2.4801521322368692e-05),
+        0.0013888888917196719), 0.041666666666624164), 0.5000000000000001);
+    const double odd = fma(y, fma(y, fma(y, fma(y, 2.5100375832561234e-08, 2.7557268480310024e-06),
+        0.00019841269863040545), 0.008333333333330065), 0.16666666666666669);
+    return fma(z, odd, even);
 }
 
 static INLINE double arms_log_polynomial_f64(double z)
 {
     const double y = z * z;
-    const double even = 0.666666666666667 + y * (0.28571428625975487 + y * (0.18182889125261723 + y *
-        (0.14616449685043406)));
-    const double odd = 0.39999999999899505 + y * (0.2222221113479508 + y * (0.15331721600556042));
-    return even + z * odd;
+    const double even = fma(y, fma(y, fma(y, 0.14616449685043406, 0.18182889125261723), 0.28571428625975487),
+        0.666666666666667);
+    const double odd = fma(y, fma(y, 0.15331721600556042, 0.2222221113479508), 0.39999999999899505);
+    return fma(z, odd, even);
 }
 
 static INLINE double arms_atan_polynomial_f64(double z)
 {
     const double y = z * z;
-    const double even = -0.3333333333333333 + y * (-0.14285714285654572 + y * (-0.09090908863985787 + y *
-        (-0.06666560334352166 + y * (-0.05252496695434043 + y * (-0.04071743212322443 + y *
-        (-0.01839325882379991))))));
-    const double odd = 0.19999999999999724 + y * (0.11111111106023758 + y * (0.07692301604813975 + y *
-        (0.05881083654057798 + y * (0.04697897173031055 + y * (0.03147747598887358 + y *
-        (0.005746109253696299))))));
-    return even + z * odd;
+    const double even = fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, -2.8373324902198374e-05,
+        -3.504433556095341e-05), -0.00010789905799306997), -0.0002713884068435811), -0.000712529877324769),
+        -0.0019209389488175712), -0.005394792734515503), -0.016172974900145312), -0.054814840604579904),
+        -0.2591604972657936);
+    const double odd = fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, 1.806195461861215e-05,
+        2.2095024431396628e-05), 6.77580169120214e-05), 0.00016895422802807932), 0.0004387712318266148),
+        0.0011650648417818904), 0.0031991751955030576), 0.009243096224092707), 0.029135862645225958),
+        0.11081482513071414);
+    return fma(z, odd, even);
 }
 
 static INLINE double arms_asin_polynomial_f64(double z)
 {
     const double y = z * z;
-    const double even = 0.16666666666666669 + y * (0.04464285714635543 + y * (0.02237217294214989 + y *
-        (0.013971212973552933 + y * (0.01032281435018578 + y * (0.01740087944269402 + y *
-        (0.028757851367421566))))));
-    const double odd = 0.07499999999998433 + y * (0.030381944138531247 + y * (0.017352392720869973 + y *
-        (0.011479177415184906 + y * (0.005457506718640358 + y * (-0.014851887071247204)))));
-    return even + z * odd;
+    const double even = fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, 0.028757851367421566, 0.01740087944269402),
+        0.01032281435018578), 0.013971212973552933), 0.02237217294214989), 0.04464285714635543),
+        0.16666666666666669);
+    const double odd = fma(y, fma(y, fma(y, fma(y, fma(y, -0.014851887071247204, 0.005457506718640358),
+        0.011479177415184906), 0.017352392720869973), 0.030381944138531247), 0.07499999999998433);
+    return fma(z, odd, even);
 }
 
 static INLINE float arms_sin_polynomial_f32(float z)
 {
     const float y = z * z;
-    const float even = (float)-0.166666641831398 + y * ((float)-0.00019587890710681677);
+    const float even = fmaf(y, (float)-0.00019587890710681677, (float)-0.166666641831398);
     const float odd = (float)0.008332747966051102;
-    return even + z * odd;
+    return fmaf(z, odd, even);
 }
 
 static INLINE float arms_cos_polynomial_f32(float z)
 {
     const float y = z * z;
-    const float even = (float)0.0416666641831398 + y * ((float)2.454794230288826e-05);
+    const float even = fmaf(y, (float)2.454794230288826e-05, (float)0.0416666641831398);
     const float odd = (float)-0.001388830249197781;
-    return even + z * odd;
+    return fmaf(z, odd, even);
 }
 
 static INLINE float arms_exp_polynomial_f32(float z)
 {
     const float y = z * z;
-    const float even = (float)0.5 + y * ((float)0.041666556149721146 + y * ((float)0.0013926175888627768));
-    const float odd = (float)0.16666577756404877 + y * ((float)0.008363173343241215);
-    return even + z * odd;
+    const float even = fmaf(y, fmaf(y, (float)0.0013926175888627768, (float)0.041666556149721146), (float)0.5);
+    const float odd = fmaf(y, (float)0.008363173343241215, (float)0.16666577756404877);
+    return fmaf(z, odd, even);
 }
 
 static INLINE float arms_log_polynomial_f32(float z)
 {
     const float y = z * z;
-    const float even = (float)0.6666668653488159 + y * ((float)0.29579949378967285);
+    const float even = fmaf(y, (float)0.29579949378967285, (float)0.6666668653488159);
     const float odd = (float)0.3998878002166748;
-    return even + z * odd;
+    return fmaf(z, odd, even);
 }
 
 static INLINE float arms_atan_polynomial_f32(float z)
 {
     const float y = z * z;
-    const float even = (float)-0.3333333432674408 + y * ((float)-0.14284485578536987 + y *
-        ((float)-0.08842379599809647 + y * ((float)-0.028579968959093094)));
-    const float odd = (float)0.19999976456165314 + y * ((float)0.11086060851812363 + y *
-        ((float)0.06374502927064896));
-    return even + z * odd;
+    const float even = fmaf(y, fmaf(y, fmaf(y, fmaf(y, (float)-0.0023869972210377455, (float)-0.00530332000926137),
+        (float)-0.01617945171892643), (float)-0.054814718663692474), (float)-0.25916048884391785);
+    const float odd = fmaf(y, fmaf(y, fmaf(y, (float)0.00395978195592761, (float)0.009093896485865116),
+        (float)0.029146425426006317), (float)0.11081462353467941);
+    return fmaf(z, odd, even);
 }
 
 static INLINE float arms_asin_polynomial_f32(float z)
 {
     const float y = z * z;
-    const float even = (float)0.1666666567325592 + y * ((float)0.04459940269589424 + y *
-        ((float)0.017149237915873528));
-    const float odd = (float)0.07500094175338745 + y * ((float)0.031100662425160408 + y *
-        ((float)0.03369084745645523));
-    return even + z * odd;
+    const float even = fmaf(y, fmaf(y, (float)0.017149237915873528, (float)0.04459940269589424),
+        (float)0.1666666567325592);
+    const float odd = fmaf(y, fmaf(y, (float)0.03369084745645523, (float)0.031100662425160408),
+        (float)0.07500094175338745);
+    return fmaf(z, odd, even);
 }
 
 // The kernels are written once, below; this file includes itself for each precision.
@@ -326,44 +362,42 @@ static INLINE REAL NAME(chosen_by)(WORD where, REAL a, REAL b)
 
 // A number so large that the bits of what is added to it, up to half a million, are its last.
 #define SHIFT PRECISION(6755399441055744.0, 12582912.0f)
+#define QUARTER_0 PRECISION(1.5707963267948966, 1.5707963705062866f)
+#define QUARTER_1 PRECISION(6.123233995736766e-17, -4.371138828673793e-08f)
+#define LOG_0 PRECISION(0.6931471805599453, 0.6931471824645996f)
+#define LOG_1 PRECISION(2.3190468138462996e-17, -1.9046542121259336e-09f)
 
-// How many quarter turns an angle has, modulo 4, and what is left in two parts, up to an eighth of a turn.
-static INLINE WORD NAME(quarters_of)(REAL x, REAL *rest, REAL *low)
+// A product and a sum that are rounded once, together.
+#define FMA(a, b, c) FUNCTION(fma)(a, b, c)
+
+// How many quarter turns an angle has, modulo 4, and what is left, up to an eighth of a turn: the first difference is
+// exact, so what the three parts of a quarter turn leave is rounded where it is small.
+static INLINE WORD NAME(quarters_of)(REAL x, REAL *rest)
 {
-    const double shift = 6755399441055744.0, shifted = x * 0.6366197723675814 + shift, k = shifted - shift;
-    const double a = x - k * 1.5707963267923333, b = k * 2.5633441515839558e-12;
-#if PRECISION(1, 0)
-    const double sum = a - b, back = a - sum;
-    const double error = ((back - b) + (a - (sum + back))) - k * 1.0562999066987428e-23;
-    *rest = sum + error;
-    *low = (sum - *rest) + error;
+    const REAL shifted = FMA(x, PRECISION(0.6366197723675814, 0.6366197466850281f), SHIFT), k = SHIFT - shifted;
+    *rest = FMA(k, PRECISION(-1.4973849048591698e-33, -1.7151245100058819e-15f), FMA(k, QUARTER_1, FMA(k, QUARTER_0, x)));
     return NAME(bits_of)(shifted);
-#else
-    *rest = (float)(a - b);
-    *low = 0;
-    return NAME(bits_of)((float)k + SHIFT);
-#endif
 }
 
-static INLINE REAL NAME(sin_of_rest)(REAL x, REAL low)
+static INLINE REAL NAME(sin_of_rest)(REAL x)
 {
     const REAL z = x * x;
-    return x + (x * (z * NAME(sin_polynomial)(z)) + low);
+    return FMA(x * z, NAME(sin_polynomial)(z), x);
 }
 
-static INLINE REAL NAME(cos_of_rest)(REAL x, REAL low)
+static INLINE REAL NAME(cos_of_rest)(REAL x)
 {
-    const REAL z = x * x, half = z / 2, one = 1 - half;
-    return one + (((1 - one) - half) + (z * z * NAME(cos_polynomial)(z) - x * low));
+    const REAL z = x * x;
+    return FMA(z, FMA(z, NAME(cos_polynomial)(z), (REAL)-0.5), 1);
 }
 
 // Beyond 65536 the C library's; a caller that has a place for it is told so instead.
 static INLINE REAL NAME(sin_of)(REAL x, WORD *far)
 {
-    REAL rest, low;
-    const WORD n = NAME(quarters_of)(FUNCTION(fabs)(x), &rest, &low);
+    REAL rest;
+    const WORD n = NAME(quarters_of)(FUNCTION(fabs)(x), &rest);
     const WORD is_far = WHERE(FUNCTION(fabs)(x) > 65536), sign = (NAME(bits_of)(x) ^ n << (SIGN_BIT - 1)) & SIGN;
-    const REAL s = NAME(sin_of_rest)(rest, low), c = NAME(cos_of_rest)(rest, low);
+    const REAL s = NAME(sin_of_rest)(rest), c = NAME(cos_of_rest)(rest);
     const REAL y = NAME(of_bits)(NAME(bits_of)(NAME(chosen_by)(WHERE(n & 1), c, s)) ^ sign);
     if (far == NULL)
         return is_far ? FUNCTION(sin)(x) : y;
@@ -373,10 +407,10 @@ static INLINE REAL NAME(sin_of)(REAL x, WORD *far)
 
 static INLINE REAL NAME(cos_of)(REAL x, WORD *far)
 {
-    REAL rest, low;
-    const WORD n = NAME(quarters_of)(FUNCTION(fabs)(x), &rest, &low);
+    REAL rest;
+    const WORD n = NAME(quarters_of)(FUNCTION(fabs)(x), &rest);
     const WORD is_far = WHERE(FUNCTION(fabs)(x) > 65536), sign = (n + 1) << (SIGN_BIT - 1) & SIGN;
-    const REAL s = NAME(sin_of_rest)(rest, low), c = NAME(cos_of_rest)(rest, low);
+    const REAL s = NAME(sin_of_rest)(rest), c = NAME(cos_of_rest)(rest);
     const REAL y = NAME(of_bits)(NAME(bits_of)(NAME(chosen_by)(WHERE(n & 1), s, c)) ^ sign);
     if (far == NULL)
         return is_far ? FUNCTION(cos)(x) : y;
@@ -386,19 +420,17 @@ static INLINE REAL NAME(cos_of)(REAL x, WORD *far)
 
 #define FRACTION_BITS PRECISION(52, 23)
 #define BIAS PRECISION(1023, 127)
-#define LOG_HIGH PRECISION(0.693147180559663, 0.693145751953125f)
-#define LOG_LOW PRECISION(2.8235290563031577e-13, 1.428606765330187e-06f)
 
 // The power of 2 comes in two factors, so that the largest and the smallest results are reached.
 static INLINE REAL NAME(exp_of)(REAL x)
 {
     const REAL most = PRECISION(710, 89), least = PRECISION(-746, -105);
     const REAL y = NAME(chosen_by)(WHERE(x > most), most, NAME(chosen_by)(WHERE(x < least), least, x));
-    const REAL shifted = y * PRECISION(1.4426950408889634, 1.4426950216293335f) + SHIFT, k = shifted - SHIFT;
-    const REAL z = (y - k * LOG_HIGH) - k * LOG_LOW;
+    const REAL shifted = FMA(y, PRECISION(1.4426950408889634, 1.4426950216293335f), SHIFT), k = SHIFT - shifted;
+    const REAL z = FMA(k, LOG_1, FMA(k, LOG_0, y)), above = FMA(z * z, NAME(exp_polynomial)(z), z);
     const WORD n = NAME(bits_of)(shifted) - NAME(bits_of)(SHIFT), half = ((n + 2 * BIAS) >> 1) - BIAS;
     const REAL a = NAME(of_bits)((half + BIAS) << FRACTION_BITS), b = NAME(of_bits)((n - half + BIAS) << FRACTION_BITS);
-    return (1 + (z + z * z * NAME(exp_polynomial)(z))) * a * b;
+    return FMA(above, a, a) * b;
 }
 
 static INLINE REAL NAME(log_of)(REAL x)
@@ -411,33 +443,23 @@ static INLINE REAL NAME(log_of)(REAL x)
     const REAL shift = (WORD)1 << FRACTION_BITS, bias = NAME(chosen_by)(tiny, BIAS + FRACTION_BITS + 2, BIAS);
     const REAL k = NAME(of_bits)((n >> FRACTION_BITS) + NAME(bits_of)(shift)) - (shift + bias);
     const REAL f = NAME(of_bits)((n & fraction) + root) - 1, half = f * f / 2, s = f / (2 + f), z = s * s;
-    const REAL low = s * (half + z * NAME(log_polynomial)(z)) + k * LOG_LOW;
-    const REAL finite = k * LOG_HIGH - ((half - low) - f);
+    const REAL low = FMA(s, FMA(z, NAME(log_polynomial)(z), half), k * LOG_1);
+    const REAL finite = FMA(k, LOG_0, f - (half - low));
     const REAL other = NAME(chosen_by)(WHERE(x == 0), -INFINITY, NAME(chosen_by)(WHERE(x > 0), x, NAN));
     return NAME(chosen_by)(WHERE(x > 0) & WHERE(x < INFINITY), finite, other);
 }
-
-#define EIGHTH_HIGH PRECISION(0.7853981633974456, 0.7853975296020508f)
-#define EIGHTH_LOW PRECISION(2.6951514290790595e-15, 6.337954232549237e-07f)
 
 static INLINE REAL NAME(atan2_of)(REAL y, REAL x)
 {
     const REAL u = FUNCTION(fabs)(x), v = FUNCTION(fabs)(y);
     const WORD swapped = WHERE(v > u), left = WHERE(NAME(bits_of)(x) >> SIGN_BIT);
     const REAL most = NAME(chosen_by)(swapped, v, u), least = NAME(chosen_by)(swapped, u, v);
-    // Sums of the largest numbers would overflow; two zeros, and two infinities, have the ratio 0 and 1.
-    const WORD same = WHERE(u == INFINITY) & WHERE(v == INFINITY), none = WHERE(most == 0);
-    const REAL scale = NAME(chosen_by)(WHERE(most > PRECISION(DBL_MAX, FLT_MAX) / 64), (REAL)1 / 64, 1);
-    const REAL big = NAME(chosen_by)(same | none, 1, most * scale), small = NAME(chosen_by)(same, 1, least * scale);
-    // Above 0.55 an eighth of a turn is taken away: results below 1/2 come from one division. The factor 16 is for
-    // the smallest numbers, whose products are rounded to few bits.
-    const WORD upper = WHERE(16 * small > (REAL)8.8 * big);
-    const REAL t = (small - NAME(chosen_by)(upper, big, 0)) / (big + NAME(chosen_by)(upper, small, 0)), z = t * t;
-    const REAL angle = t + t * (z * NAME(atan_polynomial)(z));
-    const REAL near = NAME(chosen_by)(upper, 1, 0), first = NAME(chosen_by)(swapped, 2 - near, near);
-    const REAL eighths = NAME(chosen_by)(left, 4 - first, first);
+    // Two infinities have the ratio 1, two zeros 0.
+    const REAL same = NAME(chosen_by)(WHERE(u > 0), 1, 0), t = NAME(chosen_by)(WHERE(u == v), same, least / most);
+    const REAL z = t * t, angle = FMA(t * z, NAME(atan_polynomial)(z - (REAL)0.5), t);
+    const REAL quarters = NAME(chosen_by)(swapped, 1, NAME(chosen_by)(left, 2, 0));
     const REAL turned = NAME(of_bits)(NAME(bits_of)(angle) ^ ((left ^ swapped) & SIGN));
-    const REAL whole = eighths * EIGHTH_HIGH + (eighths * EIGHTH_LOW + turned);
+    const REAL whole = FMA(quarters, QUARTER_0, FMA(quarters, QUARTER_1, turned));
     return NAME(of_bits)(NAME(bits_of)(whole) ^ (NAME(bits_of)(y) & SIGN));
 }
 
@@ -447,8 +469,8 @@ static INLINE REAL NAME(acos_of)(REAL x)
     const WORD large = WHERE(u > (REAL)0.5);
     const REAL z = NAME(chosen_by)(large, (1 - u) / 2, x * x), s = NAME(chosen_by)(large, FUNCTION(sqrt)(z), x);
     const REAL more = s * (z * NAME(asin_polynomial)(z));
-    const REAL middle = 2 * EIGHTH_HIGH - (s - (2 * EIGHTH_LOW - more));
-    const REAL right = 2 * (s + more), left = 4 * EIGHTH_HIGH - (right - 4 * EIGHTH_LOW);
+    const REAL middle = QUARTER_0 - (s - (QUARTER_1 - more));
+    const REAL right = 2 * (s + more), left = 2 * QUARTER_0 - (right - 2 * QUARTER_1);
     return NAME(chosen_by)(large, NAME(chosen_by)(WHERE(x < 0), left, right), middle);
 }
 
@@ -1896,7 +1918,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         STREAM_END();
 }
 
-INLINE void NAME(turns_of_sum)(REAL a, REAL b, REAL c, REAL *out_0, REAL *out_1)
+static INLINE void NAME(turns_of_sum_within)(REAL a, REAL b, REAL c, REAL *out_0, REAL *out_1)
 {
     const REAL t0 = a * a;
     const REAL t1 = b * b;
@@ -1926,6 +1948,12 @@ INLINE void NAME(turns_of_sum)(REAL a, REAL b, REAL c, REAL *out_0, REAL *out_1)
     out_1[0] = t22;
 }
 
+FUSED(turns_of_sum, (REAL a, REAL b, REAL c, REAL *out_0, REAL *out_1), (a, b, c, out_0, out_1))
+void NAME(turns_of_sum)(REAL a, REAL b, REAL c, REAL *out_0, REAL *out_1)
+{
+    RUN(turns_of_sum, (a, b, c, out_0, out_1), (a, b, c, out_0, out_1));
+}
+
 static INLINE void NAME(turns_of_sum_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -1945,7 +1973,7 @@ static INLINE void NAME(turns_of_sum_block)(intptr_t n, char **args, const intpt
         NAME(load_scalar)(x0, a0 + i * w);
         NAME(load_scalar)(x1, a1 + i * w);
         NAME(load_scalar)(x2, a2 + i * w);
-        NAME(turns_of_sum)(x0[0], x1[0], x2[0], x3, x4);
+        NAME(turns_of_sum_within)(x0[0], x1[0], x2[0], x3, x4);
         NAME(store_2)(a3 + i * w, c3a, x3);
         NAME(store_scalar)(a4 + i * w, x4);
     }
@@ -1961,7 +1989,7 @@ void NAME(turns_of_sum_loop)(char **args, const intptr_t *dimensions, const intp
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(turns_of_two_sums)(const REAL *known, const REAL *wanted, REAL *out_0, REAL *out_1)
+static INLINE void NAME(turns_of_two_sums_within)(const REAL *known, const REAL *wanted, REAL *out_0, REAL *out_1)
 {
     const REAL known_0_0 = known[0];
     const REAL known_0_1 = known[1];
@@ -2089,6 +2117,13 @@ INLINE void NAME(turns_of_two_sums)(const REAL *known, const REAL *wanted, REAL 
     out_1[3] = t101;
 }
 
+FUSED(turns_of_two_sums, (const REAL *known, const REAL *wanted, REAL *out_0, REAL *out_1), (known, wanted, out_0,
+    out_1))
+void NAME(turns_of_two_sums)(const REAL *known, const REAL *wanted, REAL *out_0, REAL *out_1)
+{
+    RUN(turns_of_two_sums, (known, wanted, out_0, out_1), (known, wanted, out_0, out_1));
+}
+
 static INLINE void NAME(turns_of_two_sums_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -2106,7 +2141,7 @@ static INLINE void NAME(turns_of_two_sums_block)(intptr_t n, char **args, const 
         REAL x3[4];
         NAME(load_2x3)(x0, a0 + i * w, c0a, c0b);
         NAME(load_2x3)(x1, a1 + i * w, c1a, c1b);
-        NAME(turns_of_two_sums)(x0, x1, x2, x3);
+        NAME(turns_of_two_sums_within)(x0, x1, x2, x3);
         NAME(store_4x2)(a2 + i * w, c2a, c2b, x2);
         NAME(store_4)(a3 + i * w, c3a, x3);
     }
@@ -2370,7 +2405,7 @@ void NAME(slides_of_quadratic_loop)(char **args, const intptr_t *dimensions, con
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(turns_of_ellipse)(const REAL *p, const REAL *s, REAL *out_0, REAL *out_1)
+static INLINE void NAME(turns_of_ellipse_within)(const REAL *p, const REAL *s, REAL *out_0, REAL *out_1)
 {
     const REAL p_0_0 = p[0];
     const REAL p_0_1 = p[1];
@@ -2521,697 +2556,702 @@ INLINE void NAME(turns_of_ellipse)(const REAL *p, const REAL *s, REAL *out_0, RE
     const REAL t140 = t136 * t139;
     const REAL t141 = t118 * (REAL)8;
     const REAL t142 = t115 + t141;
-    const REAL t143 = (REAL)2 * t125;
-    const REAL t144 = t143 * (REAL)(1.0 / 9.0);
-    const REAL t145 = t142 - t144;
-    const REAL t146 = t124 * t145;
-    const REAL t147 = (REAL)(1.0 / 3.0) * t146;
-    const REAL t148 = t114 * t114;
-    const REAL t149 = t147 - t148;
-    const REAL t150 = t112 * t112;
-    const REAL t151 = t118 * t150;
-    const REAL t152 = t149 - t151;
-    const REAL t153 = SELECT(t100, t117, t152);
-    const REAL t154 = t153 * t132;
-    const REAL t155 = t154 - t140;
-    const REAL t156 = LESS(t155, (REAL)0);
-    const REAL t157 = SELECT(t156, (REAL)-1, (REAL)1);
-    const REAL t158 = t155 * t157;
-    const REAL t159 = (REAL)0.5 * t158;
-    const REAL t160 = t135 * t136;
-    const REAL t161 = t133 - t160;
-    const REAL t162 = (REAL)(1.0 / 3.0) * t161;
-    const REAL t163 = ABS(t162);
-    const REAL t164 = SQRT(t163);
-    const REAL t165 = t163 * t164;
-    const REAL t166 = MAXIMUM(t159, t165);
-    const REAL t167 = EQUAL((REAL)0, t166);
-    const REAL t168 = SELECT(t167, (REAL)1, t166);
-    const REAL t169 = (REAL)1 / t168;
-    const REAL t170 = t159 * t169;
-    const REAL t171 = MINIMUM((REAL)1, t170);
-    const REAL t172 = t171 * (REAL)(233.0 / 12500.0);
-    const REAL t173 = t172 - (REAL)(4069.0 / 50000.0);
-    const REAL t174 = t171 * t173;
-    const REAL t175 = t174 + (REAL)(16533.0 / 50000.0);
-    const REAL t176 = t171 * t175;
-    const REAL t177 = t176 + (REAL)(173213.0 / 100000.0);
-    const REAL t178 = t177 * t177;
-    const REAL t179 = t177 * t178;
-    const REAL t180 = t171 + t179;
-    const REAL t181 = t178 - (REAL)1;
-    const REAL t182 = t180 / t181;
-    const REAL t183 = t182 * t182;
-    const REAL t184 = t183 * (REAL)(4.0 / 9.0);
-    const REAL t185 = t182 * t184;
-    const REAL t186 = t185 * (REAL)(2.0 / 3.0);
-    const REAL t187 = t171 + t186;
-    const REAL t188 = t184 - (REAL)1;
-    const REAL t189 = t187 / t188;
-    const REAL t190 = t164 * t189;
-    const REAL t191 = (REAL)(2.0 / 3.0) * t190;
-    const REAL t192 = t165 * t169;
-    const REAL t193 = t170 - t192;
-    const REAL t194 = MAXIMUM((REAL)0, t193);
-    const REAL t195 = t170 + t192;
-    const REAL t196 = t194 * t195;
-    const REAL t197 = t170 * t170;
-    const REAL t198 = t192 * t192;
-    const REAL t199 = t197 + t198;
-    const REAL t200 = LESS(t162, (REAL)0);
-    const REAL t201 = SELECT(t200, t196, t199);
-    const REAL t202 = SQRT(t201);
-    const REAL t203 = t168 * t202;
-    const REAL t204 = t159 + t203;
-    const REAL t205 = EQUAL((REAL)0, t204);
-    const REAL t206 = SELECT(t205, (REAL)1, t204);
-    const REAL t207 = LOG(t206);
-    const REAL t208 = (REAL)(1.0 / 3.0) * t207;
-    const REAL t209 = EXP(t208);
-    const REAL t210 = t162 / t209;
-    const REAL t211 = t210 * t210;
-    const REAL t212 = t209 * t209;
-    const REAL t213 = t162 + t212;
-    const REAL t214 = t213 + t211;
-    const REAL t215 = t158 / t214;
-    const REAL t216 = LESS(t159, t165);
-    const REAL t217 = SELECT(t216, t191, t215);
-    const REAL t218 = SELECT(t200, t217, t215);
-    const REAL t219 = t157 * t218;
-    const REAL t220 = t136 + t219;
-    const REAL t221 = t129 * t220;
-    const REAL t222 = t221 * (REAL)3;
-    const REAL t223 = (REAL)2 * t134;
-    const REAL t224 = t223 - t222;
-    const REAL t225 = t220 * t224;
-    const REAL t226 = t128 - t225;
-    const REAL t227 = EQUAL((REAL)0, t226);
-    const REAL t228 = SELECT(t227, (REAL)1, t226);
-    const REAL t229 = t134 - t221;
-    const REAL t230 = t220 * t229;
-    const REAL t231 = t128 - t230;
-    const REAL t232 = t220 * t231;
-    const REAL t233 = t153 - t232;
-    const REAL t234 = t233 / t228;
-    const REAL t235 = t220 + t234;
-    const REAL t236 = t129 * t235;
-    const REAL t237 = t134 - t236;
-    const REAL t238 = t235 * t237;
-    const REAL t239 = t128 - t238;
-    const REAL t240 = t235 * t239;
-    const REAL t241 = t153 - t240;
-    const REAL t242 = ABS(t241);
-    const REAL t243 = ABS(t233);
-    const REAL t244 = LESS(t242, t243);
-    const REAL t245 = -t235;
-    const REAL t246 = -t220;
-    const REAL t247 = SELECT(t244, t245, t246);
-    const REAL t248 = t129 * t247;
-    const REAL t249 = (REAL)3 * t248;
-    const REAL t250 = t223 + t249;
-    const REAL t251 = t247 * t250;
-    const REAL t252 = t128 + t251;
-    const REAL t253 = EQUAL((REAL)0, t252);
-    const REAL t254 = SELECT(t253, (REAL)1, t252);
-    const REAL t255 = SELECT(t244, t241, t233);
-    const REAL t256 = t255 / t254;
-    const REAL t257 = t247 - t256;
-    const REAL t258 = t129 * t257;
-    const REAL t259 = t134 + t258;
-    const REAL t260 = t257 * t259;
-    const REAL t261 = t128 + t260;
-    const REAL t262 = t257 * t261;
-    const REAL t263 = t153 + t262;
-    const REAL t264 = ABS(t263);
-    const REAL t265 = ABS(t255);
-    const REAL t266 = LESS(t264, t265);
-    const REAL t267 = SELECT(t266, t257, t247);
-    const REAL t268 = EQUAL((REAL)0, t153);
-    const REAL t269 = SELECT(t268, (REAL)0, t267);
-    const REAL t270 = SELECT(t130, (REAL)0, t269);
-    const REAL t271 = t112 * (REAL)0.25;
-    const REAL t272 = t112 * t271;
-    const REAL t273 = t124 * (REAL)(2.0 / 3.0);
-    const REAL t274 = t272 - t273;
-    const REAL t275 = t270 + t274;
-    const REAL t276 = t124 * (REAL)(1.0 / 3.0);
-    const REAL t277 = t270 + t276;
-    const REAL t278 = (REAL)0.5 * t277;
-    const REAL t279 = t275 * t278;
-    const REAL t280 = t277 * t277;
-    const REAL t281 = (REAL)0.25 * t280;
-    const REAL t282 = t281 - t118;
-    const REAL t283 = t282 + t279;
-    const REAL t284 = (REAL)0.5 * t112;
-    const REAL t285 = t277 * t284;
-    const REAL t286 = t285 - t114;
-    const REAL t287 = t271 * t286;
-    const REAL t288 = t283 - t287;
-    const REAL t289 = t288 * t288;
-    const REAL t290 = (REAL)4 * t289;
-    const REAL t291 = t275 * t282;
-    const REAL t292 = t286 * t286;
-    const REAL t293 = (REAL)0.25 * t292;
-    const REAL t294 = t291 - t293;
-    const REAL t295 = t275 - t272;
-    const REAL t296 = (REAL)0.5 * t295;
-    const REAL t297 = t277 + t296;
-    const REAL t298 = t294 * t297;
-    const REAL t299 = (REAL)6 * t298;
-    const REAL t300 = t290 - t299;
-    const REAL t301 = MAXIMUM((REAL)0, t300);
-    const REAL t302 = SQRT(t301);
-    const REAL t303 = -t302;
-    const REAL t304 = LESS(t288, (REAL)0);
-    const REAL t305 = SELECT(t304, t303, t302);
-    const REAL t306 = t288 + t305;
-    const REAL t307 = EQUAL((REAL)0, t306);
-    const REAL t308 = SELECT(t307, (REAL)1, t306);
-    const REAL t309 = (REAL)3 * t294;
-    const REAL t310 = t309 / t308;
-    const REAL t311 = t270 - t310;
-    const REAL t312 = t276 + t311;
-    const REAL t313 = t312 * t312;
-    const REAL t314 = (REAL)0.25 * t313;
-    const REAL t315 = t314 - t118;
-    const REAL t316 = t274 + t311;
-    const REAL t317 = t316 * t315;
-    const REAL t318 = t284 * t312;
-    const REAL t319 = t318 - t114;
-    const REAL t320 = t319 * t319;
-    const REAL t321 = (REAL)0.25 * t320;
-    const REAL t322 = t317 - t321;
-    const REAL t323 = ABS(t322);
-    const REAL t324 = ABS(t294);
-    const REAL t325 = LESS(t323, t324);
-    const REAL t326 = ABS(t270);
-    const REAL t327 = t326 * (REAL)64;
-    const REAL t328 = ABS(t124);
-    const REAL t329 = LESS(t327, t328);
-    const REAL t330 = SELECT(t329, t325, (REAL)0);
-    const REAL t331 = (REAL)0.5 * t312;
-    const REAL t332 = SELECT(t330, t331, t278);
-    const REAL t333 = t332 * t332;
-    const REAL t334 = ABS(t118);
-    const REAL t335 = t334 + t333;
-    const REAL t336 = SELECT(t330, t316, t275);
-    const REAL t337 = ABS(t336);
-    const REAL t338 = t337 * t335;
-    const REAL t339 = SELECT(t330, t315, t282);
-    const REAL t340 = ABS(t339);
-    const REAL t341 = t336 - t270;
-    const REAL t342 = ABS(t341);
-    const REAL t343 = t326 + t342;
-    const REAL t344 = t340 * t343;
-    const REAL t345 = LESS(t344, t338);
-    const REAL t346 = SELECT(t345, t336, t339);
-    const REAL t347 = LESS_EQUAL((REAL)0, t346);
-    const REAL t348 = SELECT(t347, (REAL)1, (REAL)-1);
-    const REAL t349 = t339 * t348;
-    const REAL t350 = MAXIMUM((REAL)0, t349);
-    const REAL t351 = SQRT(t350);
-    const REAL t352 = -t351;
-    const REAL t353 = (REAL)0.5 * t319;
-    const REAL t354 = (REAL)0.5 * t286;
-    const REAL t355 = SELECT(t330, t353, t354);
-    const REAL t356 = t348 * t355;
-    const REAL t357 = LESS(t356, (REAL)0);
-    const REAL t358 = SELECT(t357, t352, t351);
-    const REAL t359 = t332 - t358;
-    const REAL t360 = ABS(t359);
-    const REAL t361 = t336 * t348;
-    const REAL t362 = MAXIMUM((REAL)0, t361);
-    const REAL t363 = SQRT(t362);
-    const REAL t364 = t284 + t363;
-    const REAL t365 = ABS(t364);
-    const REAL t366 = t360 * t365;
-    const REAL t367 = ABS(t114);
-    const REAL t368 = t367 + t366;
-    const REAL t369 = t332 + t358;
-    const REAL t370 = ABS(t369);
-    const REAL t371 = t284 - t363;
-    const REAL t372 = ABS(t371);
-    const REAL t373 = t370 * t372;
-    const REAL t374 = t368 + t373;
-    const REAL t375 = EQUAL((REAL)0, t374);
-    const REAL t376 = SELECT(t375, (REAL)1, t374);
-    const REAL t377 = (REAL)1 / t376;
-    const REAL t378 = t348 * t363;
-    const REAL t379 = (REAL)2 * t378;
-    const REAL t380 = t358 * t379;
-    const REAL t381 = t112 * t332;
-    const REAL t382 = t114 - t381;
-    const REAL t383 = t382 + t380;
-    const REAL t384 = ABS(t383);
-    const REAL t385 = t384 * t377;
-    const REAL t386 = t328 + t370;
-    const REAL t387 = t360 + t386;
-    const REAL t388 = t372 * t365;
-    const REAL t389 = t387 + t388;
-    const REAL t390 = EQUAL((REAL)0, t389);
-    const REAL t391 = SELECT(t390, (REAL)1, t389);
-    const REAL t392 = (REAL)1 / t391;
-    const REAL t393 = t363 * t378;
-    const REAL t394 = t150 * (REAL)0.25;
-    const REAL t395 = t124 - t394;
-    const REAL t396 = t395 + t393;
-    const REAL t397 = (REAL)2 * t332;
-    const REAL t398 = t396 - t397;
-    const REAL t399 = ABS(t398);
-    const REAL t400 = t399 * t392;
-    const REAL t401 = t400 + t385;
-    const REAL t402 = t360 * t370;
-    const REAL t403 = t334 + t402;
-    const REAL t404 = EQUAL((REAL)0, t403);
-    const REAL t405 = SELECT(t404, (REAL)1, t403);
-    const REAL t406 = (REAL)1 / t405;
-    const REAL t407 = t348 * t358;
-    const REAL t408 = t358 * t407;
-    const REAL t409 = t118 - t333;
-    const REAL t410 = t409 + t408;
-    const REAL t411 = ABS(t410);
-    const REAL t412 = t411 * t406;
-    const REAL t413 = t401 + t412;
-    const REAL t414 = EQUAL((REAL)0, t363);
-    const REAL t415 = SELECT(t414, (REAL)1, t363);
-    const REAL t416 = t356 / t415;
-    const REAL t417 = t379 * t416;
-    const REAL t418 = t382 + t417;
-    const REAL t419 = ABS(t418);
-    const REAL t420 = t377 * t419;
-    const REAL t421 = t400 + t420;
-    const REAL t422 = t348 * t416;
-    const REAL t423 = t416 * t422;
-    const REAL t424 = t409 + t423;
-    const REAL t425 = ABS(t424);
-    const REAL t426 = t406 * t425;
-    const REAL t427 = t421 + t426;
-    const REAL t428 = MINIMUM(t413, t427);
-    const REAL t429 = EQUAL((REAL)0, t358);
-    const REAL t430 = SELECT(t429, (REAL)1, t358);
-    const REAL t431 = t356 / t430;
-    const REAL t432 = t348 * t431;
-    const REAL t433 = t431 * t432;
-    const REAL t434 = t395 + t433;
-    const REAL t435 = t434 - t397;
-    const REAL t436 = ABS(t435);
-    const REAL t437 = t392 * t436;
-    const REAL t438 = (REAL)2 * t432;
-    const REAL t439 = t358 * t438;
-    const REAL t440 = t382 + t439;
-    const REAL t441 = ABS(t440);
-    const REAL t442 = t377 * t441;
-    const REAL t443 = t437 + t442;
-    const REAL t444 = t412 + t443;
-    const REAL t445 = LESS_EQUAL(t428, t444);
-    const REAL t446 = LESS_EQUAL(t413, t427);
-    const REAL t447 = SELECT(t446, t358, t416);
-    const REAL t448 = SELECT(t445, t447, t358);
-    const REAL t449 = t332 * t448;
-    const REAL t450 = LESS(t449, (REAL)0);
-    const REAL t451 = SELECT(t450, (REAL)-1, (REAL)1);
-    const REAL t452 = t448 * t451;
-    const REAL t453 = t332 + t452;
-    const REAL t454 = EQUAL((REAL)0, t453);
-    const REAL t455 = SELECT(t454, (REAL)1, t453);
-    const REAL t456 = (REAL)1 / t455;
-    const REAL t457 = t118 * t456;
-    const REAL t458 = SELECT(t445, t363, t431);
-    const REAL t459 = t458 * t451;
-    const REAL t460 = t284 + t459;
-    const REAL t461 = t460 * t457;
-    const REAL t462 = t114 - t461;
-    const REAL t463 = t456 * t462;
-    const REAL t464 = t460 * t463;
-    const REAL t465 = t124 - t453;
-    const REAL t466 = t465 - t457;
-    const REAL t467 = t466 - t464;
-    const REAL t468 = ABS(t467);
-    const REAL t469 = t392 * t468;
-    const REAL t470 = t112 - t460;
-    const REAL t471 = t470 - t463;
-    const REAL t472 = ABS(t471);
-    const REAL t473 = ABS(t112);
-    const REAL t474 = t365 + t473;
-    const REAL t475 = t372 + t474;
-    const REAL t476 = EQUAL((REAL)0, t475);
-    const REAL t477 = SELECT(t476, (REAL)1, t475);
-    const REAL t478 = (REAL)1 / t477;
-    const REAL t479 = t478 * t472;
-    const REAL t480 = t479 + t469;
-    const REAL t481 = t453 * t463;
-    const REAL t482 = t462 - t481;
-    const REAL t483 = ABS(t482);
-    const REAL t484 = t377 * t483;
-    const REAL t485 = t480 + t484;
-    const REAL t486 = t453 * t457;
-    const REAL t487 = t118 - t486;
-    const REAL t488 = ABS(t487);
-    const REAL t489 = t406 * t488;
-    const REAL t490 = t489 + t485;
-    const REAL t491 = t284 - t459;
-    const REAL t492 = t460 * t491;
-    const REAL t493 = t466 - t492;
-    const REAL t494 = ABS(t493);
-    const REAL t495 = t392 * t494;
-    const REAL t496 = t470 - t491;
-    const REAL t497 = ABS(t496);
-    const REAL t498 = t497 * t478;
-    const REAL t499 = t498 + t495;
-    const REAL t500 = t491 * t453;
-    const REAL t501 = t462 - t500;
-    const REAL t502 = ABS(t501);
-    const REAL t503 = t377 * t502;
-    const REAL t504 = t499 + t503;
-    const REAL t505 = t504 + t489;
-    const REAL t506 = LESS_EQUAL(t505, t490);
-    const REAL t507 = SELECT(t506, t493, t467);
-    const REAL t508 = SELECT(t506, t496, t471);
-    const REAL t509 = t460 * t508;
-    const REAL t510 = t507 - t509;
-    const REAL t511 = t460 * t510;
-    const REAL t512 = SELECT(t506, t501, t482);
-    const REAL t513 = t512 - t511;
-    const REAL t514 = t453 * t508;
-    const REAL t515 = t513 - t514;
-    const REAL t516 = SELECT(t506, t491, t463);
-    const REAL t517 = t460 - t516;
-    const REAL t518 = t453 * t517;
-    const REAL t519 = t515 * t518;
-    const REAL t520 = t453 * t510;
-    const REAL t521 = t487 - t520;
-    const REAL t522 = t460 * t517;
-    const REAL t523 = t453 - t457;
-    const REAL t524 = t522 - t523;
-    const REAL t525 = t524 * t521;
-    const REAL t526 = t519 - t525;
-    const REAL t527 = t517 * t517;
-    const REAL t528 = t453 * t527;
-    const REAL t529 = t523 * t524;
-    const REAL t530 = t529 - t528;
-    const REAL t531 = EQUAL((REAL)0, t530);
-    const REAL t532 = SELECT(t531, (REAL)1, t530);
-    const REAL t533 = (REAL)1 / t532;
-    const REAL t534 = t533 * t526;
-    const REAL t535 = t457 + t510;
-    const REAL t536 = t535 - t534;
-    const REAL t537 = t523 * t515;
-    const REAL t538 = t517 * t521;
-    const REAL t539 = t537 - t538;
-    const REAL t540 = t533 * t539;
-    const REAL t541 = t517 * t540;
-    const REAL t542 = t536 + t541;
-    const REAL t543 = t453 + t534;
-    const REAL t544 = t124 - t543;
-    const REAL t545 = t544 - t542;
-    const REAL t546 = t516 + t508;
-    const REAL t547 = t546 - t540;
-    const REAL t548 = t460 + t540;
-    const REAL t549 = t548 * t547;
-    const REAL t550 = t545 - t549;
-    const REAL t551 = ABS(t550);
-    const REAL t552 = t392 * t551;
-    const REAL t553 = t112 - t548;
-    const REAL t554 = t553 - t547;
-    const REAL t555 = ABS(t554);
-    const REAL t556 = t478 * t555;
-    const REAL t557 = t556 + t552;
-    const REAL t558 = t548 * t542;
-    const REAL t559 = t114 - t558;
-    const REAL t560 = t547 * t543;
-    const REAL t561 = t559 - t560;
-    const REAL t562 = ABS(t561);
-    const REAL t563 = t377 * t562;
-    const REAL t564 = t557 + t563;
-    const REAL t565 = t543 * t542;
-    const REAL t566 = t118 - t565;
-    const REAL t567 = ABS(t566);
-    const REAL t568 = t406 * t567;
-    const REAL t569 = t564 + t568;
-    const REAL t570 = MINIMUM(t505, t490);
-    const REAL t571 = LESS_EQUAL(t570, t569);
-    const REAL t572 = SELECT(t571, t453, t543);
-    const REAL t573 = EQUAL((REAL)0, t572);
-    const REAL t574 = SELECT(t573, (REAL)1, t572);
-    const REAL t575 = (REAL)1 / t574;
-    const REAL t576 = t114 * t575;
-    const REAL t577 = SELECT(t571, t516, t547);
-    const REAL t578 = EQUAL((REAL)0, t118);
-    const REAL t579 = SELECT(t578, t576, t577);
-    const REAL t580 = EQUAL((REAL)0, t269);
-    const REAL t581 = SELECT(t580, (REAL)1, t269);
-    const REAL t582 = (REAL)1 / t581;
-    const REAL t583 = t153 * t582;
-    const REAL t584 = t128 + t583;
-    const REAL t585 = t582 * t584;
-    const REAL t586 = -t585;
-    const REAL t587 = t129 * t269;
-    const REAL t588 = t269 * t587;
-    const REAL t589 = t269 * t588;
-    const REAL t590 = ABS(t589);
-    const REAL t591 = ABS(t153);
-    const REAL t592 = LESS(t591, t590);
-    const REAL t593 = t134 + t587;
-    const REAL t594 = SELECT(t592, t586, t593);
-    const REAL t595 = SELECT(t130, t128, t594);
-    const REAL t596 = SELECT(t100, t595, t579);
-    const REAL t597 = t596 * t596;
-    const REAL t598 = (REAL)0.25 * t597;
-    const REAL t599 = t118 * t575;
-    const REAL t600 = -t583;
-    const REAL t601 = t269 * t593;
-    const REAL t602 = t128 + t601;
-    const REAL t603 = SELECT(t592, t600, t602);
-    const REAL t604 = SELECT(t130, t153, t603);
-    const REAL t605 = SELECT(t100, t604, t599);
-    const REAL t606 = SELECT(t130, t134, t129);
-    const REAL t607 = SELECT(t100, t606, (REAL)1);
-    const REAL t608 = t605 * t607;
-    const REAL t609 = t598 - t608;
-    const REAL t610 = ABS(t609);
-    const REAL t611 = SQRT(t610);
-    const REAL t612 = -t611;
-    const REAL t613 = (REAL)0.5 * t596;
-    const REAL t614 = LESS(t613, (REAL)0);
-    const REAL t615 = SELECT(t614, t612, t611);
-    const REAL t616 = t613 + t615;
-    const REAL t617 = -t616;
-    const REAL t618 = EQUAL((REAL)0, t617);
-    const REAL t619 = SELECT(t618, (REAL)1, t617);
-    const REAL t620 = t605 / t619;
-    const REAL t621 = EQUAL((REAL)0, t607);
-    const REAL t622 = SELECT(t621, (REAL)1, t607);
-    const REAL t623 = (REAL)1 / t622;
-    const REAL t624 = t623 * t616;
-    const REAL t625 = -t624;
-    const REAL t626 = MINIMUM(t620, t625);
-    const REAL t627 = LESS_EQUAL((REAL)0, t609);
-    const REAL t628 = t623 * t613;
-    const REAL t629 = -t628;
-    const REAL t630 = SELECT(t627, t626, t629);
-    const REAL t631 = EQUAL((REAL)0, t596);
-    const REAL t632 = SELECT(t631, (REAL)0, t620);
-    const REAL t633 = SELECT(t621, t632, t630);
-    const REAL t634 = SELECT(t571, t460, t548);
-    const REAL t635 = t634 * t634;
-    const REAL t636 = (REAL)0.25 * t635;
-    const REAL t637 = t636 - t572;
-    const REAL t638 = ABS(t637);
-    const REAL t639 = SQRT(t638);
-    const REAL t640 = -t639;
-    const REAL t641 = (REAL)0.5 * t634;
-    const REAL t642 = LESS(t641, (REAL)0);
-    const REAL t643 = SELECT(t642, t640, t639);
-    const REAL t644 = t641 + t643;
-    const REAL t645 = -t644;
-    const REAL t646 = EQUAL((REAL)0, t645);
-    const REAL t647 = SELECT(t646, (REAL)1, t645);
-    const REAL t648 = t572 / t647;
-    const REAL t649 = MINIMUM(t645, t648);
-    const REAL t650 = LESS_EQUAL((REAL)0, t637);
-    const REAL t651 = -t641;
-    const REAL t652 = SELECT(t650, t649, t651);
-    const REAL t653 = LESS(t633, t652);
-    const REAL t654 = ABS(t639);
-    const REAL t655 = SELECT(t650, (REAL)0, t654);
-    const REAL t656 = LESS((REAL)0, t655);
-    const REAL t657 = SELECT(t656, t653, (REAL)0);
-    const REAL t658 = t623 * t611;
-    const REAL t659 = ABS(t658);
-    const REAL t660 = SELECT(t627, (REAL)0, t659);
-    const REAL t661 = LESS((REAL)0, t660);
-    const REAL t662 = SELECT(t661, t657, t656);
-    const REAL t663 = SELECT(t662, t633, t652);
-    const REAL t664 = MINIMUM(t633, t652);
-    const REAL t665 = SELECT(t627, (REAL)2, (REAL)0);
-    const REAL t666 = (REAL)1 - t631;
-    const REAL t667 = SELECT(t621, t666, t665);
-    const REAL t668 = SELECT(t650, (REAL)2, (REAL)0);
-    const REAL t669 = t667 + t668;
-    const REAL t670 = EQUAL((REAL)4, t669);
-    const REAL t671 = SELECT(t670, t664, t663);
-    const REAL t672 = t271 * t458;
-    const REAL t673 = t672 - t448;
-    const REAL t674 = ABS(t673);
-    const REAL t675 = t458 * t458;
-    const REAL t676 = (REAL)0.25 * t675;
-    const REAL t677 = t150 * (REAL)0.0625;
-    const REAL t678 = t677 - t676;
-    const REAL t679 = t678 - t332;
-    const REAL t680 = ABS(t679);
-    const REAL t681 = MAXIMUM(t680, t674);
-    const REAL t682 = EQUAL((REAL)0, t681);
-    const REAL t683 = SELECT(t682, (REAL)1, t681);
-    const REAL t684 = (REAL)1 / t683;
-    const REAL t685 = t673 * t684;
-    const REAL t686 = t685 * t685;
-    const REAL t687 = t679 * t684;
-    const REAL t688 = t687 * t687;
-    const REAL t689 = t688 + t686;
-    const REAL t690 = SQRT(t689);
-    const REAL t691 = t683 * t690;
-    const REAL t692 = t680 + t691;
-    const REAL t693 = (REAL)0.5 * t692;
-    const REAL t694 = SQRT(t693);
-    const REAL t695 = EQUAL((REAL)0, t694);
-    const REAL t696 = SELECT(t695, (REAL)1, t694);
-    const REAL t697 = (REAL)0.5 * t673;
-    const REAL t698 = t697 / t696;
-    const REAL t699 = LESS_EQUAL((REAL)0, t679);
-    const REAL t700 = SELECT(t699, t698, t694);
-    const REAL t701 = (REAL)0.5 * t458;
-    const REAL t702 = t700 * t701;
-    const REAL t703 = SELECT(t699, t694, t698);
-    const REAL t704 = t271 * t703;
-    const REAL t705 = t704 + t702;
-    const REAL t706 = LESS(t705, (REAL)0);
-    const REAL t707 = SELECT(t706, (REAL)1, (REAL)-1);
-    const REAL t708 = t700 * t707;
-    const REAL t709 = t708 - t701;
-    const REAL t710 = t709 * t709;
-    const REAL t711 = t703 * t707;
-    const REAL t712 = t711 - t271;
-    const REAL t713 = t712 * t712;
-    const REAL t714 = t713 + t710;
-    const REAL t715 = EQUAL((REAL)0, t714);
-    const REAL t716 = SELECT(t715, (REAL)1, t714);
-    const REAL t717 = (REAL)1 / t716;
-    const REAL t718 = t448 * t709;
-    const REAL t719 = t332 * t712;
-    const REAL t720 = t719 + t718;
-    const REAL t721 = t717 * t720;
-    const REAL t722 = LESS(t721, t712);
-    const REAL t723 = SELECT(t722, t721, t712);
-    const REAL t724 = SELECT(t347, t671, t723);
-    const REAL t725 = MINIMUM(t270, t633);
-    const REAL t726 = SELECT(t661, t270, t725);
-    const REAL t727 = EQUAL((REAL)0, t111);
-    const REAL t728 = (REAL)1 - t727;
-    const REAL t729 = SELECT(t728, t726, t633);
-    const REAL t730 = SELECT(t100, t729, t724);
-    const REAL t731 = t730 * t730;
-    const REAL t732 = (REAL)1 - t731;
-    const REAL t733 = t86 * t732;
-    const REAL t734 = t94 * t730;
-    const REAL t735 = t734 + t733;
-    const REAL t736 = t79 * t732;
-    const REAL t737 = t90 * t730;
-    const REAL t738 = t736 - t737;
-    const REAL t739 = ATAN2(t735, t738);
-    const REAL t740 = MAXIMUM(t620, t625);
-    const REAL t741 = SELECT(t627, t740, t629);
-    const REAL t742 = SELECT(t621, (REAL)0, t741);
-    const REAL t743 = MAXIMUM(t645, t648);
-    const REAL t744 = SELECT(t650, t743, t651);
-    const REAL t745 = SELECT(t662, t742, t744);
-    const REAL t746 = MAXIMUM(t633, t652);
-    const REAL t747 = MINIMUM(t742, t744);
-    const REAL t748 = MINIMUM(t746, t747);
-    const REAL t749 = SELECT(t670, t748, t745);
-    const REAL t750 = SELECT(t347, t749, t723);
-    const REAL t751 = MAXIMUM(t270, t633);
-    const REAL t752 = MINIMUM(t751, t742);
-    const REAL t753 = SELECT(t661, t633, t752);
-    const REAL t754 = SELECT(t728, t753, t742);
-    const REAL t755 = SELECT(t100, t754, t750);
-    const REAL t756 = t755 * t755;
-    const REAL t757 = (REAL)1 - t756;
-    const REAL t758 = t86 * t757;
-    const REAL t759 = t94 * t755;
-    const REAL t760 = t759 + t758;
-    const REAL t761 = t79 * t757;
-    const REAL t762 = t90 * t755;
-    const REAL t763 = t761 - t762;
-    const REAL t764 = ATAN2(t760, t763);
-    const REAL t765 = SELECT(t662, t652, t633);
-    const REAL t766 = MAXIMUM(t746, t747);
-    const REAL t767 = SELECT(t670, t766, t765);
-    const REAL t768 = SELECT(t722, t712, t721);
-    const REAL t769 = SELECT(t347, t767, t768);
-    const REAL t770 = MAXIMUM(t751, t742);
-    const REAL t771 = SELECT(t661, t742, t770);
-    const REAL t772 = SELECT(t728, t771, (REAL)0);
-    const REAL t773 = SELECT(t100, t772, t769);
-    const REAL t774 = t773 * t773;
-    const REAL t775 = (REAL)1 - t774;
-    const REAL t776 = t86 * t775;
-    const REAL t777 = t94 * t773;
-    const REAL t778 = t777 + t776;
-    const REAL t779 = t79 * t775;
-    const REAL t780 = t90 * t773;
-    const REAL t781 = t779 - t780;
-    const REAL t782 = ATAN2(t778, t781);
-    const REAL t783 = SELECT(t662, t744, t742);
-    const REAL t784 = MAXIMUM(t742, t744);
-    const REAL t785 = SELECT(t670, t784, t783);
-    const REAL t786 = SELECT(t347, t785, t768);
-    const REAL t787 = SELECT(t100, (REAL)0, t786);
-    const REAL t788 = t787 * t787;
-    const REAL t789 = (REAL)1 - t788;
-    const REAL t790 = t86 * t789;
-    const REAL t791 = t94 * t787;
-    const REAL t792 = t791 + t790;
-    const REAL t793 = t79 * t789;
-    const REAL t794 = t90 * t787;
-    const REAL t795 = t793 - t794;
-    const REAL t796 = ATAN2(t792, t795);
-    const REAL t797 = SELECT(t662, t660, t655);
-    const REAL t798 = t448 * t712;
-    const REAL t799 = t332 * t709;
-    const REAL t800 = t798 - t799;
-    const REAL t801 = ABS(t800);
-    const REAL t802 = t717 * t801;
-    const REAL t803 = ABS(t709);
-    const REAL t804 = SELECT(t722, t802, t803);
-    const REAL t805 = SELECT(t347, t797, t804);
-    const REAL t806 = SELECT(t728, (REAL)0, t660);
-    const REAL t807 = SELECT(t100, t806, t805);
-    const REAL t808 = -t660;
-    const REAL t809 = -t655;
-    const REAL t810 = SELECT(t662, t808, t809);
+    const REAL t143 = t125 * (REAL)(2.0 / 9.0);
+    const REAL t144 = t142 - t143;
+    const REAL t145 = t124 * t144;
+    const REAL t146 = (REAL)(1.0 / 3.0) * t145;
+    const REAL t147 = t114 * t114;
+    const REAL t148 = t146 - t147;
+    const REAL t149 = t112 * t112;
+    const REAL t150 = t118 * t149;
+    const REAL t151 = t148 - t150;
+    const REAL t152 = SELECT(t100, t117, t151);
+    const REAL t153 = t152 * t132;
+    const REAL t154 = t153 - t140;
+    const REAL t155 = LESS(t154, (REAL)0);
+    const REAL t156 = SELECT(t155, (REAL)-1, (REAL)1);
+    const REAL t157 = t154 * t156;
+    const REAL t158 = (REAL)0.5 * t157;
+    const REAL t159 = t135 * t136;
+    const REAL t160 = t133 - t159;
+    const REAL t161 = (REAL)(1.0 / 3.0) * t160;
+    const REAL t162 = ABS(t161);
+    const REAL t163 = SQRT(t162);
+    const REAL t164 = t162 * t163;
+    const REAL t165 = MAXIMUM(t158, t164);
+    const REAL t166 = EQUAL((REAL)0, t165);
+    const REAL t167 = SELECT(t166, (REAL)1, t165);
+    const REAL t168 = (REAL)1 / t167;
+    const REAL t169 = t158 * t168;
+    const REAL t170 = MINIMUM((REAL)1, t169);
+    const REAL t171 = t170 * (REAL)(233.0 / 12500.0);
+    const REAL t172 = t171 - (REAL)(4069.0 / 50000.0);
+    const REAL t173 = t170 * t172;
+    const REAL t174 = t173 + (REAL)(16533.0 / 50000.0);
+    const REAL t175 = t170 * t174;
+    const REAL t176 = t175 + (REAL)(173213.0 / 100000.0);
+    const REAL t177 = t176 * t176;
+    const REAL t178 = t176 * t177;
+    const REAL t179 = t170 + t178;
+    const REAL t180 = t177 - (REAL)1;
+    const REAL t181 = t179 / t180;
+    const REAL t182 = t181 * t181;
+    const REAL t183 = t182 * (REAL)(4.0 / 9.0);
+    const REAL t184 = t181 * t183;
+    const REAL t185 = t184 * (REAL)(2.0 / 3.0);
+    const REAL t186 = t170 + t185;
+    const REAL t187 = t183 - (REAL)1;
+    const REAL t188 = t186 / t187;
+    const REAL t189 = t163 * t188;
+    const REAL t190 = (REAL)(2.0 / 3.0) * t189;
+    const REAL t191 = t164 * t168;
+    const REAL t192 = t169 - t191;
+    const REAL t193 = MAXIMUM((REAL)0, t192);
+    const REAL t194 = t169 + t191;
+    const REAL t195 = t193 * t194;
+    const REAL t196 = t169 * t169;
+    const REAL t197 = t191 * t191;
+    const REAL t198 = t196 + t197;
+    const REAL t199 = LESS(t161, (REAL)0);
+    const REAL t200 = SELECT(t199, t195, t198);
+    const REAL t201 = SQRT(t200);
+    const REAL t202 = t167 * t201;
+    const REAL t203 = t158 + t202;
+    const REAL t204 = EQUAL((REAL)0, t203);
+    const REAL t205 = SELECT(t204, (REAL)1, t203);
+    const REAL t206 = LOG(t205);
+    const REAL t207 = (REAL)(1.0 / 3.0) * t206;
+    const REAL t208 = EXP(t207);
+    const REAL t209 = t161 / t208;
+    const REAL t210 = t209 * t209;
+    const REAL t211 = t208 * t208;
+    const REAL t212 = t161 + t211;
+    const REAL t213 = t212 + t210;
+    const REAL t214 = t157 / t213;
+    const REAL t215 = LESS(t158, t164);
+    const REAL t216 = SELECT(t215, t190, t214);
+    const REAL t217 = SELECT(t199, t216, t214);
+    const REAL t218 = t156 * t217;
+    const REAL t219 = t136 + t218;
+    const REAL t220 = t129 * t219;
+    const REAL t221 = t220 * (REAL)3;
+    const REAL t222 = (REAL)2 * t134;
+    const REAL t223 = t222 - t221;
+    const REAL t224 = t219 * t223;
+    const REAL t225 = t128 - t224;
+    const REAL t226 = EQUAL((REAL)0, t225);
+    const REAL t227 = SELECT(t226, (REAL)1, t225);
+    const REAL t228 = t134 - t220;
+    const REAL t229 = t219 * t228;
+    const REAL t230 = t128 - t229;
+    const REAL t231 = t219 * t230;
+    const REAL t232 = t152 - t231;
+    const REAL t233 = t232 / t227;
+    const REAL t234 = t219 + t233;
+    const REAL t235 = t129 * t234;
+    const REAL t236 = t134 - t235;
+    const REAL t237 = t234 * t236;
+    const REAL t238 = t128 - t237;
+    const REAL t239 = t234 * t238;
+    const REAL t240 = t152 - t239;
+    const REAL t241 = ABS(t240);
+    const REAL t242 = ABS(t232);
+    const REAL t243 = LESS(t241, t242);
+    const REAL t244 = -t234;
+    const REAL t245 = -t219;
+    const REAL t246 = SELECT(t243, t244, t245);
+    const REAL t247 = t129 * t246;
+    const REAL t248 = (REAL)3 * t247;
+    const REAL t249 = t222 + t248;
+    const REAL t250 = t246 * t249;
+    const REAL t251 = t128 + t250;
+    const REAL t252 = EQUAL((REAL)0, t251);
+    const REAL t253 = SELECT(t252, (REAL)1, t251);
+    const REAL t254 = SELECT(t243, t240, t232);
+    const REAL t255 = t254 / t253;
+    const REAL t256 = t246 - t255;
+    const REAL t257 = t129 * t256;
+    const REAL t258 = t134 + t257;
+    const REAL t259 = t256 * t258;
+    const REAL t260 = t128 + t259;
+    const REAL t261 = t256 * t260;
+    const REAL t262 = t152 + t261;
+    const REAL t263 = ABS(t262);
+    const REAL t264 = ABS(t254);
+    const REAL t265 = LESS(t263, t264);
+    const REAL t266 = SELECT(t265, t256, t246);
+    const REAL t267 = EQUAL((REAL)0, t152);
+    const REAL t268 = SELECT(t267, (REAL)0, t266);
+    const REAL t269 = SELECT(t130, (REAL)0, t268);
+    const REAL t270 = t112 * (REAL)0.25;
+    const REAL t271 = t112 * t270;
+    const REAL t272 = t124 * (REAL)(2.0 / 3.0);
+    const REAL t273 = t271 - t272;
+    const REAL t274 = t269 + t273;
+    const REAL t275 = t124 * (REAL)(1.0 / 3.0);
+    const REAL t276 = t269 + t275;
+    const REAL t277 = (REAL)0.5 * t276;
+    const REAL t278 = t274 * t277;
+    const REAL t279 = t276 * t276;
+    const REAL t280 = (REAL)0.25 * t279;
+    const REAL t281 = t280 - t118;
+    const REAL t282 = t281 + t278;
+    const REAL t283 = (REAL)0.5 * t112;
+    const REAL t284 = t276 * t283;
+    const REAL t285 = t284 - t114;
+    const REAL t286 = t270 * t285;
+    const REAL t287 = t282 - t286;
+    const REAL t288 = t287 * t287;
+    const REAL t289 = (REAL)4 * t288;
+    const REAL t290 = t274 * t281;
+    const REAL t291 = t285 * t285;
+    const REAL t292 = (REAL)0.25 * t291;
+    const REAL t293 = t290 - t292;
+    const REAL t294 = t274 - t271;
+    const REAL t295 = (REAL)0.5 * t294;
+    const REAL t296 = t276 + t295;
+    const REAL t297 = t293 * t296;
+    const REAL t298 = (REAL)6 * t297;
+    const REAL t299 = t289 - t298;
+    const REAL t300 = MAXIMUM((REAL)0, t299);
+    const REAL t301 = SQRT(t300);
+    const REAL t302 = -t301;
+    const REAL t303 = LESS(t287, (REAL)0);
+    const REAL t304 = SELECT(t303, t302, t301);
+    const REAL t305 = t287 + t304;
+    const REAL t306 = EQUAL((REAL)0, t305);
+    const REAL t307 = SELECT(t306, (REAL)1, t305);
+    const REAL t308 = (REAL)3 * t293;
+    const REAL t309 = t308 / t307;
+    const REAL t310 = t269 - t309;
+    const REAL t311 = t275 + t310;
+    const REAL t312 = t311 * t311;
+    const REAL t313 = (REAL)0.25 * t312;
+    const REAL t314 = t313 - t118;
+    const REAL t315 = t273 + t310;
+    const REAL t316 = t315 * t314;
+    const REAL t317 = t283 * t311;
+    const REAL t318 = t317 - t114;
+    const REAL t319 = t318 * t318;
+    const REAL t320 = (REAL)0.25 * t319;
+    const REAL t321 = t316 - t320;
+    const REAL t322 = ABS(t321);
+    const REAL t323 = ABS(t293);
+    const REAL t324 = LESS(t322, t323);
+    const REAL t325 = ABS(t269);
+    const REAL t326 = t325 * (REAL)64;
+    const REAL t327 = ABS(t124);
+    const REAL t328 = LESS(t326, t327);
+    const REAL t329 = SELECT(t328, t324, (REAL)0);
+    const REAL t330 = (REAL)0.5 * t311;
+    const REAL t331 = SELECT(t329, t330, t277);
+    const REAL t332 = t331 * t331;
+    const REAL t333 = ABS(t118);
+    const REAL t334 = t333 + t332;
+    const REAL t335 = SELECT(t329, t315, t274);
+    const REAL t336 = ABS(t335);
+    const REAL t337 = t336 * t334;
+    const REAL t338 = SELECT(t329, t314, t281);
+    const REAL t339 = ABS(t338);
+    const REAL t340 = t335 - t269;
+    const REAL t341 = ABS(t340);
+    const REAL t342 = t325 + t341;
+    const REAL t343 = t339 * t342;
+    const REAL t344 = LESS(t343, t337);
+    const REAL t345 = SELECT(t344, t335, t338);
+    const REAL t346 = LESS_EQUAL((REAL)0, t345);
+    const REAL t347 = SELECT(t346, (REAL)1, (REAL)-1);
+    const REAL t348 = t338 * t347;
+    const REAL t349 = MAXIMUM((REAL)0, t348);
+    const REAL t350 = SQRT(t349);
+    const REAL t351 = -t350;
+    const REAL t352 = (REAL)0.5 * t318;
+    const REAL t353 = (REAL)0.5 * t285;
+    const REAL t354 = SELECT(t329, t352, t353);
+    const REAL t355 = t347 * t354;
+    const REAL t356 = LESS(t355, (REAL)0);
+    const REAL t357 = SELECT(t356, t351, t350);
+    const REAL t358 = t331 - t357;
+    const REAL t359 = ABS(t358);
+    const REAL t360 = t335 * t347;
+    const REAL t361 = MAXIMUM((REAL)0, t360);
+    const REAL t362 = SQRT(t361);
+    const REAL t363 = t283 + t362;
+    const REAL t364 = ABS(t363);
+    const REAL t365 = t359 * t364;
+    const REAL t366 = ABS(t114);
+    const REAL t367 = t366 + t365;
+    const REAL t368 = t331 + t357;
+    const REAL t369 = ABS(t368);
+    const REAL t370 = t283 - t362;
+    const REAL t371 = ABS(t370);
+    const REAL t372 = t369 * t371;
+    const REAL t373 = t367 + t372;
+    const REAL t374 = EQUAL((REAL)0, t373);
+    const REAL t375 = SELECT(t374, (REAL)1, t373);
+    const REAL t376 = (REAL)1 / t375;
+    const REAL t377 = t347 * t362;
+    const REAL t378 = (REAL)2 * t377;
+    const REAL t379 = t357 * t378;
+    const REAL t380 = t112 * t331;
+    const REAL t381 = t114 - t380;
+    const REAL t382 = t381 + t379;
+    const REAL t383 = ABS(t382);
+    const REAL t384 = t383 * t376;
+    const REAL t385 = t327 + t369;
+    const REAL t386 = t359 + t385;
+    const REAL t387 = t371 * t364;
+    const REAL t388 = t386 + t387;
+    const REAL t389 = EQUAL((REAL)0, t388);
+    const REAL t390 = SELECT(t389, (REAL)1, t388);
+    const REAL t391 = (REAL)1 / t390;
+    const REAL t392 = t362 * t377;
+    const REAL t393 = t149 * (REAL)0.25;
+    const REAL t394 = t124 - t393;
+    const REAL t395 = t394 + t392;
+    const REAL t396 = (REAL)2 * t331;
+    const REAL t397 = t395 - t396;
+    const REAL t398 = ABS(t397);
+    const REAL t399 = t398 * t391;
+    const REAL t400 = t399 + t384;
+    const REAL t401 = t359 * t369;
+    const REAL t402 = t333 + t401;
+    const REAL t403 = EQUAL((REAL)0, t402);
+    const REAL t404 = SELECT(t403, (REAL)1, t402);
+    const REAL t405 = (REAL)1 / t404;
+    const REAL t406 = t347 * t357;
+    const REAL t407 = t357 * t406;
+    const REAL t408 = t118 - t332;
+    const REAL t409 = t408 + t407;
+    const REAL t410 = ABS(t409);
+    const REAL t411 = t410 * t405;
+    const REAL t412 = t400 + t411;
+    const REAL t413 = EQUAL((REAL)0, t362);
+    const REAL t414 = SELECT(t413, (REAL)1, t362);
+    const REAL t415 = t355 / t414;
+    const REAL t416 = t378 * t415;
+    const REAL t417 = t381 + t416;
+    const REAL t418 = ABS(t417);
+    const REAL t419 = t376 * t418;
+    const REAL t420 = t399 + t419;
+    const REAL t421 = t347 * t415;
+    const REAL t422 = t415 * t421;
+    const REAL t423 = t408 + t422;
+    const REAL t424 = ABS(t423);
+    const REAL t425 = t405 * t424;
+    const REAL t426 = t420 + t425;
+    const REAL t427 = MINIMUM(t412, t426);
+    const REAL t428 = EQUAL((REAL)0, t357);
+    const REAL t429 = SELECT(t428, (REAL)1, t357);
+    const REAL t430 = t355 / t429;
+    const REAL t431 = t347 * t430;
+    const REAL t432 = t430 * t431;
+    const REAL t433 = t394 + t432;
+    const REAL t434 = t433 - t396;
+    const REAL t435 = ABS(t434);
+    const REAL t436 = t391 * t435;
+    const REAL t437 = (REAL)2 * t431;
+    const REAL t438 = t357 * t437;
+    const REAL t439 = t381 + t438;
+    const REAL t440 = ABS(t439);
+    const REAL t441 = t376 * t440;
+    const REAL t442 = t436 + t441;
+    const REAL t443 = t411 + t442;
+    const REAL t444 = LESS_EQUAL(t427, t443);
+    const REAL t445 = LESS_EQUAL(t412, t426);
+    const REAL t446 = SELECT(t445, t357, t415);
+    const REAL t447 = SELECT(t444, t446, t357);
+    const REAL t448 = t331 * t447;
+    const REAL t449 = LESS(t448, (REAL)0);
+    const REAL t450 = SELECT(t449, (REAL)-1, (REAL)1);
+    const REAL t451 = t447 * t450;
+    const REAL t452 = t331 + t451;
+    const REAL t453 = EQUAL((REAL)0, t452);
+    const REAL t454 = SELECT(t453, (REAL)1, t452);
+    const REAL t455 = (REAL)1 / t454;
+    const REAL t456 = t118 * t455;
+    const REAL t457 = SELECT(t444, t362, t430);
+    const REAL t458 = t457 * t450;
+    const REAL t459 = t283 + t458;
+    const REAL t460 = t459 * t456;
+    const REAL t461 = t114 - t460;
+    const REAL t462 = t455 * t461;
+    const REAL t463 = t459 * t462;
+    const REAL t464 = t124 - t452;
+    const REAL t465 = t464 - t456;
+    const REAL t466 = t465 - t463;
+    const REAL t467 = ABS(t466);
+    const REAL t468 = t391 * t467;
+    const REAL t469 = t112 - t459;
+    const REAL t470 = t469 - t462;
+    const REAL t471 = ABS(t470);
+    const REAL t472 = ABS(t112);
+    const REAL t473 = t364 + t472;
+    const REAL t474 = t371 + t473;
+    const REAL t475 = EQUAL((REAL)0, t474);
+    const REAL t476 = SELECT(t475, (REAL)1, t474);
+    const REAL t477 = (REAL)1 / t476;
+    const REAL t478 = t477 * t471;
+    const REAL t479 = t478 + t468;
+    const REAL t480 = t452 * t462;
+    const REAL t481 = t461 - t480;
+    const REAL t482 = ABS(t481);
+    const REAL t483 = t376 * t482;
+    const REAL t484 = t479 + t483;
+    const REAL t485 = t452 * t456;
+    const REAL t486 = t118 - t485;
+    const REAL t487 = ABS(t486);
+    const REAL t488 = t405 * t487;
+    const REAL t489 = t488 + t484;
+    const REAL t490 = t283 - t458;
+    const REAL t491 = t459 * t490;
+    const REAL t492 = t465 - t491;
+    const REAL t493 = ABS(t492);
+    const REAL t494 = t391 * t493;
+    const REAL t495 = t469 - t490;
+    const REAL t496 = ABS(t495);
+    const REAL t497 = t496 * t477;
+    const REAL t498 = t497 + t494;
+    const REAL t499 = t490 * t452;
+    const REAL t500 = t461 - t499;
+    const REAL t501 = ABS(t500);
+    const REAL t502 = t376 * t501;
+    const REAL t503 = t498 + t502;
+    const REAL t504 = t503 + t488;
+    const REAL t505 = LESS_EQUAL(t504, t489);
+    const REAL t506 = SELECT(t505, t492, t466);
+    const REAL t507 = SELECT(t505, t495, t470);
+    const REAL t508 = t459 * t507;
+    const REAL t509 = t506 - t508;
+    const REAL t510 = t459 * t509;
+    const REAL t511 = SELECT(t505, t500, t481);
+    const REAL t512 = t511 - t510;
+    const REAL t513 = t452 * t507;
+    const REAL t514 = t512 - t513;
+    const REAL t515 = SELECT(t505, t490, t462);
+    const REAL t516 = t459 - t515;
+    const REAL t517 = t452 * t516;
+    const REAL t518 = t514 * t517;
+    const REAL t519 = t452 * t509;
+    const REAL t520 = t486 - t519;
+    const REAL t521 = t459 * t516;
+    const REAL t522 = t452 - t456;
+    const REAL t523 = t521 - t522;
+    const REAL t524 = t523 * t520;
+    const REAL t525 = t518 - t524;
+    const REAL t526 = t516 * t516;
+    const REAL t527 = t452 * t526;
+    const REAL t528 = t522 * t523;
+    const REAL t529 = t528 - t527;
+    const REAL t530 = EQUAL((REAL)0, t529);
+    const REAL t531 = SELECT(t530, (REAL)1, t529);
+    const REAL t532 = (REAL)1 / t531;
+    const REAL t533 = t532 * t525;
+    const REAL t534 = t456 + t509;
+    const REAL t535 = t534 - t533;
+    const REAL t536 = t522 * t514;
+    const REAL t537 = t516 * t520;
+    const REAL t538 = t536 - t537;
+    const REAL t539 = t532 * t538;
+    const REAL t540 = t516 * t539;
+    const REAL t541 = t535 + t540;
+    const REAL t542 = t452 + t533;
+    const REAL t543 = t124 - t542;
+    const REAL t544 = t543 - t541;
+    const REAL t545 = t515 + t507;
+    const REAL t546 = t545 - t539;
+    const REAL t547 = t459 + t539;
+    const REAL t548 = t547 * t546;
+    const REAL t549 = t544 - t548;
+    const REAL t550 = ABS(t549);
+    const REAL t551 = t391 * t550;
+    const REAL t552 = t112 - t547;
+    const REAL t553 = t552 - t546;
+    const REAL t554 = ABS(t553);
+    const REAL t555 = t477 * t554;
+    const REAL t556 = t555 + t551;
+    const REAL t557 = t547 * t541;
+    const REAL t558 = t114 - t557;
+    const REAL t559 = t546 * t542;
+    const REAL t560 = t558 - t559;
+    const REAL t561 = ABS(t560);
+    const REAL t562 = t376 * t561;
+    const REAL t563 = t556 + t562;
+    const REAL t564 = t542 * t541;
+    const REAL t565 = t118 - t564;
+    const REAL t566 = ABS(t565);
+    const REAL t567 = t405 * t566;
+    const REAL t568 = t563 + t567;
+    const REAL t569 = MINIMUM(t504, t489);
+    const REAL t570 = LESS_EQUAL(t569, t568);
+    const REAL t571 = SELECT(t570, t452, t542);
+    const REAL t572 = EQUAL((REAL)0, t571);
+    const REAL t573 = SELECT(t572, (REAL)1, t571);
+    const REAL t574 = (REAL)1 / t573;
+    const REAL t575 = t114 * t574;
+    const REAL t576 = SELECT(t570, t515, t546);
+    const REAL t577 = EQUAL((REAL)0, t118);
+    const REAL t578 = SELECT(t577, t575, t576);
+    const REAL t579 = EQUAL((REAL)0, t268);
+    const REAL t580 = SELECT(t579, (REAL)1, t268);
+    const REAL t581 = (REAL)1 / t580;
+    const REAL t582 = t152 * t581;
+    const REAL t583 = t128 + t582;
+    const REAL t584 = t581 * t583;
+    const REAL t585 = -t584;
+    const REAL t586 = t129 * t268;
+    const REAL t587 = t268 * t586;
+    const REAL t588 = t268 * t587;
+    const REAL t589 = ABS(t588);
+    const REAL t590 = ABS(t152);
+    const REAL t591 = LESS(t590, t589);
+    const REAL t592 = t134 + t586;
+    const REAL t593 = SELECT(t591, t585, t592);
+    const REAL t594 = SELECT(t130, t128, t593);
+    const REAL t595 = SELECT(t100, t594, t578);
+    const REAL t596 = t595 * t595;
+    const REAL t597 = (REAL)0.25 * t596;
+    const REAL t598 = t118 * t574;
+    const REAL t599 = -t582;
+    const REAL t600 = t268 * t592;
+    const REAL t601 = t128 + t600;
+    const REAL t602 = SELECT(t591, t599, t601);
+    const REAL t603 = SELECT(t130, t152, t602);
+    const REAL t604 = SELECT(t100, t603, t598);
+    const REAL t605 = SELECT(t130, t134, t129);
+    const REAL t606 = SELECT(t100, t605, (REAL)1);
+    const REAL t607 = t604 * t606;
+    const REAL t608 = t597 - t607;
+    const REAL t609 = ABS(t608);
+    const REAL t610 = SQRT(t609);
+    const REAL t611 = -t610;
+    const REAL t612 = (REAL)0.5 * t595;
+    const REAL t613 = LESS(t612, (REAL)0);
+    const REAL t614 = SELECT(t613, t611, t610);
+    const REAL t615 = t612 + t614;
+    const REAL t616 = -t615;
+    const REAL t617 = EQUAL((REAL)0, t616);
+    const REAL t618 = SELECT(t617, (REAL)1, t616);
+    const REAL t619 = t604 / t618;
+    const REAL t620 = EQUAL((REAL)0, t606);
+    const REAL t621 = SELECT(t620, (REAL)1, t606);
+    const REAL t622 = (REAL)1 / t621;
+    const REAL t623 = t622 * t615;
+    const REAL t624 = -t623;
+    const REAL t625 = MINIMUM(t619, t624);
+    const REAL t626 = LESS_EQUAL((REAL)0, t608);
+    const REAL t627 = t622 * t612;
+    const REAL t628 = -t627;
+    const REAL t629 = SELECT(t626, t625, t628);
+    const REAL t630 = EQUAL((REAL)0, t595);
+    const REAL t631 = SELECT(t630, (REAL)0, t619);
+    const REAL t632 = SELECT(t620, t631, t629);
+    const REAL t633 = SELECT(t570, t459, t547);
+    const REAL t634 = t633 * t633;
+    const REAL t635 = (REAL)0.25 * t634;
+    const REAL t636 = t635 - t571;
+    const REAL t637 = ABS(t636);
+    const REAL t638 = SQRT(t637);
+    const REAL t639 = -t638;
+    const REAL t640 = (REAL)0.5 * t633;
+    const REAL t641 = LESS(t640, (REAL)0);
+    const REAL t642 = SELECT(t641, t639, t638);
+    const REAL t643 = t640 + t642;
+    const REAL t644 = -t643;
+    const REAL t645 = EQUAL((REAL)0, t644);
+    const REAL t646 = SELECT(t645, (REAL)1, t644);
+    const REAL t647 = t571 / t646;
+    const REAL t648 = MINIMUM(t644, t647);
+    const REAL t649 = LESS_EQUAL((REAL)0, t636);
+    const REAL t650 = -t640;
+    const REAL t651 = SELECT(t649, t648, t650);
+    const REAL t652 = LESS(t632, t651);
+    const REAL t653 = ABS(t638);
+    const REAL t654 = SELECT(t649, (REAL)0, t653);
+    const REAL t655 = LESS((REAL)0, t654);
+    const REAL t656 = SELECT(t655, t652, (REAL)0);
+    const REAL t657 = t622 * t610;
+    const REAL t658 = ABS(t657);
+    const REAL t659 = SELECT(t626, (REAL)0, t658);
+    const REAL t660 = LESS((REAL)0, t659);
+    const REAL t661 = SELECT(t660, t656, t655);
+    const REAL t662 = SELECT(t661, t632, t651);
+    const REAL t663 = MINIMUM(t632, t651);
+    const REAL t664 = SELECT(t626, (REAL)2, (REAL)0);
+    const REAL t665 = (REAL)1 - t630;
+    const REAL t666 = SELECT(t620, t665, t664);
+    const REAL t667 = SELECT(t649, (REAL)2, (REAL)0);
+    const REAL t668 = t666 + t667;
+    const REAL t669 = EQUAL((REAL)4, t668);
+    const REAL t670 = SELECT(t669, t663, t662);
+    const REAL t671 = t270 * t457;
+    const REAL t672 = t671 - t447;
+    const REAL t673 = ABS(t672);
+    const REAL t674 = t457 * t457;
+    const REAL t675 = (REAL)0.25 * t674;
+    const REAL t676 = t149 * (REAL)0.0625;
+    const REAL t677 = t676 - t675;
+    const REAL t678 = t677 - t331;
+    const REAL t679 = ABS(t678);
+    const REAL t680 = MAXIMUM(t679, t673);
+    const REAL t681 = EQUAL((REAL)0, t680);
+    const REAL t682 = SELECT(t681, (REAL)1, t680);
+    const REAL t683 = (REAL)1 / t682;
+    const REAL t684 = t672 * t683;
+    const REAL t685 = t684 * t684;
+    const REAL t686 = t678 * t683;
+    const REAL t687 = t686 * t686;
+    const REAL t688 = t687 + t685;
+    const REAL t689 = SQRT(t688);
+    const REAL t690 = t682 * t689;
+    const REAL t691 = t679 + t690;
+    const REAL t692 = (REAL)0.5 * t691;
+    const REAL t693 = SQRT(t692);
+    const REAL t694 = EQUAL((REAL)0, t693);
+    const REAL t695 = SELECT(t694, (REAL)1, t693);
+    const REAL t696 = (REAL)0.5 * t672;
+    const REAL t697 = t696 / t695;
+    const REAL t698 = LESS_EQUAL((REAL)0, t678);
+    const REAL t699 = SELECT(t698, t697, t693);
+    const REAL t700 = (REAL)0.5 * t457;
+    const REAL t701 = t699 * t700;
+    const REAL t702 = SELECT(t698, t693, t697);
+    const REAL t703 = t270 * t702;
+    const REAL t704 = t703 + t701;
+    const REAL t705 = LESS(t704, (REAL)0);
+    const REAL t706 = SELECT(t705, (REAL)1, (REAL)-1);
+    const REAL t707 = t699 * t706;
+    const REAL t708 = t707 - t700;
+    const REAL t709 = t708 * t708;
+    const REAL t710 = t702 * t706;
+    const REAL t711 = t710 - t270;
+    const REAL t712 = t711 * t711;
+    const REAL t713 = t712 + t709;
+    const REAL t714 = EQUAL((REAL)0, t713);
+    const REAL t715 = SELECT(t714, (REAL)1, t713);
+    const REAL t716 = (REAL)1 / t715;
+    const REAL t717 = t447 * t708;
+    const REAL t718 = t331 * t711;
+    const REAL t719 = t718 + t717;
+    const REAL t720 = t716 * t719;
+    const REAL t721 = LESS(t720, t711);
+    const REAL t722 = SELECT(t721, t720, t711);
+    const REAL t723 = SELECT(t346, t670, t722);
+    const REAL t724 = MINIMUM(t269, t632);
+    const REAL t725 = SELECT(t660, t269, t724);
+    const REAL t726 = EQUAL((REAL)0, t111);
+    const REAL t727 = (REAL)1 - t726;
+    const REAL t728 = SELECT(t727, t725, t632);
+    const REAL t729 = SELECT(t100, t728, t723);
+    const REAL t730 = t729 * t729;
+    const REAL t731 = (REAL)1 - t730;
+    const REAL t732 = t86 * t731;
+    const REAL t733 = t94 * t729;
+    const REAL t734 = t733 + t732;
+    const REAL t735 = t79 * t731;
+    const REAL t736 = t90 * t729;
+    const REAL t737 = t735 - t736;
+    const REAL t738 = ATAN2(t734, t737);
+    const REAL t739 = MAXIMUM(t619, t624);
+    const REAL t740 = SELECT(t626, t739, t628);
+    const REAL t741 = SELECT(t620, (REAL)0, t740);
+    const REAL t742 = MAXIMUM(t644, t647);
+    const REAL t743 = SELECT(t649, t742, t650);
+    const REAL t744 = SELECT(t661, t741, t743);
+    const REAL t745 = MAXIMUM(t632, t651);
+    const REAL t746 = MINIMUM(t741, t743);
+    const REAL t747 = MINIMUM(t745, t746);
+    const REAL t748 = SELECT(t669, t747, t744);
+    const REAL t749 = SELECT(t346, t748, t722);
+    const REAL t750 = MAXIMUM(t269, t632);
+    const REAL t751 = MINIMUM(t750, t741);
+    const REAL t752 = SELECT(t660, t632, t751);
+    const REAL t753 = SELECT(t727, t752, t741);
+    const REAL t754 = SELECT(t100, t753, t749);
+    const REAL t755 = t754 * t754;
+    const REAL t756 = (REAL)1 - t755;
+    const REAL t757 = t86 * t756;
+    const REAL t758 = t94 * t754;
+    const REAL t759 = t758 + t757;
+    const REAL t760 = t79 * t756;
+    const REAL t761 = t90 * t754;
+    const REAL t762 = t760 - t761;
+    const REAL t763 = ATAN2(t759, t762);
+    const REAL t764 = SELECT(t661, t651, t632);
+    const REAL t765 = MAXIMUM(t745, t746);
+    const REAL t766 = SELECT(t669, t765, t764);
+    const REAL t767 = SELECT(t721, t711, t720);
+    const REAL t768 = SELECT(t346, t766, t767);
+    const REAL t769 = MAXIMUM(t750, t741);
+    const REAL t770 = SELECT(t660, t741, t769);
+    const REAL t771 = SELECT(t727, t770, (REAL)0);
+    const REAL t772 = SELECT(t100, t771, t768);
+    const REAL t773 = t772 * t772;
+    const REAL t774 = (REAL)1 - t773;
+    const REAL t775 = t86 * t774;
+    const REAL t776 = t94 * t772;
+    const REAL t777 = t776 + t775;
+    const REAL t778 = t79 * t774;
+    const REAL t779 = t90 * t772;
+    const REAL t780 = t778 - t779;
+    const REAL t781 = ATAN2(t777, t780);
+    const REAL t782 = SELECT(t661, t743, t741);
+    const REAL t783 = MAXIMUM(t741, t743);
+    const REAL t784 = SELECT(t669, t783, t782);
+    const REAL t785 = SELECT(t346, t784, t767);
+    const REAL t786 = SELECT(t100, (REAL)0, t785);
+    const REAL t787 = t786 * t786;
+    const REAL t788 = (REAL)1 - t787;
+    const REAL t789 = t86 * t788;
+    const REAL t790 = t94 * t786;
+    const REAL t791 = t790 + t789;
+    const REAL t792 = t79 * t788;
+    const REAL t793 = t90 * t786;
+    const REAL t794 = t792 - t793;
+    const REAL t795 = ATAN2(t791, t794);
+    const REAL t796 = SELECT(t661, t659, t654);
+    const REAL t797 = t447 * t711;
+    const REAL t798 = t331 * t708;
+    const REAL t799 = t797 - t798;
+    const REAL t800 = ABS(t799);
+    const REAL t801 = t716 * t800;
+    const REAL t802 = ABS(t708);
+    const REAL t803 = SELECT(t721, t801, t802);
+    const REAL t804 = SELECT(t346, t796, t803);
+    const REAL t805 = SELECT(t727, (REAL)0, t659);
+    const REAL t806 = SELECT(t100, t805, t804);
+    const REAL t807 = -t659;
+    const REAL t808 = -t654;
+    const REAL t809 = SELECT(t661, t807, t808);
+    const REAL t810 = -t801;
     const REAL t811 = -t802;
-    const REAL t812 = -t803;
-    const REAL t813 = SELECT(t722, t811, t812);
-    const REAL t814 = SELECT(t347, t810, t813);
-    const REAL t815 = SELECT(t728, t660, t808);
-    const REAL t816 = SELECT(t100, t815, t814);
-    const REAL t817 = SELECT(t662, t655, t660);
-    const REAL t818 = SELECT(t722, t803, t802);
-    const REAL t819 = SELECT(t347, t817, t818);
-    const REAL t820 = SELECT(t728, t808, (REAL)0);
-    const REAL t821 = SELECT(t100, t820, t819);
-    const REAL t822 = SELECT(t662, t809, t808);
-    const REAL t823 = SELECT(t722, t812, t811);
-    const REAL t824 = SELECT(t347, t822, t823);
-    const REAL t825 = SELECT(t100, (REAL)0, t824);
-    out_0[0] = t739;
-    out_0[1] = t764;
-    out_0[2] = t782;
-    out_0[3] = t796;
-    out_1[0] = t807;
-    out_1[1] = t816;
-    out_1[2] = t821;
-    out_1[3] = t825;
+    const REAL t812 = SELECT(t721, t810, t811);
+    const REAL t813 = SELECT(t346, t809, t812);
+    const REAL t814 = SELECT(t727, t659, t807);
+    const REAL t815 = SELECT(t100, t814, t813);
+    const REAL t816 = SELECT(t661, t654, t659);
+    const REAL t817 = SELECT(t721, t802, t801);
+    const REAL t818 = SELECT(t346, t816, t817);
+    const REAL t819 = SELECT(t727, t807, (REAL)0);
+    const REAL t820 = SELECT(t100, t819, t818);
+    const REAL t821 = SELECT(t661, t808, t807);
+    const REAL t822 = SELECT(t721, t811, t810);
+    const REAL t823 = SELECT(t346, t821, t822);
+    const REAL t824 = SELECT(t100, (REAL)0, t823);
+    out_0[0] = t738;
+    out_0[1] = t763;
+    out_0[2] = t781;
+    out_0[3] = t795;
+    out_1[0] = t806;
+    out_1[1] = t815;
+    out_1[2] = t820;
+    out_1[3] = t824;
+}
+
+FUSED(turns_of_ellipse, (const REAL *p, const REAL *s, REAL *out_0, REAL *out_1), (p, s, out_0, out_1))
+void NAME(turns_of_ellipse)(const REAL *p, const REAL *s, REAL *out_0, REAL *out_1)
+{
+    RUN(turns_of_ellipse, (p, s, out_0, out_1), (p, s, out_0, out_1));
 }
 
 static INLINE void NAME(turns_of_ellipse_block)(intptr_t n, char **args, const intptr_t *strides)
@@ -3230,7 +3270,7 @@ static INLINE void NAME(turns_of_ellipse_block)(intptr_t n, char **args, const i
         REAL x3[4];
         NAME(load_2x2)(x0, a0 + i * w, c0a, c0b);
         NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(turns_of_ellipse)(x0, x1, x2, x3);
+        NAME(turns_of_ellipse_within)(x0, x1, x2, x3);
         NAME(store_4)(a2 + i * w, c2a, x2);
         NAME(store_4)(a3 + i * w, c3a, x3);
     }
@@ -3245,7 +3285,7 @@ void NAME(turns_of_ellipse_loop)(char **args, const intptr_t *dimensions, const 
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(turn_between_points)(const REAL *line, const REAL *a, const REAL *b, REAL *out)
+static INLINE void NAME(turn_between_points_within)(const REAL *line, const REAL *a, const REAL *b, REAL *out)
 {
     const REAL line_e12 = line[0];
     const REAL line_e13 = line[1];
@@ -3301,6 +3341,12 @@ INLINE void NAME(turn_between_points)(const REAL *line, const REAL *a, const REA
     const REAL t39 = t37 - t38;
     const REAL t40 = ATAN2(t39, t28);
     out[0] = t40;
+}
+
+FUSED(turn_between_points, (const REAL *line, const REAL *a, const REAL *b, REAL *out), (line, a, b, out))
+void NAME(turn_between_points)(const REAL *line, const REAL *a, const REAL *b, REAL *out)
+{
+    RUN(turn_between_points, (line, a, b, out), (line, a, b, out));
 }
 
 static INLINE void NAME(turn_between_points_prepare_line_a)(const REAL *line, const REAL *a, REAL *prepared)
@@ -3548,7 +3594,7 @@ static INLINE void NAME(turn_between_points_block)(intptr_t n, char **args, cons
         NAME(load_6)(x0, a0 + i * w, c0a);
         NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(load_3)(x2, a2 + i * w, c2a);
-        NAME(turn_between_points)(x0, x1, x2, x3);
+        NAME(turn_between_points_within)(x0, x1, x2, x3);
         NAME(store_scalar)(a3 + i * w, x3);
     }
 }
@@ -3631,9 +3677,10 @@ static INLINE void NAME(turned_point_within)(const REAL *line, const REAL *p, RE
     out[2] = t49;
 }
 
-INLINE void NAME(turned_point)(const REAL *line, const REAL *p, REAL q, REAL *out)
+FUSED(turned_point, (const REAL *line, const REAL *p, REAL q, REAL *out), (line, p, q, out, NULL))
+void NAME(turned_point)(const REAL *line, const REAL *p, REAL q, REAL *out)
 {
-    NAME(turned_point_within)(line, p, q, out, NULL);
+    RUN(turned_point, (line, p, q, out), (line, p, q, out, NULL));
 }
 
 static INLINE void NAME(turned_point_prepare_line_q)(const REAL *line, REAL q, REAL *prepared, WORD *far)
@@ -4107,7 +4154,7 @@ void NAME(turned_point_loop)(char **args, const intptr_t *dimensions, const intp
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(turn_between_lines)(const REAL *line, const REAL *a, const REAL *b, REAL *out)
+static INLINE void NAME(turn_between_lines_within)(const REAL *line, const REAL *a, const REAL *b, REAL *out)
 {
     const REAL line_e12 = line[0];
     const REAL line_e13 = line[1];
@@ -4150,6 +4197,12 @@ INLINE void NAME(turn_between_lines)(const REAL *line, const REAL *a, const REAL
     out[0] = t28;
 }
 
+FUSED(turn_between_lines, (const REAL *line, const REAL *a, const REAL *b, REAL *out), (line, a, b, out))
+void NAME(turn_between_lines)(const REAL *line, const REAL *a, const REAL *b, REAL *out)
+{
+    RUN(turn_between_lines, (line, a, b, out), (line, a, b, out));
+}
+
 static INLINE void NAME(turn_between_lines_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -4167,7 +4220,7 @@ static INLINE void NAME(turn_between_lines_block)(intptr_t n, char **args, const
         NAME(load_6)(x0, a0 + i * w, c0a);
         NAME(load_6)(x1, a1 + i * w, c1a);
         NAME(load_6)(x2, a2 + i * w, c2a);
-        NAME(turn_between_lines)(x0, x1, x2, x3);
+        NAME(turn_between_lines_within)(x0, x1, x2, x3);
         NAME(store_scalar)(a3 + i * w, x3);
     }
 }
@@ -4181,7 +4234,8 @@ void NAME(turn_between_lines_loop)(char **args, const intptr_t *dimensions, cons
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(turns_to_plane)(const REAL *line, const REAL *p, const REAL *plane, REAL *out_0, REAL *out_1)
+static INLINE void NAME(turns_to_plane_within)(const REAL *line, const REAL *p, const REAL *plane, REAL *out_0, REAL
+    *out_1)
 {
     const REAL line_e12 = line[0];
     const REAL line_e13 = line[1];
@@ -4275,6 +4329,13 @@ INLINE void NAME(turns_to_plane)(const REAL *line, const REAL *p, const REAL *pl
     out_0[0] = t65;
     out_0[1] = t69;
     out_1[0] = t75;
+}
+
+FUSED(turns_to_plane, (const REAL *line, const REAL *p, const REAL *plane, REAL *out_0, REAL *out_1), (line, p,
+    plane, out_0, out_1))
+void NAME(turns_to_plane)(const REAL *line, const REAL *p, const REAL *plane, REAL *out_0, REAL *out_1)
+{
+    RUN(turns_to_plane, (line, p, plane, out_0, out_1), (line, p, plane, out_0, out_1));
 }
 
 static INLINE void NAME(turns_to_plane_prepare_line_p)(const REAL *line, const REAL *p, REAL *prepared)
@@ -4446,7 +4507,7 @@ static INLINE void NAME(turns_to_plane_block)(intptr_t n, char **args, const int
         NAME(load_6)(x0, a0 + i * w, c0a);
         NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(load_4)(x2, a2 + i * w, c2a);
-        NAME(turns_to_plane)(x0, x1, x2, x3, x4);
+        NAME(turns_to_plane_within)(x0, x1, x2, x3, x4);
         NAME(store_2)(a3 + i * w, c3a, x3);
         NAME(store_scalar)(a4 + i * w, x4);
     }
@@ -4464,8 +4525,8 @@ void NAME(turns_to_plane_loop)(char **args, const intptr_t *dimensions, const in
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(turns_to_sphere)(const REAL *line, const REAL *p, const REAL *centre, REAL distance, REAL *out_0,
-    REAL *out_1)
+static INLINE void NAME(turns_to_sphere_within)(const REAL *line, const REAL *p, const REAL *centre, REAL distance,
+    REAL *out_0, REAL *out_1)
 {
     const REAL line_e12 = line[0];
     const REAL line_e13 = line[1];
@@ -4570,6 +4631,14 @@ INLINE void NAME(turns_to_sphere)(const REAL *line, const REAL *p, const REAL *c
     out_0[0] = t78;
     out_0[1] = t81;
     out_1[0] = t87;
+}
+
+FUSED(turns_to_sphere, (const REAL *line, const REAL *p, const REAL *centre, REAL distance, REAL *out_0, REAL
+    *out_1), (line, p, centre, distance, out_0, out_1))
+void NAME(turns_to_sphere)(const REAL *line, const REAL *p, const REAL *centre, REAL distance, REAL *out_0, REAL
+    *out_1)
+{
+    RUN(turns_to_sphere, (line, p, centre, distance, out_0, out_1), (line, p, centre, distance, out_0, out_1));
 }
 
 static INLINE void NAME(turns_to_sphere_prepare_line_p_centre)(const REAL *line, const REAL *p, const REAL *centre,
@@ -4920,7 +4989,7 @@ static INLINE void NAME(turns_to_sphere_block)(intptr_t n, char **args, const in
         NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(load_3)(x2, a2 + i * w, c2a);
         NAME(load_scalar)(x3, a3 + i * w);
-        NAME(turns_to_sphere)(x0, x1, x2, x3[0], x4, x5);
+        NAME(turns_to_sphere_within)(x0, x1, x2, x3[0], x4, x5);
         NAME(store_2)(a4 + i * w, c4a, x4);
         NAME(store_scalar)(a5 + i * w, x5);
     }
@@ -7753,8 +7822,8 @@ void NAME(segment_shadow_loop)(char **args, const intptr_t *dimensions, const in
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(turns_about_two_axes)(const REAL *first, const REAL *second, const REAL *a, const REAL *b, REAL
-    *out_0, REAL *out_1, REAL *out_2)
+static INLINE void NAME(turns_about_two_axes_within)(const REAL *first, const REAL *second, const REAL *a, const
+    REAL *b, REAL *out_0, REAL *out_1, REAL *out_2)
 {
     const REAL first_e12 = first[0];
     const REAL first_e13 = first[1];
@@ -7950,6 +8019,15 @@ INLINE void NAME(turns_about_two_axes)(const REAL *first, const REAL *second, co
     out_2[0] = t174;
 }
 
+FUSED(turns_about_two_axes, (const REAL *first, const REAL *second, const REAL *a, const REAL *b, REAL *out_0, REAL
+    *out_1, REAL *out_2), (first, second, a, b, out_0, out_1, out_2))
+void NAME(turns_about_two_axes)(const REAL *first, const REAL *second, const REAL *a, const REAL *b, REAL *out_0,
+    REAL *out_1, REAL *out_2)
+{
+    RUN(turns_about_two_axes, (first, second, a, b, out_0, out_1, out_2), (first, second, a, b, out_0, out_1,
+        out_2));
+}
+
 static INLINE void NAME(turns_about_two_axes_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -7975,7 +8053,7 @@ static INLINE void NAME(turns_about_two_axes_block)(intptr_t n, char **args, con
         NAME(load_6)(x1, a1 + i * w, c1a);
         NAME(load_6)(x2, a2 + i * w, c2a);
         NAME(load_6)(x3, a3 + i * w, c3a);
-        NAME(turns_about_two_axes)(x0, x1, x2, x3, x4, x5, x6);
+        NAME(turns_about_two_axes_within)(x0, x1, x2, x3, x4, x5, x6);
         NAME(store_2)(a4 + i * w, c4a, x4);
         NAME(store_2)(a5 + i * w, c5a, x5);
         NAME(store_scalar)(a6 + i * w, x6);
@@ -7992,8 +8070,8 @@ void NAME(turns_about_two_axes_loop)(char **args, const intptr_t *dimensions, co
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(wrist_turns)(const REAL *first, const REAL *second, const REAL *third, const REAL *m, REAL *out_0,
-    REAL *out_1)
+static INLINE void NAME(wrist_turns_within)(const REAL *first, const REAL *second, const REAL *third, const REAL *m,
+    REAL *out_0, REAL *out_1)
 {
     const REAL first_e12 = first[0];
     const REAL first_e13 = first[1];
@@ -8569,6 +8647,14 @@ INLINE void NAME(wrist_turns)(const REAL *first, const REAL *second, const REAL 
     out_1[0] = t551;
 }
 
+FUSED(wrist_turns, (const REAL *first, const REAL *second, const REAL *third, const REAL *m, REAL *out_0, REAL
+    *out_1), (first, second, third, m, out_0, out_1))
+void NAME(wrist_turns)(const REAL *first, const REAL *second, const REAL *third, const REAL *m, REAL *out_0, REAL
+    *out_1)
+{
+    RUN(wrist_turns, (first, second, third, m, out_0, out_1), (first, second, third, m, out_0, out_1));
+}
+
 static INLINE void NAME(wrist_turns_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -8592,7 +8678,7 @@ static INLINE void NAME(wrist_turns_block)(intptr_t n, char **args, const intptr
         NAME(load_6)(x1, a1 + i * w, c1a);
         NAME(load_6)(x2, a2 + i * w, c2a);
         NAME(load_8)(x3, a3 + i * w, c3a);
-        NAME(wrist_turns)(x0, x1, x2, x3, x4, x5);
+        NAME(wrist_turns_within)(x0, x1, x2, x3, x4, x5);
         NAME(store_2x3)(a4 + i * w, c4a, c4b, x4);
         NAME(store_scalar)(a5 + i * w, x5);
     }
@@ -8608,8 +8694,8 @@ void NAME(wrist_turns_loop)(char **args, const intptr_t *dimensions, const intpt
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(planar_turns)(const REAL *first, const REAL *second, const REAL *third, const REAL *m, REAL *out_0,
-    REAL *out_1)
+static INLINE void NAME(planar_turns_within)(const REAL *first, const REAL *second, const REAL *third, const REAL
+    *m, REAL *out_0, REAL *out_1)
 {
     const REAL first_e12 = first[0];
     const REAL first_e13 = first[1];
@@ -8984,6 +9070,14 @@ INLINE void NAME(planar_turns)(const REAL *first, const REAL *second, const REAL
     out_1[0] = t337;
 }
 
+FUSED(planar_turns, (const REAL *first, const REAL *second, const REAL *third, const REAL *m, REAL *out_0, REAL
+    *out_1), (first, second, third, m, out_0, out_1))
+void NAME(planar_turns)(const REAL *first, const REAL *second, const REAL *third, const REAL *m, REAL *out_0, REAL
+    *out_1)
+{
+    RUN(planar_turns, (first, second, third, m, out_0, out_1), (first, second, third, m, out_0, out_1));
+}
+
 static INLINE void NAME(planar_turns_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -9007,7 +9101,7 @@ static INLINE void NAME(planar_turns_block)(intptr_t n, char **args, const intpt
         NAME(load_6)(x1, a1 + i * w, c1a);
         NAME(load_6)(x2, a2 + i * w, c2a);
         NAME(load_8)(x3, a3 + i * w, c3a);
-        NAME(planar_turns)(x0, x1, x2, x3, x4, x5);
+        NAME(planar_turns_within)(x0, x1, x2, x3, x4, x5);
         NAME(store_2x3)(a4 + i * w, c4a, c4b, x4);
         NAME(store_scalar)(a5 + i * w, x5);
     }
@@ -9459,10 +9553,11 @@ static INLINE void NAME(motion_of_three_turns_within)(const REAL *first, const R
     out[7] = t181;
 }
 
-INLINE void NAME(motion_of_three_turns)(const REAL *first, const REAL *second, const REAL *third, const REAL *q,
-    REAL *out)
+FUSED(motion_of_three_turns, (const REAL *first, const REAL *second, const REAL *third, const REAL *q, REAL *out),
+    (first, second, third, q, out, NULL))
+void NAME(motion_of_three_turns)(const REAL *first, const REAL *second, const REAL *third, const REAL *q, REAL *out)
 {
-    NAME(motion_of_three_turns_within)(first, second, third, q, out, NULL);
+    RUN(motion_of_three_turns, (first, second, third, q, out), (first, second, third, q, out, NULL));
 }
 
 static INLINE void NAME(motion_of_three_turns_prepare_first_second_q)(const REAL *first, const REAL *second, const

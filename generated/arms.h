@@ -2,7 +2,7 @@
 // command: gac generate --all arms
 // spec: d016df18dd5ec9e0
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 99901e33ef6512eafc0de03d7d5180de6648e1d61415ff95c4ba224ccabaca52
+// body: 332aa0b965e12faa3bbca4ebdc9ebe6713071ba07fa505c95a54cb8f420ee8c3
 /* arms
    Inverse kinematics of serial arms in plane-based geometric algebra G(3,0,1): which angles take one thing to another.
    
@@ -83,7 +83,7 @@ void arms_slides_of_quadratic_loop_f32(char **args, const intptr_t *dimensions, 
      s[2]  SCALAR.
      out_0[4]  SCALAR.
      out_1[4]  SCALAR.
-   Costs 267 mul, 215 add, 26 div, 9 sqrt, 6 call, 286 choice.
+   Costs 266 mul, 215 add, 26 div, 9 sqrt, 6 call, 286 choice.
    Error: 4.5 ulp of the largest coefficient, 64 random inputs. */
 void arms_turns_of_ellipse_f64(const double *p, const double *s, double *out_0, double *out_1);
 void arms_turns_of_ellipse_f32(const float *p, const float *s, float *out_0, float *out_1);

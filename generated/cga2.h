@@ -2,7 +2,7 @@
 // command: gac generate --all cga2
 // spec: f14887bc6fa2bdb2
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: d7e3cb601d5bb0f4b54383d993c7e1ea2f7bc251204935598b390b619a9826af
+// body: c9aaff08f32b7385931f413b832a0773e96c135f24fd49044f2a05000a982c0e
 /* cga2
    Conformal geometry of the plane in G(3,1) with the null basis ``e0, einf`` and ``einf . e0 = -1``.
    
@@ -586,7 +586,7 @@ void cga2_point_pair_radius_squared_loop_f32(char **args, const intptr_t *dimens
      pair[6]  CGA2.POINT_PAIR: e12, e10, e20, e1inf, e2inf, e0inf.
      out_0[2]  CGA2.POINT: e1, e2; with e0 = 1, einf = implied.
      out_1[2]  CGA2.POINT: e1, e2; with e0 = 1, einf = implied.
-   Costs 19 mul, 10 add, 3 div, 2 sqrt.
+   Costs 21 mul, 10 add, 2 div, 2 sqrt.
    Error: 4.0 ulp of the largest coefficient, 64 random inputs. */
 void cga2_point_pair_points_f64(const double *pair, double *out_0, double *out_1);
 void cga2_point_pair_points_f32(const float *pair, float *out_0, float *out_1);
@@ -1083,7 +1083,7 @@ void cga2_interpolate_motors_loop_f32(char **args, const intptr_t *dimensions, c
    few units of the last place of the largest coefficient of the result or, far from the origin, of ``b b``.
      b[6]  CGA2.POINT_PAIR: e12, e10, e20, e1inf, e2inf, e0inf.
      out[8]  CGA2.UNIT_EVEN: 1, e12, e10, e20, e1inf, e2inf, e0inf, e012inf; unit.
-   Costs 53 mul, 32 add, 4 div, 5 sqrt, 3 call, 14 choice.
+   Costs 50 mul, 32 add, 4 div, 5 sqrt, 3 call, 14 choice.
    Error: 3.5 ulp of the largest coefficient, 64 random inputs. */
 void cga2_versor_exponential_f64(const double *b, double *out);
 void cga2_versor_exponential_f32(const float *b, float *out);
@@ -1108,7 +1108,7 @@ void cga2_versor_logarithm_loop_f32(char **args, const intptr_t *dimensions, con
      v[8]  CGA2.UNIT_EVEN: 1, e12, e10, e20, e1inf, e2inf, e0inf, e012inf; unit.
      out[8]  CGA2.UNIT_EVEN: 1, e12, e10, e20, e1inf, e2inf, e0inf, e012inf; unit.
    Assumes ``v ~v = 1``.
-   Costs 38 mul, 12 add, 2 div, 2 sqrt, 3 choice.
+   Costs 37 mul, 12 add, 2 div, 2 sqrt, 3 choice.
    Error: 2.5 ulp of the largest coefficient, 64 random inputs. */
 void cga2_versor_square_root_f64(const double *v, double *out);
 void cga2_versor_square_root_f32(const float *v, float *out);

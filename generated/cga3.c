@@ -2,7 +2,7 @@
 // command: gac generate --all cga3
 // spec: d19093e28632a342
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 3f91bdb03eb2d0cac66c76616bd0b218f59b320bf515024d7184a3cba355f249
+// body: 07406ba91cd9bc6e6a05564ba81ac8f481e45b348b2a33f5ecb45587a1448ded
 
 #ifndef REAL
 #include "cga3.h"
@@ -30,13 +30,27 @@
 #define NOT_UNROLLED
 #endif
 
-// The widest vectors of the machine that runs the loops: on x86-64 there is each for AVX2 and for AVX-512, and machines
-// that have neither run one element after the other; on others there is one.
-#if defined(__GNUC__) && __GNUC__ >= 12 && !defined(__clang__) && defined(__x86_64__) && defined(__GLIBC__)
-#define WIDE __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
-#define ON(level) __attribute__((target("arch=x86-64-" level)))
+// The widest vectors of the machine that runs the loops: on x86-64 there is each for AVX2 (v3) and for AVX-512 (v4),
+// and machines that have neither run one element after the other; on others there is one.
+#if defined(__x86_64__) && defined(__clang__)
+#define ON_v3 __attribute__((target("avx2,fma,bmi2")))
+#define ON_v4 __attribute__((target("avx2,fma,bmi2,avx512f,avx512bw,avx512dq,avx512vl")))
+#define FINDS(feature) __builtin_cpu_supports(feature)
+#if defined(__AVX2__) && defined(__FMA__) && defined(__BMI2__)
+#define HAS_v3 1
+#else
+#define HAS_v3 (FINDS("avx2") && FINDS("fma") && FINDS("bmi2"))
+#endif
+#define HAS_v4 (FINDS("avx512f") && FINDS("avx512bw") && FINDS("avx512dq") && FINDS("avx512vl"))
+#elif defined(__x86_64__) && defined(__GNUC__) && __GNUC__ >= 12
+#define ON_v3 __attribute__((target("arch=x86-64-v3")))
+#define ON_v4 __attribute__((target("arch=x86-64-v4")))
+#define HAS_v3 __builtin_cpu_supports("x86-64-v3")
+#define HAS_v4 __builtin_cpu_supports("x86-64-v4")
+#endif
+#ifdef ON_v3
 #define ONE(name, level)                                                                        \
-    ON(#level) static void NAME(name##_##level)(intptr_t n, char **args, const intptr_t *strides) \
+    ON_##level static void NAME(name##_##level)(intptr_t n, char **args, const intptr_t *strides) \
     {                                                                                           \
         NAME(name)(n, args, strides);                                                           \
     }
@@ -44,14 +58,34 @@
 #define LOOPS(name) ONE(name, v3) ONE(name, v4)
 #define WIDTH(name) {NAME(name##_v3), NAME(name##_v3)}
 #define WIDTHS(name) {NAME(name##_v3), NAME(name##_v4)}
-#define CHOSEN (__builtin_cpu_supports("x86-64-v4") ? 1 : __builtin_cpu_supports("x86-64-v3") ? 0 : -1)
+#define CHOSEN (HAS_v4 ? 1 : HAS_v3 ? 0 : -1)
 #else
-#define WIDE
 #define LOOP(name)
 #define LOOPS(name)
 #define WIDTH(name) {NAME(name)}
 #define WIDTHS(name) {NAME(name)}
 #define CHOSEN 0
+#endif
+#if defined(ON_v3) && defined(__GLIBC__) && !defined(__clang__)
+#define WIDE __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
+#else
+#define WIDE
+#endif
+
+// A plain function whose body, elsewhere for loops, has sines or their kin: these round products and sums together,
+// which is an instruction of machines with AVX2, and a call on others.
+#ifdef ON_v3
+#define FUSED(name, parameters, within) ON_v3 static void NAME(name##_v3) parameters { NAME(name##_within) within; }
+#define RUN(name, arguments, within)        \
+    do {                                    \
+        if (HAS_v3)                         \
+            NAME(name##_v3) arguments;      \
+        else                                \
+            NAME(name##_within) within;     \
+    } while (0)
+#else
+#define FUSED(name, parameters, within)
+#define RUN(name, arguments, within) NAME(name##_within) within
 #endif
 
 // Loops run over whole vectors: a block is padded to a multiple of this many elements.
@@ -68,7 +102,7 @@
 #define ALONE 2
 
 // A vector of neighbours in memory, where the compiler turns such of 32 bytes well.
-#if defined(__has_builtin) && (defined(ON) || defined(__clang__))
+#if defined(__has_builtin) && (defined(ON_v3) || defined(__clang__))
 #if __has_builtin(__builtin_shufflevector)
 #define SHUFFLE __builtin_shufflevector
 #define VECTOR(n) __attribute__((vector_size((n) * sizeof(REAL)), aligned(sizeof(REAL)), may_alias))
@@ -91,9 +125,9 @@ static intptr_t offset_of(const struct part *part, intptr_t k, const intptr_t *s
 
 // What no cache holds goes to memory past them: whole lines, of which nothing is fetched first.
 enum { LINE = 64 };
-#ifdef ON
+#if defined(ON_v3) && !defined(__clang__)
 #define PASSES(bytes) ((bytes) > 1 << 25)
-ON("v3") static void stream(char *to, const char *from, intptr_t bytes)
+ON_v3 static void stream(char *to, const char *from, intptr_t bytes)
 {
     typedef double half __attribute__((vector_size(LINE / 2), aligned(4), may_alias));
     const intptr_t start = -(intptr_t)to & (LINE - 1);
@@ -167,111 +201,113 @@ enum { PARTS = 6, CORES = 5, NUMBERS = 96, SPACE = 4096, PREPARED = 33, SIZES = 
 static INLINE double cga3_sin_polynomial_f64(double z)
 {
     const double y = z * z;
-    const double even = -0.16666666666666666 + y * (-0.00019841269836758574 + y * (-2.5051131845003624e-08));
-    const double odd = 0.008333333333330948 + y * (2.755731610255244e-06 + y * (1.5918129294866608e-10));
-    return even + z * odd;
+    const double even = fma(y, fma(y, -2.5051131845003624e-08, -0.00019841269836758574), -0.16666666666666666);
+    const double odd = fma(y, fma(y, 1.5918129294866608e-10, 2.755731610255244e-06), 0.008333333333330948);
+    return fma(z, odd, even);
 }
 
 static INLINE double cga3_cos_polynomial_f64(double z)
 {
     const double y = z * z;
-    const double even = 0.041666666666666664 + y * (2.480158729876569e-05 + y * (2.08761462684032e-09));
-    const double odd = -0.0013888888888887398 + y * (-2.7557317271729793e-07 + y * (-1.1382632425521717e-11));
-    return even + z * odd;
+    const double even = fma(y, fma(y, 2.08761462684032e-09, 2.480158729876569e-05), 0.041666666666666664);
+    const double odd = fma(y, fma(y, -1.1382632425521717e-11, -2.7557317271729793e-07), -0.0013888888888887398);
+    return fma(z, odd, even);
 }
 
 static INLINE double cga3_exp_polynomial_f64(double z)
 {
     const double y = z * z;
-    const double even = 0.5000000000000001 + y * (0.041666666666624164 + y * (0.0013888888917196719 + y *
-        (2.4801521322368692e-05 + y * (2.7620075879983367e-07))));
-    const double odd = 0.16666666666666669 + y * (0.008333333333330065 + y * (0.00019841269863040545 + y *
-        (2.7557268480310024e-06 + y * (2.5100375832561234e-08))));
-    return even + z * odd;
+    const double even = fma(y, fma(y, fma(y, fma(y, 2.7620075879983367e-07, 2.4801521322368692e-05),
+        0.0013888888917196719), 0.041666666666624164), 0.5000000000000001);
+    const double odd = fma(y, fma(y, fma(y, fma(y, 2.5100375832561234e-08, 2.7557268480310024e-06),
+        0.00019841269863040545), 0.008333333333330065), 0.16666666666666669);
+    return fma(z, odd, even);
 }
 
 static INLINE double cga3_log_polynomial_f64(double z)
 {
     const double y = z * z;
-    const double even = 0.666666666666667 + y * (0.28571428625975487 + y * (0.18182889125261723 + y *
-        (0.14616449685043406)));
-    const double odd = 0.39999999999899505 + y * (0.2222221113479508 + y * (0.15331721600556042));
-    return even + z * odd;
+    const double even = fma(y, fma(y, fma(y, 0.14616449685043406, 0.18182889125261723), 0.28571428625975487),
+        0.666666666666667);
+    const double odd = fma(y, fma(y, 0.15331721600556042, 0.2222221113479508), 0.39999999999899505);
+    return fma(z, odd, even);
 }
 
 static INLINE double cga3_atan_polynomial_f64(double z)
 {
     const double y = z * z;
-    const double even = -0.3333333333333333 + y * (-0.14285714285654572 + y * (-0.09090908863985787 + y *
-        (-0.06666560334352166 + y * (-0.05252496695434043 + y * (-0.04071743212322443 + y *
-        (-0.01839325882379991))))));
-    const double odd = 0.19999999999999724 + y * (0.11111111106023758 + y * (0.07692301604813975 + y *
-        (0.05881083654057798 + y * (0.04697897173031055 + y * (0.03147747598887358 + y *
-        (0.005746109253696299))))));
-    return even + z * odd;
+    const double even = fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, -2.8373324902198374e-05,
+        -3.504433556095341e-05), -0.00010789905799306997), -0.0002713884068435811), -0.000712529877324769),
+        -0.0019209389488175712), -0.005394792734515503), -0.016172974900145312), -0.054814840604579904),
+        -0.2591604972657936);
+    const double odd = fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, 1.806195461861215e-05,
+        2.2095024431396628e-05), 6.77580169120214e-05), 0.00016895422802807932), 0.0004387712318266148),
+        0.0011650648417818904), 0.0031991751955030576), 0.009243096224092707), 0.029135862645225958),
+        0.11081482513071414);
+    return fma(z, odd, even);
 }
 
 static INLINE double cga3_asin_polynomial_f64(double z)
 {
     const double y = z * z;
-    const double even = 0.16666666666666669 + y * (0.04464285714635543 + y * (0.02237217294214989 + y *
-        (0.013971212973552933 + y * (0.01032281435018578 + y * (0.01740087944269402 + y *
-        (0.028757851367421566))))));
-    const double odd = 0.07499999999998433 + y * (0.030381944138531247 + y * (0.017352392720869973 + y *
-        (0.011479177415184906 + y * (0.005457506718640358 + y * (-0.014851887071247204)))));
-    return even + z * odd;
+    const double even = fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, 0.028757851367421566, 0.01740087944269402),
+        0.01032281435018578), 0.013971212973552933), 0.02237217294214989), 0.04464285714635543),
+        0.16666666666666669);
+    const double odd = fma(y, fma(y, fma(y, fma(y, fma(y, -0.014851887071247204, 0.005457506718640358),
+        0.011479177415184906), 0.017352392720869973), 0.030381944138531247), 0.07499999999998433);
+    return fma(z, odd, even);
 }
 
 static INLINE float cga3_sin_polynomial_f32(float z)
 {
     const float y = z * z;
-    const float even = (float)-0.166666641831398 + y * ((float)-0.00019587890710681677);
+    const float even = fmaf(y, (float)-0.00019587890710681677, (float)-0.166666641831398);
     const float odd = (float)0.008332747966051102;
-    return even + z * odd;
+    return fmaf(z, odd, even);
 }
 
 static INLINE float cga3_cos_polynomial_f32(float z)
 {
     const float y = z * z;
-    const float even = (float)0.0416666641831398 + y * ((float)2.454794230288826e-05);
+    const float even = fmaf(y, (float)2.454794230288826e-05, (float)0.0416666641831398);
     const float odd = (float)-0.001388830249197781;
-    return even + z * odd;
+    return fmaf(z, odd, even);
 }
 
 static INLINE float cga3_exp_polynomial_f32(float z)
 {
     const float y = z * z;
-    const float even = (float)0.5 + y * ((float)0.041666556149721146 + y * ((float)0.0013926175888627768));
-    const float odd = (float)0.16666577756404877 + y * ((float)0.008363173343241215);
-    return even + z * odd;
+    const float even = fmaf(y, fmaf(y, (float)0.0013926175888627768, (float)0.041666556149721146), (float)0.5);
+    const float odd = fmaf(y, (float)0.008363173343241215, (float)0.16666577756404877);
+    return fmaf(z, odd, even);
 }
 
 static INLINE float cga3_log_polynomial_f32(float z)
 {
     const float y = z * z;
-    const float even = (float)0.6666668653488159 + y * ((float)0.29579949378967285);
+    const float even = fmaf(y, (float)0.29579949378967285, (float)0.6666668653488159);
     const float odd = (float)0.3998878002166748;
-    return even + z * odd;
+    return fmaf(z, odd, even);
 }
 
 static INLINE float cga3_atan_polynomial_f32(float z)
 {
     const float y = z * z;
-    const float even = (float)-0.3333333432674408 + y * ((float)-0.14284485578536987 + y *
-        ((float)-0.08842379599809647 + y * ((float)-0.028579968959093094)));
-    const float odd = (float)0.19999976456165314 + y * ((float)0.11086060851812363 + y *
-        ((float)0.06374502927064896));
-    return even + z * odd;
+    const float even = fmaf(y, fmaf(y, fmaf(y, fmaf(y, (float)-0.0023869972210377455, (float)-0.00530332000926137),
+        (float)-0.01617945171892643), (float)-0.054814718663692474), (float)-0.25916048884391785);
+    const float odd = fmaf(y, fmaf(y, fmaf(y, (float)0.00395978195592761, (float)0.009093896485865116),
+        (float)0.029146425426006317), (float)0.11081462353467941);
+    return fmaf(z, odd, even);
 }
 
 static INLINE float cga3_asin_polynomial_f32(float z)
 {
     const float y = z * z;
-    const float even = (float)0.1666666567325592 + y * ((float)0.04459940269589424 + y *
-        ((float)0.017149237915873528));
-    const float odd = (float)0.07500094175338745 + y * ((float)0.031100662425160408 + y *
-        ((float)0.03369084745645523));
-    return even + z * odd;
+    const float even = fmaf(y, fmaf(y, (float)0.017149237915873528, (float)0.04459940269589424),
+        (float)0.1666666567325592);
+    const float odd = fmaf(y, fmaf(y, (float)0.03369084745645523, (float)0.031100662425160408),
+        (float)0.07500094175338745);
+    return fmaf(z, odd, even);
 }
 
 // The kernels are written once, below; this file includes itself for each precision.
@@ -327,44 +363,42 @@ static INLINE REAL NAME(chosen_by)(WORD where, REAL a, REAL b)
 
 // A number so large that the bits of what is added to it, up to half a million, are its last.
 #define SHIFT PRECISION(6755399441055744.0, 12582912.0f)
+#define QUARTER_0 PRECISION(1.5707963267948966, 1.5707963705062866f)
+#define QUARTER_1 PRECISION(6.123233995736766e-17, -4.371138828673793e-08f)
+#define LOG_0 PRECISION(0.6931471805599453, 0.6931471824645996f)
+#define LOG_1 PRECISION(2.3190468138462996e-17, -1.9046542121259336e-09f)
 
-// How many quarter turns an angle has, modulo 4, and what is left in two parts, up to an eighth of a turn.
-static INLINE WORD NAME(quarters_of)(REAL x, REAL *rest, REAL *low)
+// A product and a sum that are rounded once, together.
+#define FMA(a, b, c) FUNCTION(fma)(a, b, c)
+
+// How many quarter turns an angle has, modulo 4, and what is left, up to an eighth of a turn: the first difference is
+// exact, so what the three parts of a quarter turn leave is rounded where it is small.
+static INLINE WORD NAME(quarters_of)(REAL x, REAL *rest)
 {
-    const double shift = 6755399441055744.0, shifted = x * 0.6366197723675814 + shift, k = shifted - shift;
-    const double a = x - k * 1.5707963267923333, b = k * 2.5633441515839558e-12;
-#if PRECISION(1, 0)
-    const double sum = a - b, back = a - sum;
-    const double error = ((back - b) + (a - (sum + back))) - k * 1.0562999066987428e-23;
-    *rest = sum + error;
-    *low = (sum - *rest) + error;
+    const REAL shifted = FMA(x, PRECISION(0.6366197723675814, 0.6366197466850281f), SHIFT), k = SHIFT - shifted;
+    *rest = FMA(k, PRECISION(-1.4973849048591698e-33, -1.7151245100058819e-15f), FMA(k, QUARTER_1, FMA(k, QUARTER_0, x)));
     return NAME(bits_of)(shifted);
-#else
-    *rest = (float)(a - b);
-    *low = 0;
-    return NAME(bits_of)((float)k + SHIFT);
-#endif
 }
 
-static INLINE REAL NAME(sin_of_rest)(REAL x, REAL low)
+static INLINE REAL NAME(sin_of_rest)(REAL x)
 {
     const REAL z = x * x;
-    return x + (x * (z * NAME(sin_polynomial)(z)) + low);
+    return FMA(x * z, NAME(sin_polynomial)(z), x);
 }
 
-static INLINE REAL NAME(cos_of_rest)(REAL x, REAL low)
+static INLINE REAL NAME(cos_of_rest)(REAL x)
 {
-    const REAL z = x * x, half = z / 2, one = 1 - half;
-    return one + (((1 - one) - half) + (z * z * NAME(cos_polynomial)(z) - x * low));
+    const REAL z = x * x;
+    return FMA(z, FMA(z, NAME(cos_polynomial)(z), (REAL)-0.5), 1);
 }
 
 // Beyond 65536 the C library's; a caller that has a place for it is told so instead.
 static INLINE REAL NAME(sin_of)(REAL x, WORD *far)
 {
-    REAL rest, low;
-    const WORD n = NAME(quarters_of)(FUNCTION(fabs)(x), &rest, &low);
+    REAL rest;
+    const WORD n = NAME(quarters_of)(FUNCTION(fabs)(x), &rest);
     const WORD is_far = WHERE(FUNCTION(fabs)(x) > 65536), sign = (NAME(bits_of)(x) ^ n << (SIGN_BIT - 1)) & SIGN;
-    const REAL s = NAME(sin_of_rest)(rest, low), c = NAME(cos_of_rest)(rest, low);
+    const REAL s = NAME(sin_of_rest)(rest), c = NAME(cos_of_rest)(rest);
     const REAL y = NAME(of_bits)(NAME(bits_of)(NAME(chosen_by)(WHERE(n & 1), c, s)) ^ sign);
     if (far == NULL)
         return is_far ? FUNCTION(sin)(x) : y;
@@ -374,10 +408,10 @@ static INLINE REAL NAME(sin_of)(REAL x, WORD *far)
 
 static INLINE REAL NAME(cos_of)(REAL x, WORD *far)
 {
-    REAL rest, low;
-    const WORD n = NAME(quarters_of)(FUNCTION(fabs)(x), &rest, &low);
+    REAL rest;
+    const WORD n = NAME(quarters_of)(FUNCTION(fabs)(x), &rest);
     const WORD is_far = WHERE(FUNCTION(fabs)(x) > 65536), sign = (n + 1) << (SIGN_BIT - 1) & SIGN;
-    const REAL s = NAME(sin_of_rest)(rest, low), c = NAME(cos_of_rest)(rest, low);
+    const REAL s = NAME(sin_of_rest)(rest), c = NAME(cos_of_rest)(rest);
     const REAL y = NAME(of_bits)(NAME(bits_of)(NAME(chosen_by)(WHERE(n & 1), s, c)) ^ sign);
     if (far == NULL)
         return is_far ? FUNCTION(cos)(x) : y;
@@ -387,19 +421,17 @@ static INLINE REAL NAME(cos_of)(REAL x, WORD *far)
 
 #define FRACTION_BITS PRECISION(52, 23)
 #define BIAS PRECISION(1023, 127)
-#define LOG_HIGH PRECISION(0.693147180559663, 0.693145751953125f)
-#define LOG_LOW PRECISION(2.8235290563031577e-13, 1.428606765330187e-06f)
 
 // The power of 2 comes in two factors, so that the largest and the smallest results are reached.
 static INLINE REAL NAME(exp_of)(REAL x)
 {
     const REAL most = PRECISION(710, 89), least = PRECISION(-746, -105);
     const REAL y = NAME(chosen_by)(WHERE(x > most), most, NAME(chosen_by)(WHERE(x < least), least, x));
-    const REAL shifted = y * PRECISION(1.4426950408889634, 1.4426950216293335f) + SHIFT, k = shifted - SHIFT;
-    const REAL z = (y - k * LOG_HIGH) - k * LOG_LOW;
+    const REAL shifted = FMA(y, PRECISION(1.4426950408889634, 1.4426950216293335f), SHIFT), k = SHIFT - shifted;
+    const REAL z = FMA(k, LOG_1, FMA(k, LOG_0, y)), above = FMA(z * z, NAME(exp_polynomial)(z), z);
     const WORD n = NAME(bits_of)(shifted) - NAME(bits_of)(SHIFT), half = ((n + 2 * BIAS) >> 1) - BIAS;
     const REAL a = NAME(of_bits)((half + BIAS) << FRACTION_BITS), b = NAME(of_bits)((n - half + BIAS) << FRACTION_BITS);
-    return (1 + (z + z * z * NAME(exp_polynomial)(z))) * a * b;
+    return FMA(above, a, a) * b;
 }
 
 static INLINE REAL NAME(log_of)(REAL x)
@@ -412,33 +444,23 @@ static INLINE REAL NAME(log_of)(REAL x)
     const REAL shift = (WORD)1 << FRACTION_BITS, bias = NAME(chosen_by)(tiny, BIAS + FRACTION_BITS + 2, BIAS);
     const REAL k = NAME(of_bits)((n >> FRACTION_BITS) + NAME(bits_of)(shift)) - (shift + bias);
     const REAL f = NAME(of_bits)((n & fraction) + root) - 1, half = f * f / 2, s = f / (2 + f), z = s * s;
-    const REAL low = s * (half + z * NAME(log_polynomial)(z)) + k * LOG_LOW;
-    const REAL finite = k * LOG_HIGH - ((half - low) - f);
+    const REAL low = FMA(s, FMA(z, NAME(log_polynomial)(z), half), k * LOG_1);
+    const REAL finite = FMA(k, LOG_0, f - (half - low));
     const REAL other = NAME(chosen_by)(WHERE(x == 0), -INFINITY, NAME(chosen_by)(WHERE(x > 0), x, NAN));
     return NAME(chosen_by)(WHERE(x > 0) & WHERE(x < INFINITY), finite, other);
 }
-
-#define EIGHTH_HIGH PRECISION(0.7853981633974456, 0.7853975296020508f)
-#define EIGHTH_LOW PRECISION(2.6951514290790595e-15, 6.337954232549237e-07f)
 
 static INLINE REAL NAME(atan2_of)(REAL y, REAL x)
 {
     const REAL u = FUNCTION(fabs)(x), v = FUNCTION(fabs)(y);
     const WORD swapped = WHERE(v > u), left = WHERE(NAME(bits_of)(x) >> SIGN_BIT);
     const REAL most = NAME(chosen_by)(swapped, v, u), least = NAME(chosen_by)(swapped, u, v);
-    // Sums of the largest numbers would overflow; two zeros, and two infinities, have the ratio 0 and 1.
-    const WORD same = WHERE(u == INFINITY) & WHERE(v == INFINITY), none = WHERE(most == 0);
-    const REAL scale = NAME(chosen_by)(WHERE(most > PRECISION(DBL_MAX, FLT_MAX) / 64), (REAL)1 / 64, 1);
-    const REAL big = NAME(chosen_by)(same | none, 1, most * scale), small = NAME(chosen_by)(same, 1, least * scale);
-    // Above 0.55 an eighth of a turn is taken away: results below 1/2 come from one division. The factor 16 is for
-    // the smallest numbers, whose products are rounded to few bits.
-    const WORD upper = WHERE(16 * small > (REAL)8.8 * big);
-    const REAL t = (small - NAME(chosen_by)(upper, big, 0)) / (big + NAME(chosen_by)(upper, small, 0)), z = t * t;
-    const REAL angle = t + t * (z * NAME(atan_polynomial)(z));
-    const REAL near = NAME(chosen_by)(upper, 1, 0), first = NAME(chosen_by)(swapped, 2 - near, near);
-    const REAL eighths = NAME(chosen_by)(left, 4 - first, first);
+    // Two infinities have the ratio 1, two zeros 0.
+    const REAL same = NAME(chosen_by)(WHERE(u > 0), 1, 0), t = NAME(chosen_by)(WHERE(u == v), same, least / most);
+    const REAL z = t * t, angle = FMA(t * z, NAME(atan_polynomial)(z - (REAL)0.5), t);
+    const REAL quarters = NAME(chosen_by)(swapped, 1, NAME(chosen_by)(left, 2, 0));
     const REAL turned = NAME(of_bits)(NAME(bits_of)(angle) ^ ((left ^ swapped) & SIGN));
-    const REAL whole = eighths * EIGHTH_HIGH + (eighths * EIGHTH_LOW + turned);
+    const REAL whole = FMA(quarters, QUARTER_0, FMA(quarters, QUARTER_1, turned));
     return NAME(of_bits)(NAME(bits_of)(whole) ^ (NAME(bits_of)(y) & SIGN));
 }
 
@@ -448,8 +470,8 @@ static INLINE REAL NAME(acos_of)(REAL x)
     const WORD large = WHERE(u > (REAL)0.5);
     const REAL z = NAME(chosen_by)(large, (1 - u) / 2, x * x), s = NAME(chosen_by)(large, FUNCTION(sqrt)(z), x);
     const REAL more = s * (z * NAME(asin_polynomial)(z));
-    const REAL middle = 2 * EIGHTH_HIGH - (s - (2 * EIGHTH_LOW - more));
-    const REAL right = 2 * (s + more), left = 4 * EIGHTH_HIGH - (right - 4 * EIGHTH_LOW);
+    const REAL middle = QUARTER_0 - (s - (QUARTER_1 - more));
+    const REAL right = 2 * (s + more), left = 2 * QUARTER_0 - (right - 2 * QUARTER_1);
     return NAME(chosen_by)(large, NAME(chosen_by)(WHERE(x < 0), left, right), middle);
 }
 
@@ -16910,48 +16932,48 @@ INLINE void NAME(signed_distance_line_plane)(const REAL *line, const REAL *plane
     const REAL t3 = line_e30inf * line_e30inf;
     const REAL t4 = t2 + t3;
     const REAL t5 = (REAL)1 / t4;
-    const REAL t6 = line_e12inf * line_e20inf;
-    const REAL t7 = line_e13inf * line_e30inf;
-    const REAL t8 = t6 + t7;
-    const REAL t9 = t5 * t8;
-    const REAL t10 = plane_e120inf * plane_e120inf;
-    const REAL t11 = plane_e130inf * plane_e130inf;
-    const REAL t12 = t10 + t11;
-    const REAL t13 = plane_e230inf * plane_e230inf;
-    const REAL t14 = t12 + t13;
-    const REAL t15 = SQRT(t14);
-    const REAL t16 = (REAL)1 / t15;
-    const REAL t17 = plane_e230inf * t16;
-    const REAL t18 = t17 * t9;
-    const REAL t19 = line_e23inf * line_e30inf;
-    const REAL t20 = line_e12inf * line_e10inf;
-    const REAL t21 = t19 - t20;
-    const REAL t22 = t5 * t21;
-    const REAL t23 = plane_e130inf * t16;
+    const REAL t6 = SQRT(t4);
+    const REAL t7 = t5 * t6;
+    const REAL t8 = line_e10inf * t7;
+    const REAL t9 = plane_e120inf * plane_e120inf;
+    const REAL t10 = plane_e130inf * plane_e130inf;
+    const REAL t11 = t9 + t10;
+    const REAL t12 = plane_e230inf * plane_e230inf;
+    const REAL t13 = t11 + t12;
+    const REAL t14 = SQRT(t13);
+    const REAL t15 = (REAL)1 / t14;
+    const REAL t16 = plane_e230inf * t15;
+    const REAL t17 = t16 * t8;
+    const REAL t18 = line_e20inf * t7;
+    const REAL t19 = plane_e130inf * t15;
+    const REAL t20 = t19 * t18;
+    const REAL t21 = t20 - t17;
+    const REAL t22 = line_e30inf * t7;
+    const REAL t23 = plane_e120inf * t15;
     const REAL t24 = t23 * t22;
-    const REAL t25 = t24 - t18;
-    const REAL t26 = line_e13inf * line_e10inf;
-    const REAL t27 = line_e23inf * line_e20inf;
-    const REAL t28 = t26 + t27;
-    const REAL t29 = t5 * t28;
-    const REAL t30 = plane_e120inf * t16;
-    const REAL t31 = t30 * t29;
-    const REAL t32 = t25 + t31;
-    const REAL t33 = plane_e123inf * t16;
-    const REAL t34 = t32 - t33;
-    const REAL t35 = SQRT(t4);
-    const REAL t36 = (REAL)1 / t35;
-    const REAL t37 = line_e10inf * t36;
-    const REAL t38 = t37 * t17;
-    const REAL t39 = line_e20inf * t36;
-    const REAL t40 = t39 * t23;
-    const REAL t41 = t40 - t38;
-    const REAL t42 = line_e30inf * t36;
-    const REAL t43 = t42 * t30;
-    const REAL t44 = t41 - t43;
-    const REAL t45 = ABS(t44);
-    const REAL t46 = LESS_EQUAL(t45, (REAL)(1.0 / 1000000000000.0));
-    const REAL t47 = SELECT(t46, t34, (REAL)0);
+    const REAL t25 = t21 - t24;
+    const REAL t26 = ABS(t25);
+    const REAL t27 = LESS_EQUAL(t26, (REAL)(1.0 / 1000000000000.0));
+    const REAL t28 = line_e12inf * line_e20inf;
+    const REAL t29 = line_e13inf * line_e30inf;
+    const REAL t30 = t28 + t29;
+    const REAL t31 = t5 * t30;
+    const REAL t32 = t31 * t16;
+    const REAL t33 = line_e23inf * line_e30inf;
+    const REAL t34 = line_e12inf * line_e10inf;
+    const REAL t35 = t33 - t34;
+    const REAL t36 = t5 * t35;
+    const REAL t37 = t36 * t19;
+    const REAL t38 = t37 - t32;
+    const REAL t39 = line_e13inf * line_e10inf;
+    const REAL t40 = line_e23inf * line_e20inf;
+    const REAL t41 = t39 + t40;
+    const REAL t42 = t5 * t41;
+    const REAL t43 = t42 * t23;
+    const REAL t44 = t38 + t43;
+    const REAL t45 = plane_e123inf * t15;
+    const REAL t46 = t44 - t45;
+    const REAL t47 = SELECT(t27, t46, (REAL)0);
     out[0] = t47;
 }
 
@@ -16969,68 +16991,68 @@ static INLINE void NAME(signed_distance_line_plane_prepare_line)(const REAL *lin
     const REAL t3 = line_e30inf * line_e30inf;
     const REAL t4 = t2 + t3;
     const REAL t5 = (REAL)1 / t4;
-    const REAL t6 = line_e12inf * line_e20inf;
-    const REAL t7 = line_e13inf * line_e30inf;
-    const REAL t8 = t6 + t7;
-    const REAL t9 = t5 * t8;
-    const REAL t19 = line_e23inf * line_e30inf;
-    const REAL t20 = line_e12inf * line_e10inf;
-    const REAL t21 = t19 - t20;
-    const REAL t22 = t5 * t21;
-    const REAL t26 = line_e13inf * line_e10inf;
-    const REAL t27 = line_e23inf * line_e20inf;
-    const REAL t28 = t26 + t27;
-    const REAL t29 = t5 * t28;
-    const REAL t35 = SQRT(t4);
-    const REAL t36 = (REAL)1 / t35;
-    const REAL t37 = line_e10inf * t36;
-    const REAL t39 = line_e20inf * t36;
-    const REAL t42 = line_e30inf * t36;
-    prepared[0] = t9;
-    prepared[1] = t22;
-    prepared[2] = t29;
-    prepared[3] = t37;
-    prepared[4] = t39;
+    const REAL t6 = SQRT(t4);
+    const REAL t7 = t5 * t6;
+    const REAL t8 = line_e10inf * t7;
+    const REAL t18 = line_e20inf * t7;
+    const REAL t22 = line_e30inf * t7;
+    const REAL t28 = line_e12inf * line_e20inf;
+    const REAL t29 = line_e13inf * line_e30inf;
+    const REAL t30 = t28 + t29;
+    const REAL t31 = t5 * t30;
+    const REAL t33 = line_e23inf * line_e30inf;
+    const REAL t34 = line_e12inf * line_e10inf;
+    const REAL t35 = t33 - t34;
+    const REAL t36 = t5 * t35;
+    const REAL t39 = line_e13inf * line_e10inf;
+    const REAL t40 = line_e23inf * line_e20inf;
+    const REAL t41 = t39 + t40;
+    const REAL t42 = t5 * t41;
+    prepared[0] = t8;
+    prepared[1] = t18;
+    prepared[2] = t22;
+    prepared[3] = t31;
+    prepared[4] = t36;
     prepared[5] = t42;
 }
 
 static INLINE void NAME(signed_distance_line_plane_apply_line)(const REAL *prepared, const REAL *plane, REAL *out)
 {
-    const REAL t9 = prepared[0];
-    const REAL t22 = prepared[1];
-    const REAL t29 = prepared[2];
-    const REAL t37 = prepared[3];
-    const REAL t39 = prepared[4];
+    const REAL t8 = prepared[0];
+    const REAL t18 = prepared[1];
+    const REAL t22 = prepared[2];
+    const REAL t31 = prepared[3];
+    const REAL t36 = prepared[4];
     const REAL t42 = prepared[5];
     const REAL plane_e123inf = plane[0];
     const REAL plane_e120inf = plane[1];
     const REAL plane_e130inf = plane[2];
     const REAL plane_e230inf = plane[3];
-    const REAL t10 = plane_e120inf * plane_e120inf;
-    const REAL t11 = plane_e130inf * plane_e130inf;
-    const REAL t12 = t10 + t11;
-    const REAL t13 = plane_e230inf * plane_e230inf;
-    const REAL t14 = t12 + t13;
-    const REAL t15 = SQRT(t14);
-    const REAL t16 = (REAL)1 / t15;
-    const REAL t17 = plane_e230inf * t16;
-    const REAL t18 = t17 * t9;
-    const REAL t23 = plane_e130inf * t16;
+    const REAL t9 = plane_e120inf * plane_e120inf;
+    const REAL t10 = plane_e130inf * plane_e130inf;
+    const REAL t11 = t9 + t10;
+    const REAL t12 = plane_e230inf * plane_e230inf;
+    const REAL t13 = t11 + t12;
+    const REAL t14 = SQRT(t13);
+    const REAL t15 = (REAL)1 / t14;
+    const REAL t16 = plane_e230inf * t15;
+    const REAL t17 = t16 * t8;
+    const REAL t19 = plane_e130inf * t15;
+    const REAL t20 = t19 * t18;
+    const REAL t21 = t20 - t17;
+    const REAL t23 = plane_e120inf * t15;
     const REAL t24 = t23 * t22;
-    const REAL t25 = t24 - t18;
-    const REAL t30 = plane_e120inf * t16;
-    const REAL t31 = t30 * t29;
-    const REAL t32 = t25 + t31;
-    const REAL t33 = plane_e123inf * t16;
-    const REAL t34 = t32 - t33;
-    const REAL t38 = t37 * t17;
-    const REAL t40 = t39 * t23;
-    const REAL t41 = t40 - t38;
-    const REAL t43 = t42 * t30;
-    const REAL t44 = t41 - t43;
-    const REAL t45 = ABS(t44);
-    const REAL t46 = LESS_EQUAL(t45, (REAL)(1.0 / 1000000000000.0));
-    const REAL t47 = SELECT(t46, t34, (REAL)0);
+    const REAL t25 = t21 - t24;
+    const REAL t26 = ABS(t25);
+    const REAL t27 = LESS_EQUAL(t26, (REAL)(1.0 / 1000000000000.0));
+    const REAL t32 = t31 * t16;
+    const REAL t37 = t36 * t19;
+    const REAL t38 = t37 - t32;
+    const REAL t43 = t42 * t23;
+    const REAL t44 = t38 + t43;
+    const REAL t45 = plane_e123inf * t15;
+    const REAL t46 = t44 - t45;
+    const REAL t47 = SELECT(t27, t46, (REAL)0);
     out[0] = t47;
 }
 
@@ -17040,29 +17062,29 @@ static INLINE void NAME(signed_distance_line_plane_prepare_plane)(const REAL *pl
     const REAL plane_e120inf = plane[1];
     const REAL plane_e130inf = plane[2];
     const REAL plane_e230inf = plane[3];
-    const REAL t10 = plane_e120inf * plane_e120inf;
-    const REAL t11 = plane_e130inf * plane_e130inf;
-    const REAL t12 = t10 + t11;
-    const REAL t13 = plane_e230inf * plane_e230inf;
-    const REAL t14 = t12 + t13;
-    const REAL t15 = SQRT(t14);
-    const REAL t16 = (REAL)1 / t15;
-    const REAL t17 = plane_e230inf * t16;
-    const REAL t23 = plane_e130inf * t16;
-    const REAL t30 = plane_e120inf * t16;
-    const REAL t33 = plane_e123inf * t16;
-    prepared[0] = t17;
-    prepared[1] = t23;
-    prepared[2] = t30;
-    prepared[3] = t33;
+    const REAL t9 = plane_e120inf * plane_e120inf;
+    const REAL t10 = plane_e130inf * plane_e130inf;
+    const REAL t11 = t9 + t10;
+    const REAL t12 = plane_e230inf * plane_e230inf;
+    const REAL t13 = t11 + t12;
+    const REAL t14 = SQRT(t13);
+    const REAL t15 = (REAL)1 / t14;
+    const REAL t16 = plane_e230inf * t15;
+    const REAL t19 = plane_e130inf * t15;
+    const REAL t23 = plane_e120inf * t15;
+    const REAL t45 = plane_e123inf * t15;
+    prepared[0] = t16;
+    prepared[1] = t19;
+    prepared[2] = t23;
+    prepared[3] = t45;
 }
 
 static INLINE void NAME(signed_distance_line_plane_apply_plane)(const REAL *prepared, const REAL *line, REAL *out)
 {
-    const REAL t17 = prepared[0];
-    const REAL t23 = prepared[1];
-    const REAL t30 = prepared[2];
-    const REAL t33 = prepared[3];
+    const REAL t16 = prepared[0];
+    const REAL t19 = prepared[1];
+    const REAL t23 = prepared[2];
+    const REAL t45 = prepared[3];
     const REAL line_e12inf = line[0];
     const REAL line_e13inf = line[1];
     const REAL line_e23inf = line[2];
@@ -17075,37 +17097,37 @@ static INLINE void NAME(signed_distance_line_plane_apply_plane)(const REAL *prep
     const REAL t3 = line_e30inf * line_e30inf;
     const REAL t4 = t2 + t3;
     const REAL t5 = (REAL)1 / t4;
-    const REAL t6 = line_e12inf * line_e20inf;
-    const REAL t7 = line_e13inf * line_e30inf;
-    const REAL t8 = t6 + t7;
-    const REAL t9 = t5 * t8;
-    const REAL t18 = t17 * t9;
-    const REAL t19 = line_e23inf * line_e30inf;
-    const REAL t20 = line_e12inf * line_e10inf;
-    const REAL t21 = t19 - t20;
-    const REAL t22 = t5 * t21;
+    const REAL t6 = SQRT(t4);
+    const REAL t7 = t5 * t6;
+    const REAL t8 = line_e10inf * t7;
+    const REAL t17 = t16 * t8;
+    const REAL t18 = line_e20inf * t7;
+    const REAL t20 = t19 * t18;
+    const REAL t21 = t20 - t17;
+    const REAL t22 = line_e30inf * t7;
     const REAL t24 = t23 * t22;
-    const REAL t25 = t24 - t18;
-    const REAL t26 = line_e13inf * line_e10inf;
-    const REAL t27 = line_e23inf * line_e20inf;
-    const REAL t28 = t26 + t27;
-    const REAL t29 = t5 * t28;
-    const REAL t31 = t30 * t29;
-    const REAL t32 = t25 + t31;
-    const REAL t34 = t32 - t33;
-    const REAL t35 = SQRT(t4);
-    const REAL t36 = (REAL)1 / t35;
-    const REAL t37 = line_e10inf * t36;
-    const REAL t38 = t37 * t17;
-    const REAL t39 = line_e20inf * t36;
-    const REAL t40 = t39 * t23;
-    const REAL t41 = t40 - t38;
-    const REAL t42 = line_e30inf * t36;
-    const REAL t43 = t42 * t30;
-    const REAL t44 = t41 - t43;
-    const REAL t45 = ABS(t44);
-    const REAL t46 = LESS_EQUAL(t45, (REAL)(1.0 / 1000000000000.0));
-    const REAL t47 = SELECT(t46, t34, (REAL)0);
+    const REAL t25 = t21 - t24;
+    const REAL t26 = ABS(t25);
+    const REAL t27 = LESS_EQUAL(t26, (REAL)(1.0 / 1000000000000.0));
+    const REAL t28 = line_e12inf * line_e20inf;
+    const REAL t29 = line_e13inf * line_e30inf;
+    const REAL t30 = t28 + t29;
+    const REAL t31 = t5 * t30;
+    const REAL t32 = t31 * t16;
+    const REAL t33 = line_e23inf * line_e30inf;
+    const REAL t34 = line_e12inf * line_e10inf;
+    const REAL t35 = t33 - t34;
+    const REAL t36 = t5 * t35;
+    const REAL t37 = t36 * t19;
+    const REAL t38 = t37 - t32;
+    const REAL t39 = line_e13inf * line_e10inf;
+    const REAL t40 = line_e23inf * line_e20inf;
+    const REAL t41 = t39 + t40;
+    const REAL t42 = t5 * t41;
+    const REAL t43 = t42 * t23;
+    const REAL t44 = t38 + t43;
+    const REAL t46 = t44 - t45;
+    const REAL t47 = SELECT(t27, t46, (REAL)0);
     out[0] = t47;
 }
 
@@ -19410,7 +19432,7 @@ void NAME(distance_spheres_loop)(char **args, const intptr_t *dimensions, const 
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(angle_between_directions)(const REAL *a, const REAL *b, REAL *out)
+static INLINE void NAME(angle_between_directions_within)(const REAL *a, const REAL *b, REAL *out)
 {
     const REAL a_0 = a[0];
     const REAL a_1 = a[1];
@@ -19442,6 +19464,12 @@ INLINE void NAME(angle_between_directions)(const REAL *a, const REAL *b, REAL *o
     out[0] = t20;
 }
 
+FUSED(angle_between_directions, (const REAL *a, const REAL *b, REAL *out), (a, b, out))
+void NAME(angle_between_directions)(const REAL *a, const REAL *b, REAL *out)
+{
+    RUN(angle_between_directions, (a, b, out), (a, b, out));
+}
+
 static INLINE void NAME(angle_between_directions_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -19456,7 +19484,7 @@ static INLINE void NAME(angle_between_directions_block)(intptr_t n, char **args,
         REAL x2[1];
         NAME(load_3)(x0, a0 + i * w, c0a);
         NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(angle_between_directions)(x0, x1, x2);
+        NAME(angle_between_directions_within)(x0, x1, x2);
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
@@ -19470,7 +19498,7 @@ void NAME(angle_between_directions_loop)(char **args, const intptr_t *dimensions
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(angle_between_lines)(const REAL *a, const REAL *b, REAL *out)
+static INLINE void NAME(angle_between_lines_within)(const REAL *a, const REAL *b, REAL *out)
 {
     const REAL a_e10inf = a[3];
     const REAL a_e20inf = a[4];
@@ -19502,6 +19530,12 @@ INLINE void NAME(angle_between_lines)(const REAL *a, const REAL *b, REAL *out)
     out[0] = t20;
 }
 
+FUSED(angle_between_lines, (const REAL *a, const REAL *b, REAL *out), (a, b, out))
+void NAME(angle_between_lines)(const REAL *a, const REAL *b, REAL *out)
+{
+    RUN(angle_between_lines, (a, b, out), (a, b, out));
+}
+
 static INLINE void NAME(angle_between_lines_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -19516,7 +19550,7 @@ static INLINE void NAME(angle_between_lines_block)(intptr_t n, char **args, cons
         REAL x2[1];
         NAME(load_6)(x0, a0 + i * w, c0a);
         NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(angle_between_lines)(x0, x1, x2);
+        NAME(angle_between_lines_within)(x0, x1, x2);
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
@@ -19530,7 +19564,7 @@ void NAME(angle_between_lines_loop)(char **args, const intptr_t *dimensions, con
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(angle_between_planes)(const REAL *a, const REAL *b, REAL *out)
+static INLINE void NAME(angle_between_planes_within)(const REAL *a, const REAL *b, REAL *out)
 {
     const REAL a_e120inf = a[1];
     const REAL a_e130inf = a[2];
@@ -19562,6 +19596,12 @@ INLINE void NAME(angle_between_planes)(const REAL *a, const REAL *b, REAL *out)
     out[0] = t20;
 }
 
+FUSED(angle_between_planes, (const REAL *a, const REAL *b, REAL *out), (a, b, out))
+void NAME(angle_between_planes)(const REAL *a, const REAL *b, REAL *out)
+{
+    RUN(angle_between_planes, (a, b, out), (a, b, out));
+}
+
 static INLINE void NAME(angle_between_planes_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -19576,7 +19616,7 @@ static INLINE void NAME(angle_between_planes_block)(intptr_t n, char **args, con
         REAL x2[1];
         NAME(load_4)(x0, a0 + i * w, c0a);
         NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(angle_between_planes)(x0, x1, x2);
+        NAME(angle_between_planes_within)(x0, x1, x2);
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
@@ -19590,7 +19630,7 @@ void NAME(angle_between_planes_loop)(char **args, const intptr_t *dimensions, co
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(signed_angle_line_plane)(const REAL *line, const REAL *plane, REAL *out)
+static INLINE void NAME(signed_angle_line_plane_within)(const REAL *line, const REAL *plane, REAL *out)
 {
     const REAL line_e10inf = line[3];
     const REAL line_e20inf = line[4];
@@ -19622,6 +19662,12 @@ INLINE void NAME(signed_angle_line_plane)(const REAL *line, const REAL *plane, R
     out[0] = t20;
 }
 
+FUSED(signed_angle_line_plane, (const REAL *line, const REAL *plane, REAL *out), (line, plane, out))
+void NAME(signed_angle_line_plane)(const REAL *line, const REAL *plane, REAL *out)
+{
+    RUN(signed_angle_line_plane, (line, plane, out), (line, plane, out));
+}
+
 static INLINE void NAME(signed_angle_line_plane_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -19636,7 +19682,7 @@ static INLINE void NAME(signed_angle_line_plane_block)(intptr_t n, char **args, 
         REAL x2[1];
         NAME(load_6)(x0, a0 + i * w, c0a);
         NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(signed_angle_line_plane)(x0, x1, x2);
+        NAME(signed_angle_line_plane_within)(x0, x1, x2);
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
@@ -19650,7 +19696,7 @@ void NAME(signed_angle_line_plane_loop)(char **args, const intptr_t *dimensions,
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(angle_between_circles)(const REAL *a, const REAL *b, REAL *out)
+static INLINE void NAME(angle_between_circles_within)(const REAL *a, const REAL *b, REAL *out)
 {
     const REAL a_e120 = a[1];
     const REAL a_e130 = a[2];
@@ -19682,6 +19728,12 @@ INLINE void NAME(angle_between_circles)(const REAL *a, const REAL *b, REAL *out)
     out[0] = t20;
 }
 
+FUSED(angle_between_circles, (const REAL *a, const REAL *b, REAL *out), (a, b, out))
+void NAME(angle_between_circles)(const REAL *a, const REAL *b, REAL *out)
+{
+    RUN(angle_between_circles, (a, b, out), (a, b, out));
+}
+
 static INLINE void NAME(angle_between_circles_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -19696,7 +19748,7 @@ static INLINE void NAME(angle_between_circles_block)(intptr_t n, char **args, co
         REAL x2[1];
         NAME(load_10)(x0, a0 + i * w, c0a);
         NAME(load_10)(x1, a1 + i * w, c1a);
-        NAME(angle_between_circles)(x0, x1, x2);
+        NAME(angle_between_circles_within)(x0, x1, x2);
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
@@ -19809,7 +19861,7 @@ void NAME(inversive_distance_loop)(char **args, const intptr_t *dimensions, cons
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(angle_between_dual_spheres)(const REAL *a, const REAL *b, REAL *out)
+static INLINE void NAME(angle_between_dual_spheres_within)(const REAL *a, const REAL *b, REAL *out)
 {
     const REAL a_e1 = a[0];
     const REAL a_e2 = a[1];
@@ -19853,6 +19905,12 @@ INLINE void NAME(angle_between_dual_spheres)(const REAL *a, const REAL *b, REAL 
     out[0] = t28;
 }
 
+FUSED(angle_between_dual_spheres, (const REAL *a, const REAL *b, REAL *out), (a, b, out))
+void NAME(angle_between_dual_spheres)(const REAL *a, const REAL *b, REAL *out)
+{
+    RUN(angle_between_dual_spheres, (a, b, out), (a, b, out));
+}
+
 static INLINE void NAME(angle_between_dual_spheres_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -19867,7 +19925,7 @@ static INLINE void NAME(angle_between_dual_spheres_block)(intptr_t n, char **arg
         REAL x2[1];
         NAME(load_5)(x0, a0 + i * w, c0a);
         NAME(load_5)(x1, a1 + i * w, c1a);
-        NAME(angle_between_dual_spheres)(x0, x1, x2);
+        NAME(angle_between_dual_spheres_within)(x0, x1, x2);
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
@@ -20269,107 +20327,107 @@ INLINE void NAME(closest_points_of_lines)(const REAL *a, const REAL *b, REAL *ou
     const REAL t2 = t0 + t1;
     const REAL t3 = a_e30inf * a_e30inf;
     const REAL t4 = t2 + t3;
-    const REAL t5 = SQRT(t4);
-    const REAL t6 = (REAL)1 / t5;
-    const REAL t7 = a_e10inf * t6;
-    const REAL t8 = b_e10inf * b_e10inf;
-    const REAL t9 = b_e20inf * b_e20inf;
-    const REAL t10 = t8 + t9;
-    const REAL t11 = b_e30inf * b_e30inf;
-    const REAL t12 = t10 + t11;
-    const REAL t13 = SQRT(t12);
+    const REAL t5 = (REAL)1 / t4;
+    const REAL t6 = SQRT(t4);
+    const REAL t7 = t6 * t5;
+    const REAL t8 = a_e10inf * t7;
+    const REAL t9 = b_e10inf * b_e10inf;
+    const REAL t10 = b_e20inf * b_e20inf;
+    const REAL t11 = t9 + t10;
+    const REAL t12 = b_e30inf * b_e30inf;
+    const REAL t13 = t11 + t12;
     const REAL t14 = (REAL)1 / t13;
-    const REAL t15 = b_e20inf * t14;
-    const REAL t16 = t7 * t15;
-    const REAL t17 = a_e20inf * t6;
-    const REAL t18 = b_e10inf * t14;
-    const REAL t19 = t17 * t18;
-    const REAL t20 = t16 - t19;
-    const REAL t21 = t20 * t20;
-    const REAL t22 = b_e30inf * t14;
-    const REAL t23 = t7 * t22;
-    const REAL t24 = a_e30inf * t6;
-    const REAL t25 = t18 * t24;
-    const REAL t26 = t23 - t25;
-    const REAL t27 = t26 * t26;
-    const REAL t28 = t21 + t27;
-    const REAL t29 = t17 * t22;
-    const REAL t30 = t15 * t24;
-    const REAL t31 = t29 - t30;
-    const REAL t32 = t31 * t31;
-    const REAL t33 = t28 + t32;
-    const REAL t34 = LESS_EQUAL(t33, (REAL)1e-24);
-    const REAL t35 = SELECT(t34, (REAL)1, t33);
-    const REAL t36 = (REAL)1 / t4;
-    const REAL t37 = a_e12inf * a_e20inf;
-    const REAL t38 = a_e13inf * a_e30inf;
-    const REAL t39 = t37 + t38;
-    const REAL t40 = t36 * t39;
-    const REAL t41 = (REAL)1 / t12;
+    const REAL t15 = SQRT(t13);
+    const REAL t16 = t15 * t14;
+    const REAL t17 = b_e20inf * t16;
+    const REAL t18 = t8 * t17;
+    const REAL t19 = a_e20inf * t7;
+    const REAL t20 = b_e10inf * t16;
+    const REAL t21 = t19 * t20;
+    const REAL t22 = t18 - t21;
+    const REAL t23 = t22 * t22;
+    const REAL t24 = b_e30inf * t16;
+    const REAL t25 = t8 * t24;
+    const REAL t26 = a_e30inf * t7;
+    const REAL t27 = t20 * t26;
+    const REAL t28 = t25 - t27;
+    const REAL t29 = t28 * t28;
+    const REAL t30 = t23 + t29;
+    const REAL t31 = t19 * t24;
+    const REAL t32 = t17 * t26;
+    const REAL t33 = t31 - t32;
+    const REAL t34 = t33 * t33;
+    const REAL t35 = t30 + t34;
+    const REAL t36 = LESS_EQUAL(t35, (REAL)1e-24);
+    const REAL t37 = SELECT(t36, (REAL)1, t35);
+    const REAL t38 = a_e12inf * a_e20inf;
+    const REAL t39 = a_e13inf * a_e30inf;
+    const REAL t40 = t38 + t39;
+    const REAL t41 = t5 * t40;
     const REAL t42 = b_e12inf * b_e20inf;
     const REAL t43 = b_e13inf * b_e30inf;
     const REAL t44 = t42 + t43;
-    const REAL t45 = t41 * t44;
-    const REAL t46 = t40 - t45;
-    const REAL t47 = t15 * t46;
+    const REAL t45 = t14 * t44;
+    const REAL t46 = t41 - t45;
+    const REAL t47 = t17 * t46;
     const REAL t48 = b_e23inf * b_e30inf;
     const REAL t49 = b_e12inf * b_e10inf;
     const REAL t50 = t48 - t49;
-    const REAL t51 = t41 * t50;
+    const REAL t51 = t14 * t50;
     const REAL t52 = a_e23inf * a_e30inf;
     const REAL t53 = a_e12inf * a_e10inf;
     const REAL t54 = t52 - t53;
-    const REAL t55 = t36 * t54;
+    const REAL t55 = t5 * t54;
     const REAL t56 = t55 - t51;
-    const REAL t57 = t18 * t56;
+    const REAL t57 = t20 * t56;
     const REAL t58 = t57 - t47;
-    const REAL t59 = t20 * t58;
-    const REAL t60 = t22 * t46;
+    const REAL t59 = t22 * t58;
+    const REAL t60 = t24 * t46;
     const REAL t61 = b_e13inf * b_e10inf;
     const REAL t62 = b_e23inf * b_e20inf;
     const REAL t63 = t61 + t62;
-    const REAL t64 = t41 * t63;
+    const REAL t64 = t14 * t63;
     const REAL t65 = a_e13inf * a_e10inf;
     const REAL t66 = a_e23inf * a_e20inf;
     const REAL t67 = t65 + t66;
-    const REAL t68 = t36 * t67;
+    const REAL t68 = t5 * t67;
     const REAL t69 = t64 - t68;
-    const REAL t70 = t18 * t69;
+    const REAL t70 = t20 * t69;
     const REAL t71 = t70 - t60;
-    const REAL t72 = t26 * t71;
+    const REAL t72 = t28 * t71;
     const REAL t73 = t59 + t72;
-    const REAL t74 = t22 * t56;
-    const REAL t75 = t15 * t69;
+    const REAL t74 = t24 * t56;
+    const REAL t75 = t17 * t69;
     const REAL t76 = t75 - t74;
-    const REAL t77 = t31 * t76;
+    const REAL t77 = t33 * t76;
     const REAL t78 = t73 + t77;
-    const REAL t79 = t78 / t35;
-    const REAL t80 = SELECT(t34, (REAL)0, t79);
-    const REAL t81 = t7 * t80;
-    const REAL t82 = t40 + t81;
+    const REAL t79 = t78 / t37;
+    const REAL t80 = SELECT(t36, (REAL)0, t79);
+    const REAL t81 = t8 * t80;
+    const REAL t82 = t41 + t81;
     const REAL t83 = -t82;
-    const REAL t84 = t17 * t80;
+    const REAL t84 = t19 * t80;
     const REAL t85 = t55 + t84;
     const REAL t86 = -t85;
-    const REAL t87 = t24 * t80;
+    const REAL t87 = t26 * t80;
     const REAL t88 = t68 - t87;
     const REAL t89 = t45 - t82;
-    const REAL t90 = t18 * t89;
+    const REAL t90 = t20 * t89;
     const REAL t91 = t51 - t85;
-    const REAL t92 = t15 * t91;
+    const REAL t92 = t17 * t91;
     const REAL t93 = t90 + t92;
     const REAL t94 = t88 - t64;
-    const REAL t95 = t22 * t94;
+    const REAL t95 = t24 * t94;
     const REAL t96 = t93 + t95;
-    const REAL t97 = t18 * t96;
+    const REAL t97 = t20 * t96;
     const REAL t98 = t89 - t97;
     const REAL t99 = t82 + t98;
     const REAL t100 = -t99;
-    const REAL t101 = t15 * t96;
+    const REAL t101 = t17 * t96;
     const REAL t102 = t91 - t101;
     const REAL t103 = t85 + t102;
     const REAL t104 = -t103;
-    const REAL t105 = t22 * t96;
+    const REAL t105 = t24 * t96;
     const REAL t106 = t94 - t105;
     const REAL t107 = t88 - t106;
     out_0[0] = t83;
@@ -20393,28 +20451,28 @@ static INLINE void NAME(closest_points_of_lines_prepare_a)(const REAL *a, REAL *
     const REAL t2 = t0 + t1;
     const REAL t3 = a_e30inf * a_e30inf;
     const REAL t4 = t2 + t3;
-    const REAL t5 = SQRT(t4);
-    const REAL t6 = (REAL)1 / t5;
-    const REAL t7 = a_e10inf * t6;
-    const REAL t17 = a_e20inf * t6;
-    const REAL t24 = a_e30inf * t6;
-    const REAL t36 = (REAL)1 / t4;
-    const REAL t37 = a_e12inf * a_e20inf;
-    const REAL t38 = a_e13inf * a_e30inf;
-    const REAL t39 = t37 + t38;
-    const REAL t40 = t36 * t39;
+    const REAL t5 = (REAL)1 / t4;
+    const REAL t6 = SQRT(t4);
+    const REAL t7 = t6 * t5;
+    const REAL t8 = a_e10inf * t7;
+    const REAL t19 = a_e20inf * t7;
+    const REAL t26 = a_e30inf * t7;
+    const REAL t38 = a_e12inf * a_e20inf;
+    const REAL t39 = a_e13inf * a_e30inf;
+    const REAL t40 = t38 + t39;
+    const REAL t41 = t5 * t40;
     const REAL t52 = a_e23inf * a_e30inf;
     const REAL t53 = a_e12inf * a_e10inf;
     const REAL t54 = t52 - t53;
-    const REAL t55 = t36 * t54;
+    const REAL t55 = t5 * t54;
     const REAL t65 = a_e13inf * a_e10inf;
     const REAL t66 = a_e23inf * a_e20inf;
     const REAL t67 = t65 + t66;
-    const REAL t68 = t36 * t67;
-    prepared[0] = t7;
-    prepared[1] = t17;
-    prepared[2] = t24;
-    prepared[3] = t40;
+    const REAL t68 = t5 * t67;
+    prepared[0] = t8;
+    prepared[1] = t19;
+    prepared[2] = t26;
+    prepared[3] = t41;
     prepared[4] = t55;
     prepared[5] = t68;
 }
@@ -20422,10 +20480,10 @@ static INLINE void NAME(closest_points_of_lines_prepare_a)(const REAL *a, REAL *
 static INLINE void NAME(closest_points_of_lines_apply_a)(const REAL *prepared, const REAL *b, REAL *out_0, REAL
     *out_1)
 {
-    const REAL t7 = prepared[0];
-    const REAL t17 = prepared[1];
-    const REAL t24 = prepared[2];
-    const REAL t40 = prepared[3];
+    const REAL t8 = prepared[0];
+    const REAL t19 = prepared[1];
+    const REAL t26 = prepared[2];
+    const REAL t41 = prepared[3];
     const REAL t55 = prepared[4];
     const REAL t68 = prepared[5];
     const REAL b_e12inf = b[0];
@@ -20434,89 +20492,89 @@ static INLINE void NAME(closest_points_of_lines_apply_a)(const REAL *prepared, c
     const REAL b_e10inf = b[3];
     const REAL b_e20inf = b[4];
     const REAL b_e30inf = b[5];
-    const REAL t8 = b_e10inf * b_e10inf;
-    const REAL t9 = b_e20inf * b_e20inf;
-    const REAL t10 = t8 + t9;
-    const REAL t11 = b_e30inf * b_e30inf;
-    const REAL t12 = t10 + t11;
-    const REAL t13 = SQRT(t12);
+    const REAL t9 = b_e10inf * b_e10inf;
+    const REAL t10 = b_e20inf * b_e20inf;
+    const REAL t11 = t9 + t10;
+    const REAL t12 = b_e30inf * b_e30inf;
+    const REAL t13 = t11 + t12;
     const REAL t14 = (REAL)1 / t13;
-    const REAL t15 = b_e20inf * t14;
-    const REAL t16 = t7 * t15;
-    const REAL t18 = b_e10inf * t14;
-    const REAL t19 = t17 * t18;
-    const REAL t20 = t16 - t19;
-    const REAL t21 = t20 * t20;
-    const REAL t22 = b_e30inf * t14;
-    const REAL t23 = t7 * t22;
-    const REAL t25 = t18 * t24;
-    const REAL t26 = t23 - t25;
-    const REAL t27 = t26 * t26;
-    const REAL t28 = t21 + t27;
-    const REAL t29 = t17 * t22;
-    const REAL t30 = t15 * t24;
-    const REAL t31 = t29 - t30;
-    const REAL t32 = t31 * t31;
-    const REAL t33 = t28 + t32;
-    const REAL t34 = LESS_EQUAL(t33, (REAL)1e-24);
-    const REAL t35 = SELECT(t34, (REAL)1, t33);
-    const REAL t41 = (REAL)1 / t12;
+    const REAL t15 = SQRT(t13);
+    const REAL t16 = t15 * t14;
+    const REAL t17 = b_e20inf * t16;
+    const REAL t18 = t8 * t17;
+    const REAL t20 = b_e10inf * t16;
+    const REAL t21 = t19 * t20;
+    const REAL t22 = t18 - t21;
+    const REAL t23 = t22 * t22;
+    const REAL t24 = b_e30inf * t16;
+    const REAL t25 = t8 * t24;
+    const REAL t27 = t20 * t26;
+    const REAL t28 = t25 - t27;
+    const REAL t29 = t28 * t28;
+    const REAL t30 = t23 + t29;
+    const REAL t31 = t19 * t24;
+    const REAL t32 = t17 * t26;
+    const REAL t33 = t31 - t32;
+    const REAL t34 = t33 * t33;
+    const REAL t35 = t30 + t34;
+    const REAL t36 = LESS_EQUAL(t35, (REAL)1e-24);
+    const REAL t37 = SELECT(t36, (REAL)1, t35);
     const REAL t42 = b_e12inf * b_e20inf;
     const REAL t43 = b_e13inf * b_e30inf;
     const REAL t44 = t42 + t43;
-    const REAL t45 = t41 * t44;
-    const REAL t46 = t40 - t45;
-    const REAL t47 = t15 * t46;
+    const REAL t45 = t14 * t44;
+    const REAL t46 = t41 - t45;
+    const REAL t47 = t17 * t46;
     const REAL t48 = b_e23inf * b_e30inf;
     const REAL t49 = b_e12inf * b_e10inf;
     const REAL t50 = t48 - t49;
-    const REAL t51 = t41 * t50;
+    const REAL t51 = t14 * t50;
     const REAL t56 = t55 - t51;
-    const REAL t57 = t18 * t56;
+    const REAL t57 = t20 * t56;
     const REAL t58 = t57 - t47;
-    const REAL t59 = t20 * t58;
-    const REAL t60 = t22 * t46;
+    const REAL t59 = t22 * t58;
+    const REAL t60 = t24 * t46;
     const REAL t61 = b_e13inf * b_e10inf;
     const REAL t62 = b_e23inf * b_e20inf;
     const REAL t63 = t61 + t62;
-    const REAL t64 = t41 * t63;
+    const REAL t64 = t14 * t63;
     const REAL t69 = t64 - t68;
-    const REAL t70 = t18 * t69;
+    const REAL t70 = t20 * t69;
     const REAL t71 = t70 - t60;
-    const REAL t72 = t26 * t71;
+    const REAL t72 = t28 * t71;
     const REAL t73 = t59 + t72;
-    const REAL t74 = t22 * t56;
-    const REAL t75 = t15 * t69;
+    const REAL t74 = t24 * t56;
+    const REAL t75 = t17 * t69;
     const REAL t76 = t75 - t74;
-    const REAL t77 = t31 * t76;
+    const REAL t77 = t33 * t76;
     const REAL t78 = t73 + t77;
-    const REAL t79 = t78 / t35;
-    const REAL t80 = SELECT(t34, (REAL)0, t79);
-    const REAL t81 = t7 * t80;
-    const REAL t82 = t40 + t81;
+    const REAL t79 = t78 / t37;
+    const REAL t80 = SELECT(t36, (REAL)0, t79);
+    const REAL t81 = t8 * t80;
+    const REAL t82 = t41 + t81;
     const REAL t83 = -t82;
-    const REAL t84 = t17 * t80;
+    const REAL t84 = t19 * t80;
     const REAL t85 = t55 + t84;
     const REAL t86 = -t85;
-    const REAL t87 = t24 * t80;
+    const REAL t87 = t26 * t80;
     const REAL t88 = t68 - t87;
     const REAL t89 = t45 - t82;
-    const REAL t90 = t18 * t89;
+    const REAL t90 = t20 * t89;
     const REAL t91 = t51 - t85;
-    const REAL t92 = t15 * t91;
+    const REAL t92 = t17 * t91;
     const REAL t93 = t90 + t92;
     const REAL t94 = t88 - t64;
-    const REAL t95 = t22 * t94;
+    const REAL t95 = t24 * t94;
     const REAL t96 = t93 + t95;
-    const REAL t97 = t18 * t96;
+    const REAL t97 = t20 * t96;
     const REAL t98 = t89 - t97;
     const REAL t99 = t82 + t98;
     const REAL t100 = -t99;
-    const REAL t101 = t15 * t96;
+    const REAL t101 = t17 * t96;
     const REAL t102 = t91 - t101;
     const REAL t103 = t85 + t102;
     const REAL t104 = -t103;
-    const REAL t105 = t22 * t96;
+    const REAL t105 = t24 * t96;
     const REAL t106 = t94 - t105;
     const REAL t107 = t88 - t106;
     out_0[0] = t83;
@@ -20535,32 +20593,32 @@ static INLINE void NAME(closest_points_of_lines_prepare_b)(const REAL *b, REAL *
     const REAL b_e10inf = b[3];
     const REAL b_e20inf = b[4];
     const REAL b_e30inf = b[5];
-    const REAL t8 = b_e10inf * b_e10inf;
-    const REAL t9 = b_e20inf * b_e20inf;
-    const REAL t10 = t8 + t9;
-    const REAL t11 = b_e30inf * b_e30inf;
-    const REAL t12 = t10 + t11;
-    const REAL t13 = SQRT(t12);
+    const REAL t9 = b_e10inf * b_e10inf;
+    const REAL t10 = b_e20inf * b_e20inf;
+    const REAL t11 = t9 + t10;
+    const REAL t12 = b_e30inf * b_e30inf;
+    const REAL t13 = t11 + t12;
     const REAL t14 = (REAL)1 / t13;
-    const REAL t15 = b_e20inf * t14;
-    const REAL t18 = b_e10inf * t14;
-    const REAL t22 = b_e30inf * t14;
-    const REAL t41 = (REAL)1 / t12;
+    const REAL t15 = SQRT(t13);
+    const REAL t16 = t15 * t14;
+    const REAL t17 = b_e20inf * t16;
+    const REAL t20 = b_e10inf * t16;
+    const REAL t24 = b_e30inf * t16;
     const REAL t42 = b_e12inf * b_e20inf;
     const REAL t43 = b_e13inf * b_e30inf;
     const REAL t44 = t42 + t43;
-    const REAL t45 = t41 * t44;
+    const REAL t45 = t14 * t44;
     const REAL t48 = b_e23inf * b_e30inf;
     const REAL t49 = b_e12inf * b_e10inf;
     const REAL t50 = t48 - t49;
-    const REAL t51 = t41 * t50;
+    const REAL t51 = t14 * t50;
     const REAL t61 = b_e13inf * b_e10inf;
     const REAL t62 = b_e23inf * b_e20inf;
     const REAL t63 = t61 + t62;
-    const REAL t64 = t41 * t63;
-    prepared[0] = t15;
-    prepared[1] = t18;
-    prepared[2] = t22;
+    const REAL t64 = t14 * t63;
+    prepared[0] = t17;
+    prepared[1] = t20;
+    prepared[2] = t24;
     prepared[3] = t45;
     prepared[4] = t51;
     prepared[5] = t64;
@@ -20569,9 +20627,9 @@ static INLINE void NAME(closest_points_of_lines_prepare_b)(const REAL *b, REAL *
 static INLINE void NAME(closest_points_of_lines_apply_b)(const REAL *prepared, const REAL *a, REAL *out_0, REAL
     *out_1)
 {
-    const REAL t15 = prepared[0];
-    const REAL t18 = prepared[1];
-    const REAL t22 = prepared[2];
+    const REAL t17 = prepared[0];
+    const REAL t20 = prepared[1];
+    const REAL t24 = prepared[2];
     const REAL t45 = prepared[3];
     const REAL t51 = prepared[4];
     const REAL t64 = prepared[5];
@@ -20586,84 +20644,84 @@ static INLINE void NAME(closest_points_of_lines_apply_b)(const REAL *prepared, c
     const REAL t2 = t0 + t1;
     const REAL t3 = a_e30inf * a_e30inf;
     const REAL t4 = t2 + t3;
-    const REAL t5 = SQRT(t4);
-    const REAL t6 = (REAL)1 / t5;
-    const REAL t7 = a_e10inf * t6;
-    const REAL t16 = t7 * t15;
-    const REAL t17 = a_e20inf * t6;
-    const REAL t19 = t17 * t18;
-    const REAL t20 = t16 - t19;
-    const REAL t21 = t20 * t20;
-    const REAL t23 = t7 * t22;
-    const REAL t24 = a_e30inf * t6;
-    const REAL t25 = t18 * t24;
-    const REAL t26 = t23 - t25;
-    const REAL t27 = t26 * t26;
-    const REAL t28 = t21 + t27;
-    const REAL t29 = t17 * t22;
-    const REAL t30 = t15 * t24;
-    const REAL t31 = t29 - t30;
-    const REAL t32 = t31 * t31;
-    const REAL t33 = t28 + t32;
-    const REAL t34 = LESS_EQUAL(t33, (REAL)1e-24);
-    const REAL t35 = SELECT(t34, (REAL)1, t33);
-    const REAL t36 = (REAL)1 / t4;
-    const REAL t37 = a_e12inf * a_e20inf;
-    const REAL t38 = a_e13inf * a_e30inf;
-    const REAL t39 = t37 + t38;
-    const REAL t40 = t36 * t39;
-    const REAL t46 = t40 - t45;
-    const REAL t47 = t15 * t46;
+    const REAL t5 = (REAL)1 / t4;
+    const REAL t6 = SQRT(t4);
+    const REAL t7 = t6 * t5;
+    const REAL t8 = a_e10inf * t7;
+    const REAL t18 = t8 * t17;
+    const REAL t19 = a_e20inf * t7;
+    const REAL t21 = t19 * t20;
+    const REAL t22 = t18 - t21;
+    const REAL t23 = t22 * t22;
+    const REAL t25 = t8 * t24;
+    const REAL t26 = a_e30inf * t7;
+    const REAL t27 = t20 * t26;
+    const REAL t28 = t25 - t27;
+    const REAL t29 = t28 * t28;
+    const REAL t30 = t23 + t29;
+    const REAL t31 = t19 * t24;
+    const REAL t32 = t17 * t26;
+    const REAL t33 = t31 - t32;
+    const REAL t34 = t33 * t33;
+    const REAL t35 = t30 + t34;
+    const REAL t36 = LESS_EQUAL(t35, (REAL)1e-24);
+    const REAL t37 = SELECT(t36, (REAL)1, t35);
+    const REAL t38 = a_e12inf * a_e20inf;
+    const REAL t39 = a_e13inf * a_e30inf;
+    const REAL t40 = t38 + t39;
+    const REAL t41 = t5 * t40;
+    const REAL t46 = t41 - t45;
+    const REAL t47 = t17 * t46;
     const REAL t52 = a_e23inf * a_e30inf;
     const REAL t53 = a_e12inf * a_e10inf;
     const REAL t54 = t52 - t53;
-    const REAL t55 = t36 * t54;
+    const REAL t55 = t5 * t54;
     const REAL t56 = t55 - t51;
-    const REAL t57 = t18 * t56;
+    const REAL t57 = t20 * t56;
     const REAL t58 = t57 - t47;
-    const REAL t59 = t20 * t58;
-    const REAL t60 = t22 * t46;
+    const REAL t59 = t22 * t58;
+    const REAL t60 = t24 * t46;
     const REAL t65 = a_e13inf * a_e10inf;
     const REAL t66 = a_e23inf * a_e20inf;
     const REAL t67 = t65 + t66;
-    const REAL t68 = t36 * t67;
+    const REAL t68 = t5 * t67;
     const REAL t69 = t64 - t68;
-    const REAL t70 = t18 * t69;
+    const REAL t70 = t20 * t69;
     const REAL t71 = t70 - t60;
-    const REAL t72 = t26 * t71;
+    const REAL t72 = t28 * t71;
     const REAL t73 = t59 + t72;
-    const REAL t74 = t22 * t56;
-    const REAL t75 = t15 * t69;
+    const REAL t74 = t24 * t56;
+    const REAL t75 = t17 * t69;
     const REAL t76 = t75 - t74;
-    const REAL t77 = t31 * t76;
+    const REAL t77 = t33 * t76;
     const REAL t78 = t73 + t77;
-    const REAL t79 = t78 / t35;
-    const REAL t80 = SELECT(t34, (REAL)0, t79);
-    const REAL t81 = t7 * t80;
-    const REAL t82 = t40 + t81;
+    const REAL t79 = t78 / t37;
+    const REAL t80 = SELECT(t36, (REAL)0, t79);
+    const REAL t81 = t8 * t80;
+    const REAL t82 = t41 + t81;
     const REAL t83 = -t82;
-    const REAL t84 = t17 * t80;
+    const REAL t84 = t19 * t80;
     const REAL t85 = t55 + t84;
     const REAL t86 = -t85;
-    const REAL t87 = t24 * t80;
+    const REAL t87 = t26 * t80;
     const REAL t88 = t68 - t87;
     const REAL t89 = t45 - t82;
-    const REAL t90 = t18 * t89;
+    const REAL t90 = t20 * t89;
     const REAL t91 = t51 - t85;
-    const REAL t92 = t15 * t91;
+    const REAL t92 = t17 * t91;
     const REAL t93 = t90 + t92;
     const REAL t94 = t88 - t64;
-    const REAL t95 = t22 * t94;
+    const REAL t95 = t24 * t94;
     const REAL t96 = t93 + t95;
-    const REAL t97 = t18 * t96;
+    const REAL t97 = t20 * t96;
     const REAL t98 = t89 - t97;
     const REAL t99 = t82 + t98;
     const REAL t100 = -t99;
-    const REAL t101 = t15 * t96;
+    const REAL t101 = t17 * t96;
     const REAL t102 = t91 - t101;
     const REAL t103 = t85 + t102;
     const REAL t104 = -t103;
-    const REAL t105 = t22 * t96;
+    const REAL t105 = t24 * t96;
     const REAL t106 = t94 - t105;
     const REAL t107 = t88 - t106;
     out_0[0] = t83;
@@ -20822,7 +20880,7 @@ INLINE void NAME(closest_points_line_circle)(const REAL *line, const REAL *circl
     const REAL t1 = circle_e130 * circle_e130;
     const REAL t2 = t0 + t1;
     const REAL t3 = circle_e230 * circle_e230;
-    const REAL t4 = t3 + t2;
+    const REAL t4 = t2 + t3;
     const REAL t5 = SQRT(t4);
     const REAL t6 = (REAL)1 / t5;
     const REAL t7 = circle_e130 * t6;
@@ -20862,145 +20920,145 @@ INLINE void NAME(closest_points_line_circle)(const REAL *line, const REAL *circl
     const REAL t41 = t39 + t40;
     const REAL t42 = line_e30inf * line_e30inf;
     const REAL t43 = t41 + t42;
-    const REAL t44 = SQRT(t43);
-    const REAL t45 = (REAL)1 / t44;
-    const REAL t46 = line_e10inf * t45;
-    const REAL t47 = t46 * t7;
-    const REAL t48 = line_e20inf * t45;
-    const REAL t49 = t48 * t12;
-    const REAL t50 = t47 + t49;
-    const REAL t51 = t50 * t50;
-    const REAL t52 = t9 * t46;
-    const REAL t53 = line_e30inf * t45;
-    const REAL t54 = t12 * t53;
-    const REAL t55 = t54 - t52;
-    const REAL t56 = t55 * t55;
-    const REAL t57 = t51 + t56;
-    const REAL t58 = t9 * t48;
-    const REAL t59 = t7 * t53;
-    const REAL t60 = t58 + t59;
-    const REAL t61 = t60 * t60;
-    const REAL t62 = t57 + t61;
-    const REAL t63 = LESS_EQUAL(t62, (REAL)1e-24);
-    const REAL t64 = t52 - t54;
-    const REAL t65 = SELECT(t63, t38, t64);
-    const REAL t66 = t65 * t65;
-    const REAL t67 = t21 * t36;
-    const REAL t68 = SELECT(t63, t67, t50);
-    const REAL t69 = t68 * t68;
-    const REAL t70 = t69 + t66;
-    const REAL t71 = t32 * t36;
-    const REAL t72 = -t71;
-    const REAL t73 = -t60;
-    const REAL t74 = SELECT(t63, t72, t73);
-    const REAL t75 = t74 * t74;
-    const REAL t76 = t70 + t75;
-    const REAL t77 = SQRT(t76);
-    const REAL t78 = (REAL)1 / t77;
-    const REAL t79 = t74 * t78;
-    const REAL t80 = t7 * t79;
-    const REAL t81 = t65 * t78;
-    const REAL t82 = t12 * t81;
-    const REAL t83 = t80 + t82;
-    const REAL t84 = t53 * t83;
-    const REAL t85 = t9 * t81;
-    const REAL t86 = t68 * t78;
-    const REAL t87 = t7 * t86;
-    const REAL t88 = t85 + t87;
-    const REAL t89 = t46 * t88;
-    const REAL t90 = t84 - t89;
-    const REAL t91 = t9 * t79;
-    const REAL t92 = t12 * t86;
-    const REAL t93 = t91 - t92;
-    const REAL t94 = t48 * t93;
-    const REAL t95 = t90 + t94;
-    const REAL t96 = t95 * t95;
-    const REAL t97 = circle_e120 * (REAL)2;
-    const REAL t98 = circle_e12inf * t97;
-    const REAL t99 = circle_e123 * circle_e123;
-    const REAL t100 = t99 - t98;
-    const REAL t101 = circle_e130 * (REAL)2;
-    const REAL t102 = circle_e13inf * t101;
-    const REAL t103 = t100 - t102;
-    const REAL t104 = circle_e230 * (REAL)2;
-    const REAL t105 = circle_e23inf * t104;
-    const REAL t106 = t103 - t105;
-    const REAL t107 = circle_e10inf * circle_e10inf;
-    const REAL t108 = t106 - t107;
-    const REAL t109 = circle_e20inf * circle_e20inf;
-    const REAL t110 = t108 - t109;
-    const REAL t111 = circle_e30inf * circle_e30inf;
-    const REAL t112 = t110 - t111;
-    const REAL t113 = -t4;
-    const REAL t114 = t112 / t113;
-    const REAL t115 = SQRT(t114);
-    const REAL t116 = t115 * t96;
-    const REAL t117 = circle_e123 * t104;
-    const REAL t118 = circle_e20inf * t97;
-    const REAL t119 = t117 + t118;
-    const REAL t120 = circle_e30inf * t101;
-    const REAL t121 = t119 + t120;
-    const REAL t122 = t4 * (REAL)2;
-    const REAL t123 = (REAL)1 / t122;
-    const REAL t124 = t123 * t121;
-    const REAL t125 = (REAL)1 / t43;
+    const REAL t44 = (REAL)1 / t43;
+    const REAL t45 = SQRT(t43);
+    const REAL t46 = t45 * t44;
+    const REAL t47 = line_e10inf * t46;
+    const REAL t48 = t7 * t47;
+    const REAL t49 = line_e20inf * t46;
+    const REAL t50 = t12 * t49;
+    const REAL t51 = t48 + t50;
+    const REAL t52 = t51 * t51;
+    const REAL t53 = t9 * t47;
+    const REAL t54 = line_e30inf * t46;
+    const REAL t55 = t12 * t54;
+    const REAL t56 = t55 - t53;
+    const REAL t57 = t56 * t56;
+    const REAL t58 = t52 + t57;
+    const REAL t59 = t9 * t49;
+    const REAL t60 = t7 * t54;
+    const REAL t61 = t59 + t60;
+    const REAL t62 = t61 * t61;
+    const REAL t63 = t58 + t62;
+    const REAL t64 = LESS_EQUAL(t63, (REAL)1e-24);
+    const REAL t65 = t53 - t55;
+    const REAL t66 = SELECT(t64, t38, t65);
+    const REAL t67 = t66 * t66;
+    const REAL t68 = t21 * t36;
+    const REAL t69 = SELECT(t64, t68, t51);
+    const REAL t70 = t69 * t69;
+    const REAL t71 = t67 + t70;
+    const REAL t72 = t32 * t36;
+    const REAL t73 = -t72;
+    const REAL t74 = -t61;
+    const REAL t75 = SELECT(t64, t73, t74);
+    const REAL t76 = t75 * t75;
+    const REAL t77 = t71 + t76;
+    const REAL t78 = SQRT(t77);
+    const REAL t79 = (REAL)1 / t78;
+    const REAL t80 = t75 * t79;
+    const REAL t81 = t7 * t80;
+    const REAL t82 = t66 * t79;
+    const REAL t83 = t12 * t82;
+    const REAL t84 = t81 + t83;
+    const REAL t85 = t54 * t84;
+    const REAL t86 = t9 * t82;
+    const REAL t87 = t69 * t79;
+    const REAL t88 = t7 * t87;
+    const REAL t89 = t86 + t88;
+    const REAL t90 = t47 * t89;
+    const REAL t91 = t85 - t90;
+    const REAL t92 = t9 * t80;
+    const REAL t93 = t12 * t87;
+    const REAL t94 = t92 - t93;
+    const REAL t95 = t49 * t94;
+    const REAL t96 = t91 + t95;
+    const REAL t97 = t96 * t96;
+    const REAL t98 = circle_e120 * (REAL)2;
+    const REAL t99 = circle_e12inf * t98;
+    const REAL t100 = circle_e123 * circle_e123;
+    const REAL t101 = t100 - t99;
+    const REAL t102 = circle_e130 * (REAL)2;
+    const REAL t103 = circle_e13inf * t102;
+    const REAL t104 = t101 - t103;
+    const REAL t105 = circle_e230 * (REAL)2;
+    const REAL t106 = circle_e23inf * t105;
+    const REAL t107 = t104 - t106;
+    const REAL t108 = circle_e10inf * circle_e10inf;
+    const REAL t109 = t107 - t108;
+    const REAL t110 = circle_e20inf * circle_e20inf;
+    const REAL t111 = t109 - t110;
+    const REAL t112 = circle_e30inf * circle_e30inf;
+    const REAL t113 = t111 - t112;
+    const REAL t114 = -t4;
+    const REAL t115 = t113 / t114;
+    const REAL t116 = SQRT(t115);
+    const REAL t117 = t97 * t116;
+    const REAL t118 = circle_e123 * t105;
+    const REAL t119 = circle_e20inf * t98;
+    const REAL t120 = t118 + t119;
+    const REAL t121 = circle_e30inf * t102;
+    const REAL t122 = t120 + t121;
+    const REAL t123 = t4 * (REAL)2;
+    const REAL t124 = (REAL)1 / t123;
+    const REAL t125 = t122 * t124;
     const REAL t126 = line_e12inf * line_e20inf;
     const REAL t127 = line_e13inf * line_e30inf;
     const REAL t128 = t126 + t127;
-    const REAL t129 = t125 * t128;
-    const REAL t130 = t124 + t129;
-    const REAL t131 = t46 * t130;
-    const REAL t132 = circle_e30inf * t104;
-    const REAL t133 = circle_e123 * t101;
+    const REAL t129 = t44 * t128;
+    const REAL t130 = t125 + t129;
+    const REAL t131 = t47 * t130;
+    const REAL t132 = circle_e30inf * t105;
+    const REAL t133 = circle_e123 * t102;
     const REAL t134 = t132 - t133;
-    const REAL t135 = circle_e10inf * t97;
+    const REAL t135 = circle_e10inf * t98;
     const REAL t136 = t134 - t135;
-    const REAL t137 = t123 * t136;
+    const REAL t137 = t124 * t136;
     const REAL t138 = line_e23inf * line_e30inf;
     const REAL t139 = line_e12inf * line_e10inf;
     const REAL t140 = t138 - t139;
-    const REAL t141 = t125 * t140;
+    const REAL t141 = t44 * t140;
     const REAL t142 = t137 + t141;
-    const REAL t143 = t48 * t142;
+    const REAL t143 = t49 * t142;
     const REAL t144 = t131 + t143;
-    const REAL t145 = circle_e123 * t97;
-    const REAL t146 = circle_e10inf * t101;
+    const REAL t145 = circle_e123 * t98;
+    const REAL t146 = circle_e10inf * t102;
     const REAL t147 = t145 - t146;
-    const REAL t148 = circle_e20inf * t104;
+    const REAL t148 = circle_e20inf * t105;
     const REAL t149 = t147 - t148;
-    const REAL t150 = t123 * t149;
+    const REAL t150 = t124 * t149;
     const REAL t151 = line_e13inf * line_e10inf;
     const REAL t152 = line_e23inf * line_e20inf;
     const REAL t153 = t151 + t152;
-    const REAL t154 = t125 * t153;
+    const REAL t154 = t44 * t153;
     const REAL t155 = t150 - t154;
-    const REAL t156 = t53 * t155;
+    const REAL t156 = t54 * t155;
     const REAL t157 = t144 + t156;
-    const REAL t158 = t48 * t157;
+    const REAL t158 = t49 * t157;
     const REAL t159 = t142 - t158;
-    const REAL t160 = t159 * t93;
-    const REAL t161 = t46 * t157;
+    const REAL t160 = t94 * t159;
+    const REAL t161 = t47 * t157;
     const REAL t162 = t130 - t161;
-    const REAL t163 = t88 * t162;
+    const REAL t163 = t89 * t162;
     const REAL t164 = t160 - t163;
-    const REAL t165 = t53 * t157;
+    const REAL t165 = t54 * t157;
     const REAL t166 = t155 - t165;
-    const REAL t167 = t166 * t83;
+    const REAL t167 = t84 * t166;
     const REAL t168 = t164 + t167;
     const REAL t169 = ABS(t168);
-    const REAL t170 = t169 - t116;
+    const REAL t170 = t169 - t117;
     const REAL t171 = (REAL)2 * t170;
-    const REAL t172 = t162 * t79;
-    const REAL t173 = t81 * t159;
+    const REAL t172 = t80 * t162;
+    const REAL t173 = t82 * t159;
     const REAL t174 = t172 + t173;
-    const REAL t175 = t86 * t166;
+    const REAL t175 = t87 * t166;
     const REAL t176 = t174 + t175;
     const REAL t177 = -t176;
     const REAL t178 = ABS(t177);
     const REAL t179 = t178 * (REAL)0.5;
-    const REAL t180 = t179 + t171;
+    const REAL t180 = t171 + t179;
     const REAL t181 = t180 * (REAL)0.25;
-    const REAL t182 = t169 + t116;
+    const REAL t182 = t117 + t169;
     const REAL t183 = (REAL)2 * t182;
     const REAL t184 = t181 + t183;
     const REAL t185 = (REAL)0.5 * t184;
@@ -21279,45 +21337,45 @@ INLINE void NAME(closest_points_line_circle)(const REAL *line, const REAL *circl
     const REAL t458 = (REAL)1 - t457;
     const REAL t459 = LESS(t168, (REAL)0);
     const REAL t460 = SELECT(t459, (REAL)-1, (REAL)1);
-    const REAL t461 = t460 * t458;
+    const REAL t461 = t458 * t460;
     const REAL t462 = (REAL)1 + t457;
     const REAL t463 = (REAL)1 / t462;
-    const REAL t464 = t463 * t461;
-    const REAL t465 = t88 * t464;
+    const REAL t464 = t461 * t463;
+    const REAL t465 = t89 * t464;
     const REAL t466 = LESS(t177, (REAL)0);
     const REAL t467 = SELECT(t466, (REAL)-1, (REAL)1);
     const REAL t468 = t456 * t467;
     const REAL t469 = (REAL)2 * t468;
     const REAL t470 = t463 * t469;
-    const REAL t471 = t79 * t470;
+    const REAL t471 = t80 * t470;
     const REAL t472 = t465 + t471;
-    const REAL t473 = t115 * t472;
-    const REAL t474 = t124 + t473;
+    const REAL t473 = t116 * t472;
+    const REAL t474 = t125 + t473;
     const REAL t475 = t129 + t474;
-    const REAL t476 = t46 * t475;
-    const REAL t477 = t93 * t464;
-    const REAL t478 = t81 * t470;
+    const REAL t476 = t47 * t475;
+    const REAL t477 = t94 * t464;
+    const REAL t478 = t82 * t470;
     const REAL t479 = t478 - t477;
-    const REAL t480 = t115 * t479;
+    const REAL t480 = t116 * t479;
     const REAL t481 = t137 + t480;
     const REAL t482 = t141 + t481;
-    const REAL t483 = t48 * t482;
+    const REAL t483 = t49 * t482;
     const REAL t484 = t476 + t483;
-    const REAL t485 = t83 * t464;
-    const REAL t486 = t86 * t470;
+    const REAL t485 = t84 * t464;
+    const REAL t486 = t87 * t470;
     const REAL t487 = t486 - t485;
-    const REAL t488 = t115 * t487;
+    const REAL t488 = t116 * t487;
     const REAL t489 = t150 + t488;
     const REAL t490 = t489 - t154;
-    const REAL t491 = t53 * t490;
+    const REAL t491 = t54 * t490;
     const REAL t492 = t484 + t491;
-    const REAL t493 = t46 * t492;
+    const REAL t493 = t47 * t492;
     const REAL t494 = t475 - t493;
     const REAL t495 = t474 - t494;
-    const REAL t496 = t48 * t492;
+    const REAL t496 = t49 * t492;
     const REAL t497 = t482 - t496;
     const REAL t498 = t481 - t497;
-    const REAL t499 = t53 * t492;
+    const REAL t499 = t54 * t492;
     const REAL t500 = t490 - t499;
     const REAL t501 = t489 - t500;
     out_0[0] = t495;
@@ -25114,22 +25172,22 @@ INLINE void NAME(meet_circle_dual_sphere_kind)(const REAL *circle, const REAL *s
     const REAL s_e0 = s[3];
     const REAL s_einf = s[4];
     const REAL t0 = circle_e123 * s_e3;
-    const REAL t1 = circle_e120 * s_einf;
+    const REAL t1 = circle_e12inf * s_e0;
     const REAL t2 = t0 - t1;
-    const REAL t3 = circle_e12inf * s_e0;
+    const REAL t3 = circle_e120 * s_einf;
     const REAL t4 = t2 - t3;
     const REAL t5 = t4 * t4;
     const REAL t6 = circle_e123 * s_e2;
-    const REAL t7 = circle_e130 * s_einf;
+    const REAL t7 = circle_e13inf * s_e0;
     const REAL t8 = t6 + t7;
-    const REAL t9 = circle_e13inf * s_e0;
+    const REAL t9 = circle_e130 * s_einf;
     const REAL t10 = t8 + t9;
     const REAL t11 = t10 * t10;
     const REAL t12 = t5 + t11;
     const REAL t13 = circle_e123 * s_e1;
-    const REAL t14 = circle_e230 * s_einf;
+    const REAL t14 = circle_e23inf * s_e0;
     const REAL t15 = t13 - t14;
-    const REAL t16 = circle_e23inf * s_e0;
+    const REAL t16 = circle_e230 * s_einf;
     const REAL t17 = t15 - t16;
     const REAL t18 = t17 * t17;
     const REAL t19 = t12 + t18;
@@ -25160,7 +25218,7 @@ INLINE void NAME(meet_circle_dual_sphere_kind)(const REAL *circle, const REAL *s
     const REAL t44 = t42 + t43;
     const REAL t45 = circle_e30inf * circle_e30inf;
     const REAL t46 = t44 + t45;
-    const REAL t47 = t39 + t46;
+    const REAL t47 = t46 + t39;
     const REAL t48 = s_e1 * s_e1;
     const REAL t49 = s_e2 * s_e2;
     const REAL t50 = t48 + t49;
@@ -25168,8 +25226,8 @@ INLINE void NAME(meet_circle_dual_sphere_kind)(const REAL *circle, const REAL *s
     const REAL t52 = t50 + t51;
     const REAL t53 = s_e0 * s_einf;
     const REAL t54 = ABS(t53);
-    const REAL t55 = t54 * (REAL)2;
-    const REAL t56 = t55 + t52;
+    const REAL t55 = (REAL)2 * t54;
+    const REAL t56 = t52 + t55;
     const REAL t57 = t56 * t47;
     const REAL t58 = s_einf * s_einf;
     const REAL t59 = t31 * t58;
@@ -25206,17 +25264,17 @@ INLINE void NAME(meet_circle_dual_sphere_kind)(const REAL *circle, const REAL *s
     const REAL t90 = t47 * t61;
     const REAL t91 = t31 * t56;
     const REAL t92 = t91 + t90;
-    const REAL t93 = circle_e10inf * s_einf;
-    const REAL t94 = circle_e12inf * s_e2;
-    const REAL t95 = t93 - t94;
-    const REAL t96 = circle_e13inf * s_e3;
-    const REAL t97 = t95 - t96;
+    const REAL t93 = circle_e12inf * s_e2;
+    const REAL t94 = circle_e13inf * s_e3;
+    const REAL t95 = t93 + t94;
+    const REAL t96 = circle_e10inf * s_einf;
+    const REAL t97 = t96 - t95;
     const REAL t98 = t97 * t97;
     const REAL t99 = circle_e12inf * s_e1;
-    const REAL t100 = circle_e20inf * s_einf;
-    const REAL t101 = t99 + t100;
-    const REAL t102 = circle_e23inf * s_e3;
-    const REAL t103 = t101 - t102;
+    const REAL t100 = circle_e23inf * s_e3;
+    const REAL t101 = t99 - t100;
+    const REAL t102 = circle_e20inf * s_einf;
+    const REAL t103 = t101 + t102;
     const REAL t104 = t103 * t103;
     const REAL t105 = t98 + t104;
     const REAL t106 = circle_e13inf * s_e1;
@@ -25232,19 +25290,19 @@ INLINE void NAME(meet_circle_dual_sphere_kind)(const REAL *circle, const REAL *s
     const REAL t116 = t92 * t67;
     const REAL t117 = t116 + t115;
     const REAL t118 = (REAL)1e-24 * t117;
-    const REAL t119 = t118 + t114;
+    const REAL t119 = t114 + t118;
     const REAL t120 = SQRT(t119);
     const REAL t121 = t120 * (REAL)(1.0 / 250000000000.0);
     const REAL t122 = t72 * t97;
-    const REAL t123 = t78 * t103;
-    const REAL t124 = t123 - t122;
-    const REAL t125 = t85 * t110;
-    const REAL t126 = t124 + t125;
-    const REAL t127 = (REAL)2 * t126;
-    const REAL t128 = t25 + t127;
-    const REAL t129 = t128 - t5;
-    const REAL t130 = t129 - t11;
-    const REAL t131 = t130 - t18;
+    const REAL t123 = t19 + t122;
+    const REAL t124 = t78 * t103;
+    const REAL t125 = t124 - t123;
+    const REAL t126 = t85 * t110;
+    const REAL t127 = t125 + t126;
+    const REAL t128 = t127 - t122;
+    const REAL t129 = t124 + t128;
+    const REAL t130 = t126 + t129;
+    const REAL t131 = t25 + t130;
     const REAL t132 = ABS(t131);
     const REAL t133 = LESS_EQUAL(t132, t121);
     const REAL t134 = LESS(t131, (REAL)0);
@@ -25264,7 +25322,7 @@ INLINE void NAME(meet_circle_dual_sphere_kind)(const REAL *circle, const REAL *s
     const REAL t148 = SELECT(t147, (REAL)3, (REAL)2);
     const REAL t149 = LESS_EQUAL(t25, t143);
     const REAL t150 = SELECT(t149, t148, (REAL)1);
-    const REAL t151 = t92 * (REAL)1e-24;
+    const REAL t151 = (REAL)1e-24 * t92;
     const REAL t152 = LESS_EQUAL(t87, t151);
     const REAL t153 = SELECT(t152, t150, t142);
     out[0] = t153;
@@ -25767,9 +25825,10 @@ static INLINE void NAME(point_on_circle_within)(const REAL *circle, REAL angle, 
     out[2] = t104;
 }
 
-INLINE void NAME(point_on_circle)(const REAL *circle, REAL angle, REAL *out)
+FUSED(point_on_circle, (const REAL *circle, REAL angle, REAL *out), (circle, angle, out, NULL))
+void NAME(point_on_circle)(const REAL *circle, REAL angle, REAL *out)
 {
-    NAME(point_on_circle_within)(circle, angle, out, NULL);
+    RUN(point_on_circle, (circle, angle, out), (circle, angle, out, NULL));
 }
 
 static INLINE void NAME(point_on_circle_prepare_circle)(const REAL *circle, REAL *prepared)
@@ -27937,9 +27996,10 @@ static INLINE void NAME(rotor_from_axis_angle_within)(const REAL *axis, REAL ang
     out[3] = t14;
 }
 
-INLINE void NAME(rotor_from_axis_angle)(const REAL *axis, REAL angle, REAL *out)
+FUSED(rotor_from_axis_angle, (const REAL *axis, REAL angle, REAL *out), (axis, angle, out, NULL))
+void NAME(rotor_from_axis_angle)(const REAL *axis, REAL angle, REAL *out)
 {
-    NAME(rotor_from_axis_angle_within)(axis, angle, out, NULL);
+    RUN(rotor_from_axis_angle, (axis, angle, out), (axis, angle, out, NULL));
 }
 
 static INLINE void NAME(rotor_from_axis_angle_prepare_angle)(REAL angle, REAL *prepared, WORD *far)
@@ -28402,9 +28462,10 @@ static INLINE void NAME(motor_from_line_within)(const REAL *line, REAL angle, RE
     out[7] = (REAL)0;
 }
 
-INLINE void NAME(motor_from_line)(const REAL *line, REAL angle, REAL *out)
+FUSED(motor_from_line, (const REAL *line, REAL angle, REAL *out), (line, angle, out, NULL))
+void NAME(motor_from_line)(const REAL *line, REAL angle, REAL *out)
 {
-    NAME(motor_from_line_within)(line, angle, out, NULL);
+    RUN(motor_from_line, (line, angle, out), (line, angle, out, NULL));
 }
 
 static INLINE void NAME(motor_from_line_prepare_angle)(REAL angle, REAL *prepared, WORD *far)
@@ -28563,47 +28624,48 @@ static INLINE void NAME(motor_exponential_within)(const REAL *b, REAL *out, WORD
     const REAL t7 = SQRT(t6);
     const REAL t8 = COS(t7);
     const REAL t9 = SELECT(t5, (REAL)1, t8);
-    const REAL t10 = SIN(t7);
-    const REAL t11 = t10 / t7;
-    const REAL t12 = SELECT(t5, (REAL)1, t11);
-    const REAL t13 = b_e12 * t12;
-    const REAL t14 = b_e13 * t12;
-    const REAL t15 = b_e23 * t12;
-    const REAL t16 = t9 - t12;
-    const REAL t17 = t16 / t6;
-    const REAL t18 = -t17;
-    const REAL t19 = SELECT(t5, (REAL)(1.0 / 3.0), t18);
-    const REAL t20 = b_e12 * b_e3inf;
-    const REAL t21 = b_e23 * b_e1inf;
-    const REAL t22 = t20 + t21;
-    const REAL t23 = b_e13 * b_e2inf;
-    const REAL t24 = t22 - t23;
-    const REAL t25 = t24 * (REAL)2;
-    const REAL t26 = t25 * (REAL)0.5;
-    const REAL t27 = t19 * t26;
+    const REAL t10 = (REAL)1 / t6;
+    const REAL t11 = t7 * t10;
+    const REAL t12 = SIN(t7);
+    const REAL t13 = t12 * t11;
+    const REAL t14 = SELECT(t5, (REAL)1, t13);
+    const REAL t15 = b_e12 * t14;
+    const REAL t16 = b_e13 * t14;
+    const REAL t17 = b_e23 * t14;
+    const REAL t18 = t9 - t14;
+    const REAL t19 = t10 * t18;
+    const REAL t20 = -t19;
+    const REAL t21 = SELECT(t5, (REAL)(1.0 / 3.0), t20);
+    const REAL t22 = b_e12 * b_e3inf;
+    const REAL t23 = b_e23 * b_e1inf;
+    const REAL t24 = t22 + t23;
+    const REAL t25 = b_e13 * b_e2inf;
+    const REAL t26 = t24 - t25;
+    const REAL t27 = t21 * t26;
     const REAL t28 = b_e23 * t27;
-    const REAL t29 = b_e1inf * t12;
+    const REAL t29 = b_e1inf * t14;
     const REAL t30 = t29 - t28;
     const REAL t31 = b_e13 * t27;
-    const REAL t32 = b_e2inf * t12;
-    const REAL t33 = t32 + t31;
+    const REAL t32 = b_e2inf * t14;
+    const REAL t33 = t31 + t32;
     const REAL t34 = b_e12 * t27;
-    const REAL t35 = b_e3inf * t12;
+    const REAL t35 = b_e3inf * t14;
     const REAL t36 = t35 - t34;
-    const REAL t37 = t12 * t26;
+    const REAL t37 = t14 * t26;
     out[0] = t9;
-    out[1] = t13;
-    out[2] = t14;
-    out[3] = t15;
+    out[1] = t15;
+    out[2] = t16;
+    out[3] = t17;
     out[4] = t30;
     out[5] = t33;
     out[6] = t36;
     out[7] = t37;
 }
 
-INLINE void NAME(motor_exponential)(const REAL *b, REAL *out)
+FUSED(motor_exponential, (const REAL *b, REAL *out), (b, out, NULL))
+void NAME(motor_exponential)(const REAL *b, REAL *out)
 {
-    NAME(motor_exponential_within)(b, out, NULL);
+    RUN(motor_exponential, (b, out), (b, out, NULL));
 }
 
 static INLINE void NAME(motor_exponential_block)(intptr_t n, char **args, const intptr_t *strides)
@@ -28642,7 +28704,7 @@ void NAME(motor_exponential_loop)(char **args, const intptr_t *dimensions, const
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(motor_logarithm)(const REAL *m, REAL *out)
+static INLINE void NAME(motor_logarithm_within)(const REAL *m, REAL *out)
 {
     const REAL m_1 = m[0];
     const REAL m_e12 = m[1];
@@ -28656,38 +28718,46 @@ INLINE void NAME(motor_logarithm)(const REAL *m, REAL *out)
     const REAL t1 = (REAL)1 - t0;
     const REAL t2 = LESS(t1, (REAL)1e-18);
     const REAL t3 = SELECT(t2, (REAL)1, t1);
-    const REAL t4 = SQRT(t3);
-    const REAL t5 = ABS(m_1);
-    const REAL t6 = ATAN2(t4, t5);
-    const REAL t7 = t6 / t4;
-    const REAL t8 = SELECT(t2, (REAL)1, t7);
-    const REAL t9 = -t8;
-    const REAL t10 = LESS(m_1, (REAL)0);
-    const REAL t11 = SELECT(t10, t9, t8);
-    const REAL t12 = m_e12 * t11;
-    const REAL t13 = m_e13 * t11;
-    const REAL t14 = m_e23 * t11;
-    const REAL t15 = m_e1inf * t11;
-    const REAL t16 = t5 * t8;
-    const REAL t17 = (REAL)1 - t16;
-    const REAL t18 = t17 / t3;
-    const REAL t19 = -t18;
-    const REAL t20 = SELECT(t2, (REAL)(-1.0 / 3.0), t19);
-    const REAL t21 = m_e123inf * t20;
-    const REAL t22 = m_e23 * t21;
-    const REAL t23 = t15 - t22;
-    const REAL t24 = m_e2inf * t11;
-    const REAL t25 = m_e13 * t21;
-    const REAL t26 = t24 + t25;
-    const REAL t27 = m_e3inf * t11;
-    const REAL t28 = m_e12 * t21;
-    const REAL t29 = t27 - t28;
-    out[0] = t12;
-    out[1] = t13;
-    out[2] = t14;
-    out[3] = t23;
-    out[4] = t26;
-    out[5] = t29;
+    const REAL t4 = (REAL)1 / t3;
+    const REAL t5 = SQRT(t3);
+    const REAL t6 = t5 * t4;
+    const REAL t7 = ABS(m_1);
+    const REAL t8 = ATAN2(t5, t7);
+    const REAL t9 = t8 * t6;
+    const REAL t10 = SELECT(t2, (REAL)1, t9);
+    const REAL t11 = -t10;
+    const REAL t12 = LESS(m_1, (REAL)0);
+    const REAL t13 = SELECT(t12, t11, t10);
+    const REAL t14 = m_e12 * t13;
+    const REAL t15 = m_e13 * t13;
+    const REAL t16 = m_e23 * t13;
+    const REAL t17 = m_e1inf * t13;
+    const REAL t18 = t7 * t10;
+    const REAL t19 = (REAL)1 - t18;
+    const REAL t20 = t4 * t19;
+    const REAL t21 = -t20;
+    const REAL t22 = SELECT(t2, (REAL)(-1.0 / 3.0), t21);
+    const REAL t23 = m_e123inf * t22;
+    const REAL t24 = m_e23 * t23;
+    const REAL t25 = t17 - t24;
+    const REAL t26 = m_e2inf * t13;
+    const REAL t27 = m_e13 * t23;
+    const REAL t28 = t26 + t27;
+    const REAL t29 = m_e3inf * t13;
+    const REAL t30 = m_e12 * t23;
+    const REAL t31 = t29 - t30;
+    out[0] = t14;
+    out[1] = t15;
+    out[2] = t16;
+    out[3] = t25;
+    out[4] = t28;
+    out[5] = t31;
+}
+
+FUSED(motor_logarithm, (const REAL *m, REAL *out), (m, out))
+void NAME(motor_logarithm)(const REAL *m, REAL *out)
+{
+    RUN(motor_logarithm, (m, out), (m, out));
 }
 
 static INLINE void NAME(motor_logarithm_block)(intptr_t n, char **args, const intptr_t *strides)
@@ -28701,7 +28771,7 @@ static INLINE void NAME(motor_logarithm_block)(intptr_t n, char **args, const in
         REAL x0[8];
         REAL x1[6];
         NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(motor_logarithm)(x0, x1);
+        NAME(motor_logarithm_within)(x0, x1);
         NAME(store_6)(a1 + i * w, c1a, x1);
     }
 }
@@ -28725,49 +28795,48 @@ INLINE void NAME(motor_square_root)(const REAL *m, REAL *out)
     const REAL m_e2inf = m[5];
     const REAL m_e3inf = m[6];
     const REAL m_e123inf = m[7];
-    const REAL t0 = LESS(m_1, (REAL)0);
-    const REAL t1 = SELECT(t0, (REAL)-1, (REAL)1);
-    const REAL t2 = m_1 * t1;
-    const REAL t3 = (REAL)1 + t2;
-    const REAL t4 = ABS(m_1);
-    const REAL t5 = (REAL)1 + t4;
-    const REAL t6 = t5 * (REAL)2;
-    const REAL t7 = SQRT(t6);
-    const REAL t8 = (REAL)1 / t7;
-    const REAL t9 = t8 * t3;
-    const REAL t10 = m_e12 * t1;
-    const REAL t11 = t8 * t10;
-    const REAL t12 = m_e13 * t1;
-    const REAL t13 = t8 * t12;
-    const REAL t14 = m_e23 * t1;
-    const REAL t15 = t8 * t14;
-    const REAL t16 = m_e123inf * t1;
-    const REAL t17 = (REAL)2 * t16;
-    const REAL t18 = t17 * (REAL)0.5;
-    const REAL t19 = t18 / t6;
-    const REAL t20 = t14 * t19;
-    const REAL t21 = m_e1inf * t1;
-    const REAL t22 = t20 + t21;
-    const REAL t23 = t8 * t22;
-    const REAL t24 = t12 * t19;
-    const REAL t25 = m_e2inf * t1;
-    const REAL t26 = t25 - t24;
-    const REAL t27 = t8 * t26;
-    const REAL t28 = t10 * t19;
-    const REAL t29 = m_e3inf * t1;
-    const REAL t30 = t28 + t29;
-    const REAL t31 = t8 * t30;
-    const REAL t32 = t3 * t19;
-    const REAL t33 = t16 - t32;
-    const REAL t34 = t8 * t33;
-    out[0] = t9;
-    out[1] = t11;
-    out[2] = t13;
-    out[3] = t15;
-    out[4] = t23;
-    out[5] = t27;
-    out[6] = t31;
-    out[7] = t34;
+    const REAL t0 = ABS(m_1);
+    const REAL t1 = (REAL)1 + t0;
+    const REAL t2 = t1 * (REAL)2;
+    const REAL t3 = (REAL)1 / t2;
+    const REAL t4 = SQRT(t2);
+    const REAL t5 = t4 * t3;
+    const REAL t6 = LESS(m_1, (REAL)0);
+    const REAL t7 = SELECT(t6, (REAL)-1, (REAL)1);
+    const REAL t8 = m_1 * t7;
+    const REAL t9 = (REAL)1 + t8;
+    const REAL t10 = t9 * t5;
+    const REAL t11 = m_e12 * t7;
+    const REAL t12 = t5 * t11;
+    const REAL t13 = m_e13 * t7;
+    const REAL t14 = t5 * t13;
+    const REAL t15 = m_e23 * t7;
+    const REAL t16 = t5 * t15;
+    const REAL t17 = m_e123inf * t7;
+    const REAL t18 = t3 * t17;
+    const REAL t19 = t15 * t18;
+    const REAL t20 = m_e1inf * t7;
+    const REAL t21 = t19 + t20;
+    const REAL t22 = t5 * t21;
+    const REAL t23 = t13 * t18;
+    const REAL t24 = m_e2inf * t7;
+    const REAL t25 = t24 - t23;
+    const REAL t26 = t5 * t25;
+    const REAL t27 = t11 * t18;
+    const REAL t28 = m_e3inf * t7;
+    const REAL t29 = t27 + t28;
+    const REAL t30 = t5 * t29;
+    const REAL t31 = t9 * t18;
+    const REAL t32 = t17 - t31;
+    const REAL t33 = t5 * t32;
+    out[0] = t10;
+    out[1] = t12;
+    out[2] = t14;
+    out[3] = t16;
+    out[4] = t22;
+    out[5] = t26;
+    out[6] = t30;
+    out[7] = t33;
 }
 
 static INLINE void NAME(motor_square_root_block)(intptr_t n, char **args, const intptr_t *strides)
@@ -28832,89 +28901,92 @@ static INLINE void NAME(motor_power_within)(const REAL *m, REAL t, REAL *out, WO
     const REAL t1 = (REAL)1 - t0;
     const REAL t2 = LESS(t1, (REAL)1e-18);
     const REAL t3 = SELECT(t2, (REAL)1, t1);
-    const REAL t4 = SQRT(t3);
-    const REAL t5 = ABS(m_1);
-    const REAL t6 = ATAN2(t4, t5);
-    const REAL t7 = t6 / t4;
-    const REAL t8 = SELECT(t2, (REAL)1, t7);
-    const REAL t9 = -t8;
-    const REAL t10 = LESS(m_1, (REAL)0);
-    const REAL t11 = SELECT(t10, t9, t8);
-    const REAL t12 = m_e12 * t11;
-    const REAL t13 = t * t12;
-    const REAL t14 = t13 * t13;
-    const REAL t15 = m_e13 * t11;
-    const REAL t16 = t * t15;
-    const REAL t17 = t16 * t16;
-    const REAL t18 = t14 + t17;
-    const REAL t19 = m_e23 * t11;
-    const REAL t20 = t * t19;
-    const REAL t21 = t20 * t20;
-    const REAL t22 = t18 + t21;
-    const REAL t23 = LESS(t22, (REAL)1e-18);
-    const REAL t24 = SELECT(t23, (REAL)1, t22);
-    const REAL t25 = SQRT(t24);
-    const REAL t26 = COS(t25);
-    const REAL t27 = SELECT(t23, (REAL)1, t26);
-    const REAL t28 = SIN(t25);
-    const REAL t29 = t28 / t25;
-    const REAL t30 = SELECT(t23, (REAL)1, t29);
-    const REAL t31 = t13 * t30;
-    const REAL t32 = t16 * t30;
-    const REAL t33 = t20 * t30;
-    const REAL t34 = t27 - t30;
-    const REAL t35 = t34 / t24;
-    const REAL t36 = -t35;
-    const REAL t37 = SELECT(t23, (REAL)(1.0 / 3.0), t36);
-    const REAL t38 = m_e3inf * t11;
-    const REAL t39 = t5 * t8;
-    const REAL t40 = (REAL)1 - t39;
-    const REAL t41 = t40 / t3;
-    const REAL t42 = -t41;
-    const REAL t43 = SELECT(t2, (REAL)(-1.0 / 3.0), t42);
-    const REAL t44 = m_e123inf * t43;
-    const REAL t45 = m_e12 * t44;
-    const REAL t46 = t38 - t45;
-    const REAL t47 = t * t46;
-    const REAL t48 = t13 * t47;
-    const REAL t49 = m_e1inf * t11;
-    const REAL t50 = m_e23 * t44;
-    const REAL t51 = t49 - t50;
-    const REAL t52 = t * t51;
-    const REAL t53 = t20 * t52;
-    const REAL t54 = t48 + t53;
-    const REAL t55 = m_e2inf * t11;
-    const REAL t56 = m_e13 * t44;
-    const REAL t57 = t55 + t56;
-    const REAL t58 = t * t57;
-    const REAL t59 = t16 * t58;
-    const REAL t60 = t54 - t59;
-    const REAL t61 = t60 * (REAL)2;
-    const REAL t62 = t61 * (REAL)0.5;
-    const REAL t63 = t37 * t62;
-    const REAL t64 = t20 * t63;
-    const REAL t65 = t30 * t52;
-    const REAL t66 = t65 - t64;
-    const REAL t67 = t16 * t63;
-    const REAL t68 = t30 * t58;
-    const REAL t69 = t68 + t67;
-    const REAL t70 = t13 * t63;
-    const REAL t71 = t30 * t47;
-    const REAL t72 = t71 - t70;
-    const REAL t73 = t30 * t62;
-    out[0] = t27;
-    out[1] = t31;
-    out[2] = t32;
-    out[3] = t33;
-    out[4] = t66;
-    out[5] = t69;
-    out[6] = t72;
-    out[7] = t73;
+    const REAL t4 = (REAL)1 / t3;
+    const REAL t5 = SQRT(t3);
+    const REAL t6 = t5 * t4;
+    const REAL t7 = ABS(m_1);
+    const REAL t8 = ATAN2(t5, t7);
+    const REAL t9 = t8 * t6;
+    const REAL t10 = SELECT(t2, (REAL)1, t9);
+    const REAL t11 = -t10;
+    const REAL t12 = LESS(m_1, (REAL)0);
+    const REAL t13 = SELECT(t12, t11, t10);
+    const REAL t14 = m_e12 * t13;
+    const REAL t15 = t * t14;
+    const REAL t16 = t15 * t15;
+    const REAL t17 = m_e13 * t13;
+    const REAL t18 = t * t17;
+    const REAL t19 = t18 * t18;
+    const REAL t20 = t16 + t19;
+    const REAL t21 = m_e23 * t13;
+    const REAL t22 = t * t21;
+    const REAL t23 = t22 * t22;
+    const REAL t24 = t20 + t23;
+    const REAL t25 = LESS(t24, (REAL)1e-18);
+    const REAL t26 = SELECT(t25, (REAL)1, t24);
+    const REAL t27 = SQRT(t26);
+    const REAL t28 = COS(t27);
+    const REAL t29 = SELECT(t25, (REAL)1, t28);
+    const REAL t30 = (REAL)1 / t26;
+    const REAL t31 = t27 * t30;
+    const REAL t32 = SIN(t27);
+    const REAL t33 = t32 * t31;
+    const REAL t34 = SELECT(t25, (REAL)1, t33);
+    const REAL t35 = t15 * t34;
+    const REAL t36 = t18 * t34;
+    const REAL t37 = t22 * t34;
+    const REAL t38 = t29 - t34;
+    const REAL t39 = t30 * t38;
+    const REAL t40 = -t39;
+    const REAL t41 = SELECT(t25, (REAL)(1.0 / 3.0), t40);
+    const REAL t42 = m_e3inf * t13;
+    const REAL t43 = t7 * t10;
+    const REAL t44 = (REAL)1 - t43;
+    const REAL t45 = t4 * t44;
+    const REAL t46 = -t45;
+    const REAL t47 = SELECT(t2, (REAL)(-1.0 / 3.0), t46);
+    const REAL t48 = m_e123inf * t47;
+    const REAL t49 = m_e12 * t48;
+    const REAL t50 = t42 - t49;
+    const REAL t51 = t * t50;
+    const REAL t52 = t15 * t51;
+    const REAL t53 = m_e1inf * t13;
+    const REAL t54 = m_e23 * t48;
+    const REAL t55 = t53 - t54;
+    const REAL t56 = t * t55;
+    const REAL t57 = t22 * t56;
+    const REAL t58 = t52 + t57;
+    const REAL t59 = m_e2inf * t13;
+    const REAL t60 = m_e13 * t48;
+    const REAL t61 = t59 + t60;
+    const REAL t62 = t * t61;
+    const REAL t63 = t18 * t62;
+    const REAL t64 = t58 - t63;
+    const REAL t65 = t41 * t64;
+    const REAL t66 = t22 * t65;
+    const REAL t67 = t34 * t56;
+    const REAL t68 = t67 - t66;
+    const REAL t69 = t18 * t65;
+    const REAL t70 = t34 * t62;
+    const REAL t71 = t69 + t70;
+    const REAL t72 = t15 * t65;
+    const REAL t73 = t34 * t51;
+    const REAL t74 = t73 - t72;
+    const REAL t75 = t34 * t64;
+    out[0] = t29;
+    out[1] = t35;
+    out[2] = t36;
+    out[3] = t37;
+    out[4] = t68;
+    out[5] = t71;
+    out[6] = t74;
+    out[7] = t75;
 }
 
-INLINE void NAME(motor_power)(const REAL *m, REAL t, REAL *out)
+FUSED(motor_power, (const REAL *m, REAL t, REAL *out), (m, t, out, NULL))
+void NAME(motor_power)(const REAL *m, REAL t, REAL *out)
 {
-    NAME(motor_power_within)(m, t, out, NULL);
+    RUN(motor_power, (m, t, out), (m, t, out, NULL));
 }
 
 static INLINE void NAME(motor_power_prepare_m)(const REAL *m, REAL *prepared)
@@ -28931,100 +29003,102 @@ static INLINE void NAME(motor_power_prepare_m)(const REAL *m, REAL *prepared)
     const REAL t1 = (REAL)1 - t0;
     const REAL t2 = LESS(t1, (REAL)1e-18);
     const REAL t3 = SELECT(t2, (REAL)1, t1);
-    const REAL t4 = SQRT(t3);
-    const REAL t5 = ABS(m_1);
-    const REAL t6 = ATAN2(t4, t5);
-    const REAL t7 = t6 / t4;
-    const REAL t8 = SELECT(t2, (REAL)1, t7);
-    const REAL t9 = -t8;
-    const REAL t10 = LESS(m_1, (REAL)0);
-    const REAL t11 = SELECT(t10, t9, t8);
-    const REAL t12 = m_e12 * t11;
-    const REAL t15 = m_e13 * t11;
-    const REAL t19 = m_e23 * t11;
-    const REAL t38 = m_e3inf * t11;
-    const REAL t39 = t5 * t8;
-    const REAL t40 = (REAL)1 - t39;
-    const REAL t41 = t40 / t3;
-    const REAL t42 = -t41;
-    const REAL t43 = SELECT(t2, (REAL)(-1.0 / 3.0), t42);
-    const REAL t44 = m_e123inf * t43;
-    const REAL t45 = m_e12 * t44;
-    const REAL t46 = t38 - t45;
-    const REAL t49 = m_e1inf * t11;
-    const REAL t50 = m_e23 * t44;
-    const REAL t51 = t49 - t50;
-    const REAL t55 = m_e2inf * t11;
-    const REAL t56 = m_e13 * t44;
-    const REAL t57 = t55 + t56;
-    prepared[0] = t12;
-    prepared[1] = t15;
-    prepared[2] = t19;
-    prepared[3] = t46;
-    prepared[4] = t51;
-    prepared[5] = t57;
+    const REAL t4 = (REAL)1 / t3;
+    const REAL t5 = SQRT(t3);
+    const REAL t6 = t5 * t4;
+    const REAL t7 = ABS(m_1);
+    const REAL t8 = ATAN2(t5, t7);
+    const REAL t9 = t8 * t6;
+    const REAL t10 = SELECT(t2, (REAL)1, t9);
+    const REAL t11 = -t10;
+    const REAL t12 = LESS(m_1, (REAL)0);
+    const REAL t13 = SELECT(t12, t11, t10);
+    const REAL t14 = m_e12 * t13;
+    const REAL t17 = m_e13 * t13;
+    const REAL t21 = m_e23 * t13;
+    const REAL t42 = m_e3inf * t13;
+    const REAL t43 = t7 * t10;
+    const REAL t44 = (REAL)1 - t43;
+    const REAL t45 = t4 * t44;
+    const REAL t46 = -t45;
+    const REAL t47 = SELECT(t2, (REAL)(-1.0 / 3.0), t46);
+    const REAL t48 = m_e123inf * t47;
+    const REAL t49 = m_e12 * t48;
+    const REAL t50 = t42 - t49;
+    const REAL t53 = m_e1inf * t13;
+    const REAL t54 = m_e23 * t48;
+    const REAL t55 = t53 - t54;
+    const REAL t59 = m_e2inf * t13;
+    const REAL t60 = m_e13 * t48;
+    const REAL t61 = t59 + t60;
+    prepared[0] = t14;
+    prepared[1] = t17;
+    prepared[2] = t21;
+    prepared[3] = t50;
+    prepared[4] = t55;
+    prepared[5] = t61;
 }
 
 static INLINE void NAME(motor_power_apply_m)(const REAL *prepared, REAL t, REAL *out, WORD *far)
 {
-    const REAL t12 = prepared[0];
-    const REAL t15 = prepared[1];
-    const REAL t19 = prepared[2];
-    const REAL t46 = prepared[3];
-    const REAL t51 = prepared[4];
-    const REAL t57 = prepared[5];
-    const REAL t13 = t * t12;
-    const REAL t14 = t13 * t13;
-    const REAL t16 = t * t15;
-    const REAL t17 = t16 * t16;
-    const REAL t18 = t14 + t17;
-    const REAL t20 = t * t19;
-    const REAL t21 = t20 * t20;
-    const REAL t22 = t18 + t21;
-    const REAL t23 = LESS(t22, (REAL)1e-18);
-    const REAL t24 = SELECT(t23, (REAL)1, t22);
-    const REAL t25 = SQRT(t24);
-    const REAL t26 = COS(t25);
-    const REAL t27 = SELECT(t23, (REAL)1, t26);
-    const REAL t28 = SIN(t25);
-    const REAL t29 = t28 / t25;
-    const REAL t30 = SELECT(t23, (REAL)1, t29);
-    const REAL t31 = t13 * t30;
-    const REAL t32 = t16 * t30;
-    const REAL t33 = t20 * t30;
-    const REAL t34 = t27 - t30;
-    const REAL t35 = t34 / t24;
-    const REAL t36 = -t35;
-    const REAL t37 = SELECT(t23, (REAL)(1.0 / 3.0), t36);
-    const REAL t47 = t * t46;
-    const REAL t48 = t13 * t47;
-    const REAL t52 = t * t51;
-    const REAL t53 = t20 * t52;
-    const REAL t54 = t48 + t53;
-    const REAL t58 = t * t57;
-    const REAL t59 = t16 * t58;
-    const REAL t60 = t54 - t59;
-    const REAL t61 = t60 * (REAL)2;
-    const REAL t62 = t61 * (REAL)0.5;
-    const REAL t63 = t37 * t62;
-    const REAL t64 = t20 * t63;
-    const REAL t65 = t30 * t52;
-    const REAL t66 = t65 - t64;
-    const REAL t67 = t16 * t63;
-    const REAL t68 = t30 * t58;
-    const REAL t69 = t68 + t67;
-    const REAL t70 = t13 * t63;
-    const REAL t71 = t30 * t47;
-    const REAL t72 = t71 - t70;
-    const REAL t73 = t30 * t62;
-    out[0] = t27;
-    out[1] = t31;
-    out[2] = t32;
-    out[3] = t33;
-    out[4] = t66;
-    out[5] = t69;
-    out[6] = t72;
-    out[7] = t73;
+    const REAL t14 = prepared[0];
+    const REAL t17 = prepared[1];
+    const REAL t21 = prepared[2];
+    const REAL t50 = prepared[3];
+    const REAL t55 = prepared[4];
+    const REAL t61 = prepared[5];
+    const REAL t15 = t * t14;
+    const REAL t16 = t15 * t15;
+    const REAL t18 = t * t17;
+    const REAL t19 = t18 * t18;
+    const REAL t20 = t16 + t19;
+    const REAL t22 = t * t21;
+    const REAL t23 = t22 * t22;
+    const REAL t24 = t20 + t23;
+    const REAL t25 = LESS(t24, (REAL)1e-18);
+    const REAL t26 = SELECT(t25, (REAL)1, t24);
+    const REAL t27 = SQRT(t26);
+    const REAL t28 = COS(t27);
+    const REAL t29 = SELECT(t25, (REAL)1, t28);
+    const REAL t30 = (REAL)1 / t26;
+    const REAL t31 = t27 * t30;
+    const REAL t32 = SIN(t27);
+    const REAL t33 = t32 * t31;
+    const REAL t34 = SELECT(t25, (REAL)1, t33);
+    const REAL t35 = t15 * t34;
+    const REAL t36 = t18 * t34;
+    const REAL t37 = t22 * t34;
+    const REAL t38 = t29 - t34;
+    const REAL t39 = t30 * t38;
+    const REAL t40 = -t39;
+    const REAL t41 = SELECT(t25, (REAL)(1.0 / 3.0), t40);
+    const REAL t51 = t * t50;
+    const REAL t52 = t15 * t51;
+    const REAL t56 = t * t55;
+    const REAL t57 = t22 * t56;
+    const REAL t58 = t52 + t57;
+    const REAL t62 = t * t61;
+    const REAL t63 = t18 * t62;
+    const REAL t64 = t58 - t63;
+    const REAL t65 = t41 * t64;
+    const REAL t66 = t22 * t65;
+    const REAL t67 = t34 * t56;
+    const REAL t68 = t67 - t66;
+    const REAL t69 = t18 * t65;
+    const REAL t70 = t34 * t62;
+    const REAL t71 = t69 + t70;
+    const REAL t72 = t15 * t65;
+    const REAL t73 = t34 * t51;
+    const REAL t74 = t73 - t72;
+    const REAL t75 = t34 * t64;
+    out[0] = t29;
+    out[1] = t35;
+    out[2] = t36;
+    out[3] = t37;
+    out[4] = t68;
+    out[5] = t71;
+    out[6] = t74;
+    out[7] = t75;
 }
 
 static INLINE void NAME(motor_power_block_m)(intptr_t n, char **args, const intptr_t *strides)
@@ -29135,258 +29209,261 @@ static INLINE void NAME(interpolate_motors_within)(const REAL *a, const REAL *b,
     const REAL t8 = (REAL)1 - t7;
     const REAL t9 = LESS(t8, (REAL)1e-18);
     const REAL t10 = SELECT(t9, (REAL)1, t8);
-    const REAL t11 = SQRT(t10);
-    const REAL t12 = ABS(t6);
-    const REAL t13 = ATAN2(t11, t12);
-    const REAL t14 = t13 / t11;
-    const REAL t15 = SELECT(t9, (REAL)1, t14);
-    const REAL t16 = -t15;
-    const REAL t17 = LESS(t6, (REAL)0);
-    const REAL t18 = SELECT(t17, t16, t15);
-    const REAL t19 = a_1 * b_e12;
-    const REAL t20 = a_e13 * b_e23;
-    const REAL t21 = t19 + t20;
-    const REAL t22 = a_e12 * b_1;
-    const REAL t23 = t21 - t22;
-    const REAL t24 = a_e23 * b_e13;
+    const REAL t11 = (REAL)1 / t10;
+    const REAL t12 = SQRT(t10);
+    const REAL t13 = t12 * t11;
+    const REAL t14 = ABS(t6);
+    const REAL t15 = ATAN2(t12, t14);
+    const REAL t16 = t15 * t13;
+    const REAL t17 = SELECT(t9, (REAL)1, t16);
+    const REAL t18 = -t17;
+    const REAL t19 = LESS(t6, (REAL)0);
+    const REAL t20 = SELECT(t19, t18, t17);
+    const REAL t21 = a_1 * b_e12;
+    const REAL t22 = a_e13 * b_e23;
+    const REAL t23 = t21 + t22;
+    const REAL t24 = a_e12 * b_1;
     const REAL t25 = t23 - t24;
-    const REAL t26 = t18 * t25;
-    const REAL t27 = t * t26;
-    const REAL t28 = t27 * t27;
-    const REAL t29 = a_1 * b_e13;
-    const REAL t30 = a_e23 * b_e12;
-    const REAL t31 = t29 + t30;
-    const REAL t32 = a_e12 * b_e23;
-    const REAL t33 = t31 - t32;
-    const REAL t34 = a_e13 * b_1;
+    const REAL t26 = a_e23 * b_e13;
+    const REAL t27 = t25 - t26;
+    const REAL t28 = t20 * t27;
+    const REAL t29 = t * t28;
+    const REAL t30 = t29 * t29;
+    const REAL t31 = a_1 * b_e13;
+    const REAL t32 = a_e23 * b_e12;
+    const REAL t33 = t31 + t32;
+    const REAL t34 = a_e12 * b_e23;
     const REAL t35 = t33 - t34;
-    const REAL t36 = t18 * t35;
-    const REAL t37 = t * t36;
-    const REAL t38 = t37 * t37;
-    const REAL t39 = t28 + t38;
-    const REAL t40 = a_1 * b_e23;
-    const REAL t41 = a_e12 * b_e13;
-    const REAL t42 = t40 + t41;
-    const REAL t43 = a_e13 * b_e12;
-    const REAL t44 = t42 - t43;
-    const REAL t45 = a_e23 * b_1;
+    const REAL t36 = a_e13 * b_1;
+    const REAL t37 = t35 - t36;
+    const REAL t38 = t20 * t37;
+    const REAL t39 = t * t38;
+    const REAL t40 = t39 * t39;
+    const REAL t41 = t30 + t40;
+    const REAL t42 = a_1 * b_e23;
+    const REAL t43 = a_e12 * b_e13;
+    const REAL t44 = t42 + t43;
+    const REAL t45 = a_e13 * b_e12;
     const REAL t46 = t44 - t45;
-    const REAL t47 = t18 * t46;
-    const REAL t48 = t * t47;
-    const REAL t49 = t48 * t48;
-    const REAL t50 = t39 + t49;
-    const REAL t51 = LESS(t50, (REAL)1e-18);
-    const REAL t52 = SELECT(t51, (REAL)1, t50);
-    const REAL t53 = SQRT(t52);
-    const REAL t54 = SIN(t53);
-    const REAL t55 = t54 / t53;
-    const REAL t56 = SELECT(t51, (REAL)1, t55);
-    const REAL t57 = t27 * t56;
-    const REAL t58 = a_e12 * t57;
-    const REAL t59 = COS(t53);
-    const REAL t60 = SELECT(t51, (REAL)1, t59);
-    const REAL t61 = a_1 * t60;
-    const REAL t62 = t61 - t58;
-    const REAL t63 = t37 * t56;
-    const REAL t64 = a_e13 * t63;
-    const REAL t65 = t62 - t64;
-    const REAL t66 = t48 * t56;
-    const REAL t67 = a_e23 * t66;
-    const REAL t68 = t65 - t67;
-    const REAL t69 = a_1 * t57;
-    const REAL t70 = a_e12 * t60;
-    const REAL t71 = t70 + t69;
-    const REAL t72 = a_e23 * t63;
-    const REAL t73 = t71 + t72;
-    const REAL t74 = a_e13 * t66;
-    const REAL t75 = t73 - t74;
-    const REAL t76 = a_1 * t63;
-    const REAL t77 = a_e13 * t60;
-    const REAL t78 = t77 + t76;
-    const REAL t79 = a_e12 * t66;
-    const REAL t80 = t78 + t79;
-    const REAL t81 = a_e23 * t57;
-    const REAL t82 = t80 - t81;
-    const REAL t83 = a_1 * t66;
-    const REAL t84 = a_e23 * t60;
-    const REAL t85 = t84 + t83;
-    const REAL t86 = a_e13 * t57;
-    const REAL t87 = t85 + t86;
-    const REAL t88 = a_e12 * t63;
-    const REAL t89 = t87 - t88;
-    const REAL t90 = t60 - t56;
-    const REAL t91 = t90 / t52;
-    const REAL t92 = -t91;
-    const REAL t93 = SELECT(t51, (REAL)(1.0 / 3.0), t92);
-    const REAL t94 = a_1 * b_e3inf;
-    const REAL t95 = a_e12 * b_e123inf;
-    const REAL t96 = t94 + t95;
-    const REAL t97 = a_e13 * b_e1inf;
-    const REAL t98 = t96 + t97;
-    const REAL t99 = a_e23 * b_e2inf;
+    const REAL t47 = a_e23 * b_1;
+    const REAL t48 = t46 - t47;
+    const REAL t49 = t20 * t48;
+    const REAL t50 = t * t49;
+    const REAL t51 = t50 * t50;
+    const REAL t52 = t41 + t51;
+    const REAL t53 = LESS(t52, (REAL)1e-18);
+    const REAL t54 = SELECT(t53, (REAL)1, t52);
+    const REAL t55 = (REAL)1 / t54;
+    const REAL t56 = SQRT(t54);
+    const REAL t57 = t56 * t55;
+    const REAL t58 = SIN(t56);
+    const REAL t59 = t58 * t57;
+    const REAL t60 = SELECT(t53, (REAL)1, t59);
+    const REAL t61 = t29 * t60;
+    const REAL t62 = a_e12 * t61;
+    const REAL t63 = COS(t56);
+    const REAL t64 = SELECT(t53, (REAL)1, t63);
+    const REAL t65 = a_1 * t64;
+    const REAL t66 = t65 - t62;
+    const REAL t67 = t39 * t60;
+    const REAL t68 = a_e13 * t67;
+    const REAL t69 = t66 - t68;
+    const REAL t70 = t50 * t60;
+    const REAL t71 = a_e23 * t70;
+    const REAL t72 = t69 - t71;
+    const REAL t73 = a_1 * t61;
+    const REAL t74 = a_e12 * t64;
+    const REAL t75 = t73 + t74;
+    const REAL t76 = a_e23 * t67;
+    const REAL t77 = t75 + t76;
+    const REAL t78 = a_e13 * t70;
+    const REAL t79 = t77 - t78;
+    const REAL t80 = a_1 * t67;
+    const REAL t81 = a_e13 * t64;
+    const REAL t82 = t80 + t81;
+    const REAL t83 = a_e12 * t70;
+    const REAL t84 = t82 + t83;
+    const REAL t85 = a_e23 * t61;
+    const REAL t86 = t84 - t85;
+    const REAL t87 = a_1 * t70;
+    const REAL t88 = a_e23 * t64;
+    const REAL t89 = t87 + t88;
+    const REAL t90 = a_e13 * t61;
+    const REAL t91 = t89 + t90;
+    const REAL t92 = a_e12 * t67;
+    const REAL t93 = t91 - t92;
+    const REAL t94 = t64 - t60;
+    const REAL t95 = t55 * t94;
+    const REAL t96 = -t95;
+    const REAL t97 = SELECT(t53, (REAL)(1.0 / 3.0), t96);
+    const REAL t98 = a_1 * b_e3inf;
+    const REAL t99 = a_e12 * b_e123inf;
     const REAL t100 = t98 + t99;
-    const REAL t101 = a_e1inf * b_e13;
-    const REAL t102 = t100 - t101;
-    const REAL t103 = a_e2inf * b_e23;
-    const REAL t104 = t102 - t103;
-    const REAL t105 = a_e3inf * b_1;
+    const REAL t101 = a_e13 * b_e1inf;
+    const REAL t102 = t100 + t101;
+    const REAL t103 = a_e23 * b_e2inf;
+    const REAL t104 = t102 + t103;
+    const REAL t105 = a_e1inf * b_e13;
     const REAL t106 = t104 - t105;
-    const REAL t107 = a_e123inf * b_e12;
+    const REAL t107 = a_e2inf * b_e23;
     const REAL t108 = t106 - t107;
-    const REAL t109 = t18 * t108;
-    const REAL t110 = t12 * t15;
-    const REAL t111 = (REAL)1 - t110;
-    const REAL t112 = t111 / t10;
-    const REAL t113 = -t112;
-    const REAL t114 = SELECT(t9, (REAL)(-1.0 / 3.0), t113);
-    const REAL t115 = a_1 * b_e123inf;
-    const REAL t116 = a_e13 * b_e2inf;
-    const REAL t117 = t115 + t116;
-    const REAL t118 = a_e2inf * b_e13;
-    const REAL t119 = t117 + t118;
-    const REAL t120 = a_e123inf * b_1;
+    const REAL t109 = a_e3inf * b_1;
+    const REAL t110 = t108 - t109;
+    const REAL t111 = a_e123inf * b_e12;
+    const REAL t112 = t110 - t111;
+    const REAL t113 = t20 * t112;
+    const REAL t114 = t14 * t17;
+    const REAL t115 = (REAL)1 - t114;
+    const REAL t116 = t11 * t115;
+    const REAL t117 = -t116;
+    const REAL t118 = SELECT(t9, (REAL)(-1.0 / 3.0), t117);
+    const REAL t119 = a_1 * b_e123inf;
+    const REAL t120 = a_e13 * b_e2inf;
     const REAL t121 = t119 + t120;
-    const REAL t122 = a_e12 * b_e3inf;
-    const REAL t123 = t121 - t122;
-    const REAL t124 = a_e23 * b_e1inf;
-    const REAL t125 = t123 - t124;
-    const REAL t126 = a_e1inf * b_e23;
+    const REAL t122 = a_e2inf * b_e13;
+    const REAL t123 = t121 + t122;
+    const REAL t124 = a_e123inf * b_1;
+    const REAL t125 = t123 + t124;
+    const REAL t126 = a_e12 * b_e3inf;
     const REAL t127 = t125 - t126;
-    const REAL t128 = a_e3inf * b_e12;
+    const REAL t128 = a_e23 * b_e1inf;
     const REAL t129 = t127 - t128;
-    const REAL t130 = t114 * t129;
-    const REAL t131 = t25 * t130;
-    const REAL t132 = t109 - t131;
-    const REAL t133 = t * t132;
-    const REAL t134 = t27 * t133;
-    const REAL t135 = a_1 * b_e1inf;
-    const REAL t136 = a_e23 * b_e123inf;
-    const REAL t137 = t135 + t136;
-    const REAL t138 = a_e2inf * b_e12;
-    const REAL t139 = t137 + t138;
-    const REAL t140 = a_e3inf * b_e13;
+    const REAL t130 = a_e1inf * b_e23;
+    const REAL t131 = t129 - t130;
+    const REAL t132 = a_e3inf * b_e12;
+    const REAL t133 = t131 - t132;
+    const REAL t134 = t118 * t133;
+    const REAL t135 = t27 * t134;
+    const REAL t136 = t113 - t135;
+    const REAL t137 = t * t136;
+    const REAL t138 = t29 * t137;
+    const REAL t139 = a_1 * b_e1inf;
+    const REAL t140 = a_e23 * b_e123inf;
     const REAL t141 = t139 + t140;
-    const REAL t142 = a_e12 * b_e2inf;
-    const REAL t143 = t141 - t142;
-    const REAL t144 = a_e13 * b_e3inf;
-    const REAL t145 = t143 - t144;
-    const REAL t146 = a_e1inf * b_1;
+    const REAL t142 = a_e2inf * b_e12;
+    const REAL t143 = t141 + t142;
+    const REAL t144 = a_e3inf * b_e13;
+    const REAL t145 = t143 + t144;
+    const REAL t146 = a_e12 * b_e2inf;
     const REAL t147 = t145 - t146;
-    const REAL t148 = a_e123inf * b_e23;
+    const REAL t148 = a_e13 * b_e3inf;
     const REAL t149 = t147 - t148;
-    const REAL t150 = t18 * t149;
-    const REAL t151 = t46 * t130;
-    const REAL t152 = t150 - t151;
-    const REAL t153 = t * t152;
-    const REAL t154 = t48 * t153;
-    const REAL t155 = t134 + t154;
-    const REAL t156 = a_1 * b_e2inf;
-    const REAL t157 = a_e12 * b_e1inf;
-    const REAL t158 = t156 + t157;
-    const REAL t159 = a_e3inf * b_e23;
-    const REAL t160 = t158 + t159;
-    const REAL t161 = a_e123inf * b_e13;
+    const REAL t150 = a_e1inf * b_1;
+    const REAL t151 = t149 - t150;
+    const REAL t152 = a_e123inf * b_e23;
+    const REAL t153 = t151 - t152;
+    const REAL t154 = t20 * t153;
+    const REAL t155 = t48 * t134;
+    const REAL t156 = t154 - t155;
+    const REAL t157 = t * t156;
+    const REAL t158 = t50 * t157;
+    const REAL t159 = t138 + t158;
+    const REAL t160 = a_1 * b_e2inf;
+    const REAL t161 = a_e12 * b_e1inf;
     const REAL t162 = t160 + t161;
-    const REAL t163 = a_e13 * b_e123inf;
-    const REAL t164 = t162 - t163;
-    const REAL t165 = a_e23 * b_e3inf;
-    const REAL t166 = t164 - t165;
-    const REAL t167 = a_e1inf * b_e12;
+    const REAL t163 = a_e3inf * b_e23;
+    const REAL t164 = t162 + t163;
+    const REAL t165 = a_e123inf * b_e13;
+    const REAL t166 = t164 + t165;
+    const REAL t167 = a_e13 * b_e123inf;
     const REAL t168 = t166 - t167;
-    const REAL t169 = a_e2inf * b_1;
+    const REAL t169 = a_e23 * b_e3inf;
     const REAL t170 = t168 - t169;
-    const REAL t171 = t18 * t170;
-    const REAL t172 = t35 * t130;
-    const REAL t173 = t171 + t172;
-    const REAL t174 = t * t173;
-    const REAL t175 = t37 * t174;
-    const REAL t176 = t155 - t175;
-    const REAL t177 = t176 * (REAL)2;
-    const REAL t178 = t177 * (REAL)0.5;
-    const REAL t179 = t93 * t178;
-    const REAL t180 = t48 * t179;
-    const REAL t181 = t56 * t153;
-    const REAL t182 = t181 - t180;
-    const REAL t183 = a_1 * t182;
-    const REAL t184 = a_e1inf * t60;
-    const REAL t185 = t184 + t183;
-    const REAL t186 = t37 * t179;
-    const REAL t187 = t56 * t174;
-    const REAL t188 = t187 + t186;
-    const REAL t189 = a_e12 * t188;
-    const REAL t190 = t185 + t189;
-    const REAL t191 = t27 * t179;
-    const REAL t192 = t56 * t133;
-    const REAL t193 = t192 - t191;
-    const REAL t194 = a_e13 * t193;
-    const REAL t195 = t190 + t194;
-    const REAL t196 = t56 * t178;
-    const REAL t197 = a_e23 * t196;
-    const REAL t198 = t195 - t197;
-    const REAL t199 = a_e2inf * t57;
-    const REAL t200 = t198 - t199;
-    const REAL t201 = a_e3inf * t63;
+    const REAL t171 = a_e1inf * b_e12;
+    const REAL t172 = t170 - t171;
+    const REAL t173 = a_e2inf * b_1;
+    const REAL t174 = t172 - t173;
+    const REAL t175 = t20 * t174;
+    const REAL t176 = t37 * t134;
+    const REAL t177 = t175 + t176;
+    const REAL t178 = t * t177;
+    const REAL t179 = t39 * t178;
+    const REAL t180 = t159 - t179;
+    const REAL t181 = t97 * t180;
+    const REAL t182 = t50 * t181;
+    const REAL t183 = t60 * t157;
+    const REAL t184 = t183 - t182;
+    const REAL t185 = a_1 * t184;
+    const REAL t186 = a_e1inf * t64;
+    const REAL t187 = t185 + t186;
+    const REAL t188 = t39 * t181;
+    const REAL t189 = t60 * t178;
+    const REAL t190 = t188 + t189;
+    const REAL t191 = a_e12 * t190;
+    const REAL t192 = t187 + t191;
+    const REAL t193 = t29 * t181;
+    const REAL t194 = t60 * t137;
+    const REAL t195 = t194 - t193;
+    const REAL t196 = a_e13 * t195;
+    const REAL t197 = t192 + t196;
+    const REAL t198 = t60 * t180;
+    const REAL t199 = a_e23 * t198;
+    const REAL t200 = t197 - t199;
+    const REAL t201 = a_e2inf * t61;
     const REAL t202 = t200 - t201;
-    const REAL t203 = a_e123inf * t66;
+    const REAL t203 = a_e3inf * t67;
     const REAL t204 = t202 - t203;
-    const REAL t205 = a_1 * t188;
-    const REAL t206 = a_e2inf * t60;
-    const REAL t207 = t206 + t205;
-    const REAL t208 = a_e13 * t196;
+    const REAL t205 = a_e123inf * t70;
+    const REAL t206 = t204 - t205;
+    const REAL t207 = a_1 * t190;
+    const REAL t208 = a_e2inf * t64;
     const REAL t209 = t207 + t208;
-    const REAL t210 = a_e23 * t193;
+    const REAL t210 = a_e13 * t198;
     const REAL t211 = t209 + t210;
-    const REAL t212 = a_e1inf * t57;
+    const REAL t212 = a_e23 * t195;
     const REAL t213 = t211 + t212;
-    const REAL t214 = a_e123inf * t63;
+    const REAL t214 = a_e1inf * t61;
     const REAL t215 = t213 + t214;
-    const REAL t216 = a_e12 * t182;
-    const REAL t217 = t215 - t216;
-    const REAL t218 = a_e3inf * t66;
+    const REAL t216 = a_e123inf * t67;
+    const REAL t217 = t215 + t216;
+    const REAL t218 = a_e12 * t184;
     const REAL t219 = t217 - t218;
-    const REAL t220 = a_1 * t193;
-    const REAL t221 = a_e3inf * t60;
-    const REAL t222 = t221 + t220;
-    const REAL t223 = a_e1inf * t63;
+    const REAL t220 = a_e3inf * t70;
+    const REAL t221 = t219 - t220;
+    const REAL t222 = a_1 * t195;
+    const REAL t223 = a_e3inf * t64;
     const REAL t224 = t222 + t223;
-    const REAL t225 = a_e2inf * t66;
+    const REAL t225 = a_e1inf * t67;
     const REAL t226 = t224 + t225;
-    const REAL t227 = a_e12 * t196;
-    const REAL t228 = t226 - t227;
-    const REAL t229 = a_e13 * t182;
+    const REAL t227 = a_e2inf * t70;
+    const REAL t228 = t226 + t227;
+    const REAL t229 = a_e12 * t198;
     const REAL t230 = t228 - t229;
-    const REAL t231 = a_e23 * t188;
+    const REAL t231 = a_e13 * t184;
     const REAL t232 = t230 - t231;
-    const REAL t233 = a_e123inf * t57;
+    const REAL t233 = a_e23 * t190;
     const REAL t234 = t232 - t233;
-    const REAL t235 = a_e12 * t193;
-    const REAL t236 = a_1 * t196;
-    const REAL t237 = a_e123inf * t60;
-    const REAL t238 = t237 + t236;
-    const REAL t239 = t238 + t235;
-    const REAL t240 = a_e23 * t182;
-    const REAL t241 = t239 + t240;
-    const REAL t242 = a_e1inf * t66;
+    const REAL t235 = a_e123inf * t61;
+    const REAL t236 = t234 - t235;
+    const REAL t237 = a_e12 * t195;
+    const REAL t238 = a_1 * t198;
+    const REAL t239 = a_e123inf * t64;
+    const REAL t240 = t238 + t239;
+    const REAL t241 = t237 + t240;
+    const REAL t242 = a_e23 * t184;
     const REAL t243 = t241 + t242;
-    const REAL t244 = a_e3inf * t57;
+    const REAL t244 = a_e1inf * t70;
     const REAL t245 = t243 + t244;
-    const REAL t246 = a_e13 * t188;
-    const REAL t247 = t245 - t246;
-    const REAL t248 = a_e2inf * t63;
+    const REAL t246 = a_e3inf * t61;
+    const REAL t247 = t245 + t246;
+    const REAL t248 = a_e13 * t190;
     const REAL t249 = t247 - t248;
-    out[0] = t68;
-    out[1] = t75;
-    out[2] = t82;
-    out[3] = t89;
-    out[4] = t204;
-    out[5] = t219;
-    out[6] = t234;
-    out[7] = t249;
+    const REAL t250 = a_e2inf * t67;
+    const REAL t251 = t249 - t250;
+    out[0] = t72;
+    out[1] = t79;
+    out[2] = t86;
+    out[3] = t93;
+    out[4] = t206;
+    out[5] = t221;
+    out[6] = t236;
+    out[7] = t251;
 }
 
-INLINE void NAME(interpolate_motors)(const REAL *a, const REAL *b, REAL t, REAL *out)
+FUSED(interpolate_motors, (const REAL *a, const REAL *b, REAL t, REAL *out), (a, b, t, out, NULL))
+void NAME(interpolate_motors)(const REAL *a, const REAL *b, REAL t, REAL *out)
 {
-    NAME(interpolate_motors_within)(a, b, t, out, NULL);
+    RUN(interpolate_motors, (a, b, t, out), (a, b, t, out, NULL));
 }
 
 static INLINE void NAME(interpolate_motors_prepare_a_b)(const REAL *a, const REAL *b, REAL *prepared)
@@ -29418,123 +29495,125 @@ static INLINE void NAME(interpolate_motors_prepare_a_b)(const REAL *a, const REA
     const REAL t8 = (REAL)1 - t7;
     const REAL t9 = LESS(t8, (REAL)1e-18);
     const REAL t10 = SELECT(t9, (REAL)1, t8);
-    const REAL t11 = SQRT(t10);
-    const REAL t12 = ABS(t6);
-    const REAL t13 = ATAN2(t11, t12);
-    const REAL t14 = t13 / t11;
-    const REAL t15 = SELECT(t9, (REAL)1, t14);
-    const REAL t16 = -t15;
-    const REAL t17 = LESS(t6, (REAL)0);
-    const REAL t18 = SELECT(t17, t16, t15);
-    const REAL t19 = a_1 * b_e12;
-    const REAL t20 = a_e13 * b_e23;
-    const REAL t21 = t19 + t20;
-    const REAL t22 = a_e12 * b_1;
-    const REAL t23 = t21 - t22;
-    const REAL t24 = a_e23 * b_e13;
+    const REAL t11 = (REAL)1 / t10;
+    const REAL t12 = SQRT(t10);
+    const REAL t13 = t12 * t11;
+    const REAL t14 = ABS(t6);
+    const REAL t15 = ATAN2(t12, t14);
+    const REAL t16 = t15 * t13;
+    const REAL t17 = SELECT(t9, (REAL)1, t16);
+    const REAL t18 = -t17;
+    const REAL t19 = LESS(t6, (REAL)0);
+    const REAL t20 = SELECT(t19, t18, t17);
+    const REAL t21 = a_1 * b_e12;
+    const REAL t22 = a_e13 * b_e23;
+    const REAL t23 = t21 + t22;
+    const REAL t24 = a_e12 * b_1;
     const REAL t25 = t23 - t24;
-    const REAL t26 = t18 * t25;
-    const REAL t29 = a_1 * b_e13;
-    const REAL t30 = a_e23 * b_e12;
-    const REAL t31 = t29 + t30;
-    const REAL t32 = a_e12 * b_e23;
-    const REAL t33 = t31 - t32;
-    const REAL t34 = a_e13 * b_1;
+    const REAL t26 = a_e23 * b_e13;
+    const REAL t27 = t25 - t26;
+    const REAL t28 = t20 * t27;
+    const REAL t31 = a_1 * b_e13;
+    const REAL t32 = a_e23 * b_e12;
+    const REAL t33 = t31 + t32;
+    const REAL t34 = a_e12 * b_e23;
     const REAL t35 = t33 - t34;
-    const REAL t36 = t18 * t35;
-    const REAL t40 = a_1 * b_e23;
-    const REAL t41 = a_e12 * b_e13;
-    const REAL t42 = t40 + t41;
-    const REAL t43 = a_e13 * b_e12;
-    const REAL t44 = t42 - t43;
-    const REAL t45 = a_e23 * b_1;
+    const REAL t36 = a_e13 * b_1;
+    const REAL t37 = t35 - t36;
+    const REAL t38 = t20 * t37;
+    const REAL t42 = a_1 * b_e23;
+    const REAL t43 = a_e12 * b_e13;
+    const REAL t44 = t42 + t43;
+    const REAL t45 = a_e13 * b_e12;
     const REAL t46 = t44 - t45;
-    const REAL t47 = t18 * t46;
-    const REAL t94 = a_1 * b_e3inf;
-    const REAL t95 = a_e12 * b_e123inf;
-    const REAL t96 = t94 + t95;
-    const REAL t97 = a_e13 * b_e1inf;
-    const REAL t98 = t96 + t97;
-    const REAL t99 = a_e23 * b_e2inf;
+    const REAL t47 = a_e23 * b_1;
+    const REAL t48 = t46 - t47;
+    const REAL t49 = t20 * t48;
+    const REAL t98 = a_1 * b_e3inf;
+    const REAL t99 = a_e12 * b_e123inf;
     const REAL t100 = t98 + t99;
-    const REAL t101 = a_e1inf * b_e13;
-    const REAL t102 = t100 - t101;
-    const REAL t103 = a_e2inf * b_e23;
-    const REAL t104 = t102 - t103;
-    const REAL t105 = a_e3inf * b_1;
+    const REAL t101 = a_e13 * b_e1inf;
+    const REAL t102 = t100 + t101;
+    const REAL t103 = a_e23 * b_e2inf;
+    const REAL t104 = t102 + t103;
+    const REAL t105 = a_e1inf * b_e13;
     const REAL t106 = t104 - t105;
-    const REAL t107 = a_e123inf * b_e12;
+    const REAL t107 = a_e2inf * b_e23;
     const REAL t108 = t106 - t107;
-    const REAL t109 = t18 * t108;
-    const REAL t110 = t12 * t15;
-    const REAL t111 = (REAL)1 - t110;
-    const REAL t112 = t111 / t10;
-    const REAL t113 = -t112;
-    const REAL t114 = SELECT(t9, (REAL)(-1.0 / 3.0), t113);
-    const REAL t115 = a_1 * b_e123inf;
-    const REAL t116 = a_e13 * b_e2inf;
-    const REAL t117 = t115 + t116;
-    const REAL t118 = a_e2inf * b_e13;
-    const REAL t119 = t117 + t118;
-    const REAL t120 = a_e123inf * b_1;
+    const REAL t109 = a_e3inf * b_1;
+    const REAL t110 = t108 - t109;
+    const REAL t111 = a_e123inf * b_e12;
+    const REAL t112 = t110 - t111;
+    const REAL t113 = t20 * t112;
+    const REAL t114 = t14 * t17;
+    const REAL t115 = (REAL)1 - t114;
+    const REAL t116 = t11 * t115;
+    const REAL t117 = -t116;
+    const REAL t118 = SELECT(t9, (REAL)(-1.0 / 3.0), t117);
+    const REAL t119 = a_1 * b_e123inf;
+    const REAL t120 = a_e13 * b_e2inf;
     const REAL t121 = t119 + t120;
-    const REAL t122 = a_e12 * b_e3inf;
-    const REAL t123 = t121 - t122;
-    const REAL t124 = a_e23 * b_e1inf;
-    const REAL t125 = t123 - t124;
-    const REAL t126 = a_e1inf * b_e23;
+    const REAL t122 = a_e2inf * b_e13;
+    const REAL t123 = t121 + t122;
+    const REAL t124 = a_e123inf * b_1;
+    const REAL t125 = t123 + t124;
+    const REAL t126 = a_e12 * b_e3inf;
     const REAL t127 = t125 - t126;
-    const REAL t128 = a_e3inf * b_e12;
+    const REAL t128 = a_e23 * b_e1inf;
     const REAL t129 = t127 - t128;
-    const REAL t130 = t114 * t129;
-    const REAL t131 = t25 * t130;
-    const REAL t132 = t109 - t131;
-    const REAL t135 = a_1 * b_e1inf;
-    const REAL t136 = a_e23 * b_e123inf;
-    const REAL t137 = t135 + t136;
-    const REAL t138 = a_e2inf * b_e12;
-    const REAL t139 = t137 + t138;
-    const REAL t140 = a_e3inf * b_e13;
+    const REAL t130 = a_e1inf * b_e23;
+    const REAL t131 = t129 - t130;
+    const REAL t132 = a_e3inf * b_e12;
+    const REAL t133 = t131 - t132;
+    const REAL t134 = t118 * t133;
+    const REAL t135 = t27 * t134;
+    const REAL t136 = t113 - t135;
+    const REAL t139 = a_1 * b_e1inf;
+    const REAL t140 = a_e23 * b_e123inf;
     const REAL t141 = t139 + t140;
-    const REAL t142 = a_e12 * b_e2inf;
-    const REAL t143 = t141 - t142;
-    const REAL t144 = a_e13 * b_e3inf;
-    const REAL t145 = t143 - t144;
-    const REAL t146 = a_e1inf * b_1;
+    const REAL t142 = a_e2inf * b_e12;
+    const REAL t143 = t141 + t142;
+    const REAL t144 = a_e3inf * b_e13;
+    const REAL t145 = t143 + t144;
+    const REAL t146 = a_e12 * b_e2inf;
     const REAL t147 = t145 - t146;
-    const REAL t148 = a_e123inf * b_e23;
+    const REAL t148 = a_e13 * b_e3inf;
     const REAL t149 = t147 - t148;
-    const REAL t150 = t18 * t149;
-    const REAL t151 = t46 * t130;
-    const REAL t152 = t150 - t151;
-    const REAL t156 = a_1 * b_e2inf;
-    const REAL t157 = a_e12 * b_e1inf;
-    const REAL t158 = t156 + t157;
-    const REAL t159 = a_e3inf * b_e23;
-    const REAL t160 = t158 + t159;
-    const REAL t161 = a_e123inf * b_e13;
+    const REAL t150 = a_e1inf * b_1;
+    const REAL t151 = t149 - t150;
+    const REAL t152 = a_e123inf * b_e23;
+    const REAL t153 = t151 - t152;
+    const REAL t154 = t20 * t153;
+    const REAL t155 = t48 * t134;
+    const REAL t156 = t154 - t155;
+    const REAL t160 = a_1 * b_e2inf;
+    const REAL t161 = a_e12 * b_e1inf;
     const REAL t162 = t160 + t161;
-    const REAL t163 = a_e13 * b_e123inf;
-    const REAL t164 = t162 - t163;
-    const REAL t165 = a_e23 * b_e3inf;
-    const REAL t166 = t164 - t165;
-    const REAL t167 = a_e1inf * b_e12;
+    const REAL t163 = a_e3inf * b_e23;
+    const REAL t164 = t162 + t163;
+    const REAL t165 = a_e123inf * b_e13;
+    const REAL t166 = t164 + t165;
+    const REAL t167 = a_e13 * b_e123inf;
     const REAL t168 = t166 - t167;
-    const REAL t169 = a_e2inf * b_1;
+    const REAL t169 = a_e23 * b_e3inf;
     const REAL t170 = t168 - t169;
-    const REAL t171 = t18 * t170;
-    const REAL t172 = t35 * t130;
-    const REAL t173 = t171 + t172;
-    prepared[0] = t26;
-    prepared[1] = t36;
-    prepared[2] = t47;
+    const REAL t171 = a_e1inf * b_e12;
+    const REAL t172 = t170 - t171;
+    const REAL t173 = a_e2inf * b_1;
+    const REAL t174 = t172 - t173;
+    const REAL t175 = t20 * t174;
+    const REAL t176 = t37 * t134;
+    const REAL t177 = t175 + t176;
+    prepared[0] = t28;
+    prepared[1] = t38;
+    prepared[2] = t49;
     prepared[3] = a_e12;
     prepared[4] = a_1;
     prepared[5] = a_e13;
     prepared[6] = a_e23;
-    prepared[7] = t132;
-    prepared[8] = t152;
-    prepared[9] = t173;
+    prepared[7] = t136;
+    prepared[8] = t156;
+    prepared[9] = t177;
     prepared[10] = a_e1inf;
     prepared[11] = a_e2inf;
     prepared[12] = a_e3inf;
@@ -29543,160 +29622,160 @@ static INLINE void NAME(interpolate_motors_prepare_a_b)(const REAL *a, const REA
 
 static INLINE void NAME(interpolate_motors_apply_a_b)(const REAL *prepared, REAL t, REAL *out, WORD *far)
 {
-    const REAL t26 = prepared[0];
-    const REAL t36 = prepared[1];
-    const REAL t47 = prepared[2];
+    const REAL t28 = prepared[0];
+    const REAL t38 = prepared[1];
+    const REAL t49 = prepared[2];
     const REAL a_e12 = prepared[3];
     const REAL a_1 = prepared[4];
     const REAL a_e13 = prepared[5];
     const REAL a_e23 = prepared[6];
-    const REAL t132 = prepared[7];
-    const REAL t152 = prepared[8];
-    const REAL t173 = prepared[9];
+    const REAL t136 = prepared[7];
+    const REAL t156 = prepared[8];
+    const REAL t177 = prepared[9];
     const REAL a_e1inf = prepared[10];
     const REAL a_e2inf = prepared[11];
     const REAL a_e3inf = prepared[12];
     const REAL a_e123inf = prepared[13];
-    const REAL t27 = t * t26;
-    const REAL t28 = t27 * t27;
-    const REAL t37 = t * t36;
-    const REAL t38 = t37 * t37;
-    const REAL t39 = t28 + t38;
-    const REAL t48 = t * t47;
-    const REAL t49 = t48 * t48;
-    const REAL t50 = t39 + t49;
-    const REAL t51 = LESS(t50, (REAL)1e-18);
-    const REAL t52 = SELECT(t51, (REAL)1, t50);
-    const REAL t53 = SQRT(t52);
-    const REAL t54 = SIN(t53);
-    const REAL t55 = t54 / t53;
-    const REAL t56 = SELECT(t51, (REAL)1, t55);
-    const REAL t57 = t27 * t56;
-    const REAL t58 = a_e12 * t57;
-    const REAL t59 = COS(t53);
-    const REAL t60 = SELECT(t51, (REAL)1, t59);
-    const REAL t61 = a_1 * t60;
-    const REAL t62 = t61 - t58;
-    const REAL t63 = t37 * t56;
-    const REAL t64 = a_e13 * t63;
-    const REAL t65 = t62 - t64;
-    const REAL t66 = t48 * t56;
-    const REAL t67 = a_e23 * t66;
-    const REAL t68 = t65 - t67;
-    const REAL t69 = a_1 * t57;
-    const REAL t70 = a_e12 * t60;
-    const REAL t71 = t70 + t69;
-    const REAL t72 = a_e23 * t63;
-    const REAL t73 = t71 + t72;
-    const REAL t74 = a_e13 * t66;
-    const REAL t75 = t73 - t74;
-    const REAL t76 = a_1 * t63;
-    const REAL t77 = a_e13 * t60;
-    const REAL t78 = t77 + t76;
-    const REAL t79 = a_e12 * t66;
-    const REAL t80 = t78 + t79;
-    const REAL t81 = a_e23 * t57;
-    const REAL t82 = t80 - t81;
-    const REAL t83 = a_1 * t66;
-    const REAL t84 = a_e23 * t60;
-    const REAL t85 = t84 + t83;
-    const REAL t86 = a_e13 * t57;
-    const REAL t87 = t85 + t86;
-    const REAL t88 = a_e12 * t63;
-    const REAL t89 = t87 - t88;
-    const REAL t90 = t60 - t56;
-    const REAL t91 = t90 / t52;
-    const REAL t92 = -t91;
-    const REAL t93 = SELECT(t51, (REAL)(1.0 / 3.0), t92);
-    const REAL t133 = t * t132;
-    const REAL t134 = t27 * t133;
-    const REAL t153 = t * t152;
-    const REAL t154 = t48 * t153;
-    const REAL t155 = t134 + t154;
-    const REAL t174 = t * t173;
-    const REAL t175 = t37 * t174;
-    const REAL t176 = t155 - t175;
-    const REAL t177 = t176 * (REAL)2;
-    const REAL t178 = t177 * (REAL)0.5;
-    const REAL t179 = t93 * t178;
-    const REAL t180 = t48 * t179;
-    const REAL t181 = t56 * t153;
-    const REAL t182 = t181 - t180;
-    const REAL t183 = a_1 * t182;
-    const REAL t184 = a_e1inf * t60;
-    const REAL t185 = t184 + t183;
-    const REAL t186 = t37 * t179;
-    const REAL t187 = t56 * t174;
-    const REAL t188 = t187 + t186;
-    const REAL t189 = a_e12 * t188;
-    const REAL t190 = t185 + t189;
-    const REAL t191 = t27 * t179;
-    const REAL t192 = t56 * t133;
-    const REAL t193 = t192 - t191;
-    const REAL t194 = a_e13 * t193;
-    const REAL t195 = t190 + t194;
-    const REAL t196 = t56 * t178;
-    const REAL t197 = a_e23 * t196;
-    const REAL t198 = t195 - t197;
-    const REAL t199 = a_e2inf * t57;
-    const REAL t200 = t198 - t199;
-    const REAL t201 = a_e3inf * t63;
+    const REAL t29 = t * t28;
+    const REAL t30 = t29 * t29;
+    const REAL t39 = t * t38;
+    const REAL t40 = t39 * t39;
+    const REAL t41 = t30 + t40;
+    const REAL t50 = t * t49;
+    const REAL t51 = t50 * t50;
+    const REAL t52 = t41 + t51;
+    const REAL t53 = LESS(t52, (REAL)1e-18);
+    const REAL t54 = SELECT(t53, (REAL)1, t52);
+    const REAL t55 = (REAL)1 / t54;
+    const REAL t56 = SQRT(t54);
+    const REAL t57 = t56 * t55;
+    const REAL t58 = SIN(t56);
+    const REAL t59 = t58 * t57;
+    const REAL t60 = SELECT(t53, (REAL)1, t59);
+    const REAL t61 = t29 * t60;
+    const REAL t62 = a_e12 * t61;
+    const REAL t63 = COS(t56);
+    const REAL t64 = SELECT(t53, (REAL)1, t63);
+    const REAL t65 = a_1 * t64;
+    const REAL t66 = t65 - t62;
+    const REAL t67 = t39 * t60;
+    const REAL t68 = a_e13 * t67;
+    const REAL t69 = t66 - t68;
+    const REAL t70 = t50 * t60;
+    const REAL t71 = a_e23 * t70;
+    const REAL t72 = t69 - t71;
+    const REAL t73 = a_1 * t61;
+    const REAL t74 = a_e12 * t64;
+    const REAL t75 = t73 + t74;
+    const REAL t76 = a_e23 * t67;
+    const REAL t77 = t75 + t76;
+    const REAL t78 = a_e13 * t70;
+    const REAL t79 = t77 - t78;
+    const REAL t80 = a_1 * t67;
+    const REAL t81 = a_e13 * t64;
+    const REAL t82 = t80 + t81;
+    const REAL t83 = a_e12 * t70;
+    const REAL t84 = t82 + t83;
+    const REAL t85 = a_e23 * t61;
+    const REAL t86 = t84 - t85;
+    const REAL t87 = a_1 * t70;
+    const REAL t88 = a_e23 * t64;
+    const REAL t89 = t87 + t88;
+    const REAL t90 = a_e13 * t61;
+    const REAL t91 = t89 + t90;
+    const REAL t92 = a_e12 * t67;
+    const REAL t93 = t91 - t92;
+    const REAL t94 = t64 - t60;
+    const REAL t95 = t55 * t94;
+    const REAL t96 = -t95;
+    const REAL t97 = SELECT(t53, (REAL)(1.0 / 3.0), t96);
+    const REAL t137 = t * t136;
+    const REAL t138 = t29 * t137;
+    const REAL t157 = t * t156;
+    const REAL t158 = t50 * t157;
+    const REAL t159 = t138 + t158;
+    const REAL t178 = t * t177;
+    const REAL t179 = t39 * t178;
+    const REAL t180 = t159 - t179;
+    const REAL t181 = t97 * t180;
+    const REAL t182 = t50 * t181;
+    const REAL t183 = t60 * t157;
+    const REAL t184 = t183 - t182;
+    const REAL t185 = a_1 * t184;
+    const REAL t186 = a_e1inf * t64;
+    const REAL t187 = t185 + t186;
+    const REAL t188 = t39 * t181;
+    const REAL t189 = t60 * t178;
+    const REAL t190 = t188 + t189;
+    const REAL t191 = a_e12 * t190;
+    const REAL t192 = t187 + t191;
+    const REAL t193 = t29 * t181;
+    const REAL t194 = t60 * t137;
+    const REAL t195 = t194 - t193;
+    const REAL t196 = a_e13 * t195;
+    const REAL t197 = t192 + t196;
+    const REAL t198 = t60 * t180;
+    const REAL t199 = a_e23 * t198;
+    const REAL t200 = t197 - t199;
+    const REAL t201 = a_e2inf * t61;
     const REAL t202 = t200 - t201;
-    const REAL t203 = a_e123inf * t66;
+    const REAL t203 = a_e3inf * t67;
     const REAL t204 = t202 - t203;
-    const REAL t205 = a_1 * t188;
-    const REAL t206 = a_e2inf * t60;
-    const REAL t207 = t206 + t205;
-    const REAL t208 = a_e13 * t196;
+    const REAL t205 = a_e123inf * t70;
+    const REAL t206 = t204 - t205;
+    const REAL t207 = a_1 * t190;
+    const REAL t208 = a_e2inf * t64;
     const REAL t209 = t207 + t208;
-    const REAL t210 = a_e23 * t193;
+    const REAL t210 = a_e13 * t198;
     const REAL t211 = t209 + t210;
-    const REAL t212 = a_e1inf * t57;
+    const REAL t212 = a_e23 * t195;
     const REAL t213 = t211 + t212;
-    const REAL t214 = a_e123inf * t63;
+    const REAL t214 = a_e1inf * t61;
     const REAL t215 = t213 + t214;
-    const REAL t216 = a_e12 * t182;
-    const REAL t217 = t215 - t216;
-    const REAL t218 = a_e3inf * t66;
+    const REAL t216 = a_e123inf * t67;
+    const REAL t217 = t215 + t216;
+    const REAL t218 = a_e12 * t184;
     const REAL t219 = t217 - t218;
-    const REAL t220 = a_1 * t193;
-    const REAL t221 = a_e3inf * t60;
-    const REAL t222 = t221 + t220;
-    const REAL t223 = a_e1inf * t63;
+    const REAL t220 = a_e3inf * t70;
+    const REAL t221 = t219 - t220;
+    const REAL t222 = a_1 * t195;
+    const REAL t223 = a_e3inf * t64;
     const REAL t224 = t222 + t223;
-    const REAL t225 = a_e2inf * t66;
+    const REAL t225 = a_e1inf * t67;
     const REAL t226 = t224 + t225;
-    const REAL t227 = a_e12 * t196;
-    const REAL t228 = t226 - t227;
-    const REAL t229 = a_e13 * t182;
+    const REAL t227 = a_e2inf * t70;
+    const REAL t228 = t226 + t227;
+    const REAL t229 = a_e12 * t198;
     const REAL t230 = t228 - t229;
-    const REAL t231 = a_e23 * t188;
+    const REAL t231 = a_e13 * t184;
     const REAL t232 = t230 - t231;
-    const REAL t233 = a_e123inf * t57;
+    const REAL t233 = a_e23 * t190;
     const REAL t234 = t232 - t233;
-    const REAL t235 = a_e12 * t193;
-    const REAL t236 = a_1 * t196;
-    const REAL t237 = a_e123inf * t60;
-    const REAL t238 = t237 + t236;
-    const REAL t239 = t238 + t235;
-    const REAL t240 = a_e23 * t182;
-    const REAL t241 = t239 + t240;
-    const REAL t242 = a_e1inf * t66;
+    const REAL t235 = a_e123inf * t61;
+    const REAL t236 = t234 - t235;
+    const REAL t237 = a_e12 * t195;
+    const REAL t238 = a_1 * t198;
+    const REAL t239 = a_e123inf * t64;
+    const REAL t240 = t238 + t239;
+    const REAL t241 = t237 + t240;
+    const REAL t242 = a_e23 * t184;
     const REAL t243 = t241 + t242;
-    const REAL t244 = a_e3inf * t57;
+    const REAL t244 = a_e1inf * t70;
     const REAL t245 = t243 + t244;
-    const REAL t246 = a_e13 * t188;
-    const REAL t247 = t245 - t246;
-    const REAL t248 = a_e2inf * t63;
+    const REAL t246 = a_e3inf * t61;
+    const REAL t247 = t245 + t246;
+    const REAL t248 = a_e13 * t190;
     const REAL t249 = t247 - t248;
-    out[0] = t68;
-    out[1] = t75;
-    out[2] = t82;
-    out[3] = t89;
-    out[4] = t204;
-    out[5] = t219;
-    out[6] = t234;
-    out[7] = t249;
+    const REAL t250 = a_e2inf * t67;
+    const REAL t251 = t249 - t250;
+    out[0] = t72;
+    out[1] = t79;
+    out[2] = t86;
+    out[3] = t93;
+    out[4] = t206;
+    out[5] = t221;
+    out[6] = t236;
+    out[7] = t251;
 }
 
 static INLINE void NAME(interpolate_motors_block_a_b)(intptr_t n, char **args, const intptr_t *strides)
@@ -30112,9 +30191,10 @@ static INLINE void NAME(versor_exponential_within)(const REAL *b, REAL *out, WOR
     out[15] = t295;
 }
 
-INLINE void NAME(versor_exponential)(const REAL *b, REAL *out)
+FUSED(versor_exponential, (const REAL *b, REAL *out), (b, out, NULL))
+void NAME(versor_exponential)(const REAL *b, REAL *out)
 {
-    NAME(versor_exponential_within)(b, out, NULL);
+    RUN(versor_exponential, (b, out), (b, out, NULL));
 }
 
 static INLINE void NAME(versor_exponential_block)(intptr_t n, char **args, const intptr_t *strides)
@@ -30153,7 +30233,7 @@ void NAME(versor_exponential_loop)(char **args, const intptr_t *dimensions, cons
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(versor_logarithm)(const REAL *v, REAL *out)
+static INLINE void NAME(versor_logarithm_within)(const REAL *v, REAL *out)
 {
     const REAL v_1 = v[0];
     const REAL v_e12 = v[1];
@@ -30509,6 +30589,12 @@ INLINE void NAME(versor_logarithm)(const REAL *v, REAL *out)
     out[9] = t325;
 }
 
+FUSED(versor_logarithm, (const REAL *v, REAL *out), (v, out))
+void NAME(versor_logarithm)(const REAL *v, REAL *out)
+{
+    RUN(versor_logarithm, (v, out), (v, out));
+}
+
 static INLINE void NAME(versor_logarithm_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -30520,7 +30606,7 @@ static INLINE void NAME(versor_logarithm_block)(intptr_t n, char **args, const i
         REAL x0[16];
         REAL x1[10];
         NAME(load_16)(x0, a0 + i * w, c0a);
-        NAME(versor_logarithm)(x0, x1);
+        NAME(versor_logarithm_within)(x0, x1);
         NAME(store_10)(a1 + i * w, c1a, x1);
     }
 }
@@ -36386,7 +36472,7 @@ INLINE void NAME(motor_between_lines)(const REAL *a, const REAL *b, REAL *out)
     const REAL t1 = a_e20inf * a_e20inf;
     const REAL t2 = t0 + t1;
     const REAL t3 = a_e30inf * a_e30inf;
-    const REAL t4 = t3 + t2;
+    const REAL t4 = t2 + t3;
     const REAL t5 = ABS(t4);
     const REAL t6 = SQRT(t5);
     const REAL t7 = (REAL)1 / t6;
@@ -36436,123 +36522,123 @@ INLINE void NAME(motor_between_lines)(const REAL *a, const REAL *b, REAL *out)
     const REAL t51 = -t50;
     const REAL t52 = SELECT(t34, t51, t50);
     const REAL t53 = t46 * t52;
-    const REAL t54 = SQRT(t4);
-    const REAL t55 = (REAL)1 / t54;
-    const REAL t56 = a_e20inf * t55;
-    const REAL t57 = t56 * t56;
-    const REAL t58 = a_e30inf * t55;
-    const REAL t59 = t58 * t58;
-    const REAL t60 = MINIMUM(t57, t59);
-    const REAL t61 = a_e10inf * t55;
-    const REAL t62 = t61 * t61;
-    const REAL t63 = LESS_EQUAL(t62, t60);
-    const REAL t64 = LESS_EQUAL(t57, t59);
-    const REAL t65 = SELECT(t64, (REAL)1, (REAL)0);
-    const REAL t66 = SELECT(t63, (REAL)0, t65);
-    const REAL t67 = t61 * t66;
-    const REAL t68 = SELECT(t63, (REAL)1, (REAL)0);
-    const REAL t69 = t56 * t68;
-    const REAL t70 = t69 - t67;
-    const REAL t71 = t70 * t70;
-    const REAL t72 = SELECT(t64, (REAL)0, (REAL)1);
-    const REAL t73 = SELECT(t63, (REAL)0, t72);
-    const REAL t74 = t61 * t73;
-    const REAL t75 = t58 * t68;
-    const REAL t76 = t75 - t74;
-    const REAL t77 = t76 * t76;
-    const REAL t78 = t71 + t77;
-    const REAL t79 = t56 * t73;
-    const REAL t80 = t58 * t66;
-    const REAL t81 = t80 - t79;
-    const REAL t82 = t81 * t81;
-    const REAL t83 = t78 + t82;
-    const REAL t84 = SQRT(t83);
-    const REAL t85 = (REAL)1 / t84;
-    const REAL t86 = t81 * t85;
-    const REAL t87 = -t86;
-    const REAL t88 = SELECT(t34, t87, (REAL)0);
-    const REAL t89 = t88 * t53;
-    const REAL t90 = (REAL)1 + t36;
-    const REAL t91 = t90 * t46;
-    const REAL t92 = SELECT(t34, (REAL)0, (REAL)1);
-    const REAL t93 = t92 * t91;
-    const REAL t94 = t93 - t89;
-    const REAL t95 = t13 * t25;
-    const REAL t96 = t8 * t30;
-    const REAL t97 = t95 - t96;
-    const REAL t98 = t16 * t97;
-    const REAL t99 = -t98;
-    const REAL t100 = SELECT(t34, t99, t98);
-    const REAL t101 = t46 * t100;
-    const REAL t102 = t76 * t85;
-    const REAL t103 = -t102;
-    const REAL t104 = SELECT(t34, t103, (REAL)0);
-    const REAL t105 = t104 * t101;
-    const REAL t106 = t94 - t105;
-    const REAL t107 = t10 * t25;
-    const REAL t108 = t8 * t27;
-    const REAL t109 = t107 - t108;
-    const REAL t110 = t16 * t109;
-    const REAL t111 = -t110;
-    const REAL t112 = SELECT(t34, t111, t110);
-    const REAL t113 = t46 * t112;
-    const REAL t114 = t70 * t85;
-    const REAL t115 = -t114;
-    const REAL t116 = SELECT(t34, t115, (REAL)0);
-    const REAL t117 = t116 * t113;
-    const REAL t118 = t106 - t117;
-    const REAL t119 = t91 * t116;
-    const REAL t120 = t53 * t104;
-    const REAL t121 = t120 + t119;
-    const REAL t122 = t92 * t113;
-    const REAL t123 = t121 + t122;
-    const REAL t124 = t88 * t101;
-    const REAL t125 = t123 - t124;
-    const REAL t126 = t91 * t104;
-    const REAL t127 = t88 * t113;
-    const REAL t128 = t127 + t126;
-    const REAL t129 = t92 * t101;
-    const REAL t130 = t128 + t129;
-    const REAL t131 = t53 * t116;
-    const REAL t132 = t130 - t131;
-    const REAL t133 = t91 * t88;
-    const REAL t134 = t101 * t116;
-    const REAL t135 = t133 + t134;
-    const REAL t136 = t92 * t53;
-    const REAL t137 = t135 + t136;
-    const REAL t138 = t104 * t113;
-    const REAL t139 = t137 - t138;
-    const REAL t140 = (REAL)1 / t4;
+    const REAL t54 = (REAL)1 / t4;
+    const REAL t55 = SQRT(t4);
+    const REAL t56 = t55 * t54;
+    const REAL t57 = a_e20inf * t56;
+    const REAL t58 = t57 * t57;
+    const REAL t59 = a_e30inf * t56;
+    const REAL t60 = t59 * t59;
+    const REAL t61 = MINIMUM(t58, t60);
+    const REAL t62 = a_e10inf * t56;
+    const REAL t63 = t62 * t62;
+    const REAL t64 = LESS_EQUAL(t63, t61);
+    const REAL t65 = LESS_EQUAL(t58, t60);
+    const REAL t66 = SELECT(t65, (REAL)1, (REAL)0);
+    const REAL t67 = SELECT(t64, (REAL)0, t66);
+    const REAL t68 = t62 * t67;
+    const REAL t69 = SELECT(t64, (REAL)1, (REAL)0);
+    const REAL t70 = t57 * t69;
+    const REAL t71 = t70 - t68;
+    const REAL t72 = t71 * t71;
+    const REAL t73 = SELECT(t65, (REAL)0, (REAL)1);
+    const REAL t74 = SELECT(t64, (REAL)0, t73);
+    const REAL t75 = t62 * t74;
+    const REAL t76 = t59 * t69;
+    const REAL t77 = t76 - t75;
+    const REAL t78 = t77 * t77;
+    const REAL t79 = t72 + t78;
+    const REAL t80 = t57 * t74;
+    const REAL t81 = t59 * t67;
+    const REAL t82 = t81 - t80;
+    const REAL t83 = t82 * t82;
+    const REAL t84 = t79 + t83;
+    const REAL t85 = SQRT(t84);
+    const REAL t86 = (REAL)1 / t85;
+    const REAL t87 = t82 * t86;
+    const REAL t88 = -t87;
+    const REAL t89 = SELECT(t34, t88, (REAL)0);
+    const REAL t90 = t53 * t89;
+    const REAL t91 = (REAL)1 + t36;
+    const REAL t92 = t46 * t91;
+    const REAL t93 = SELECT(t34, (REAL)0, (REAL)1);
+    const REAL t94 = t92 * t93;
+    const REAL t95 = t94 - t90;
+    const REAL t96 = t13 * t25;
+    const REAL t97 = t8 * t30;
+    const REAL t98 = t96 - t97;
+    const REAL t99 = t16 * t98;
+    const REAL t100 = -t99;
+    const REAL t101 = SELECT(t34, t100, t99);
+    const REAL t102 = t46 * t101;
+    const REAL t103 = t77 * t86;
+    const REAL t104 = -t103;
+    const REAL t105 = SELECT(t34, t104, (REAL)0);
+    const REAL t106 = t102 * t105;
+    const REAL t107 = t95 - t106;
+    const REAL t108 = t10 * t25;
+    const REAL t109 = t8 * t27;
+    const REAL t110 = t108 - t109;
+    const REAL t111 = t16 * t110;
+    const REAL t112 = -t111;
+    const REAL t113 = SELECT(t34, t112, t111);
+    const REAL t114 = t46 * t113;
+    const REAL t115 = t71 * t86;
+    const REAL t116 = -t115;
+    const REAL t117 = SELECT(t34, t116, (REAL)0);
+    const REAL t118 = t114 * t117;
+    const REAL t119 = t107 - t118;
+    const REAL t120 = t92 * t117;
+    const REAL t121 = t53 * t105;
+    const REAL t122 = t120 + t121;
+    const REAL t123 = t93 * t114;
+    const REAL t124 = t122 + t123;
+    const REAL t125 = t89 * t102;
+    const REAL t126 = t124 - t125;
+    const REAL t127 = t89 * t114;
+    const REAL t128 = t92 * t105;
+    const REAL t129 = t128 + t127;
+    const REAL t130 = t93 * t102;
+    const REAL t131 = t129 + t130;
+    const REAL t132 = t53 * t117;
+    const REAL t133 = t131 - t132;
+    const REAL t134 = t89 * t92;
+    const REAL t135 = t102 * t117;
+    const REAL t136 = t134 + t135;
+    const REAL t137 = t53 * t93;
+    const REAL t138 = t136 + t137;
+    const REAL t139 = t105 * t114;
+    const REAL t140 = t138 - t139;
     const REAL t141 = a_e23inf * a_e30inf;
     const REAL t142 = a_e12inf * a_e10inf;
     const REAL t143 = t141 - t142;
-    const REAL t144 = t140 * t143;
-    const REAL t145 = t86 * t144;
+    const REAL t144 = t54 * t143;
+    const REAL t145 = t87 * t144;
     const REAL t146 = a_e12inf * a_e20inf;
     const REAL t147 = a_e13inf * a_e30inf;
     const REAL t148 = t146 + t147;
-    const REAL t149 = t140 * t148;
-    const REAL t150 = t102 * t149;
-    const REAL t151 = t150 + t145;
+    const REAL t149 = t54 * t148;
+    const REAL t150 = t103 * t149;
+    const REAL t151 = t145 + t150;
     const REAL t152 = -t151;
     const REAL t153 = SELECT(t34, t152, (REAL)0);
-    const REAL t154 = t101 * t153;
+    const REAL t154 = t102 * t153;
     const REAL t155 = a_e13inf * a_e10inf;
     const REAL t156 = a_e23inf * a_e20inf;
     const REAL t157 = t155 + t156;
-    const REAL t158 = t140 * t157;
-    const REAL t159 = t86 * t158;
-    const REAL t160 = t114 * t149;
-    const REAL t161 = t160 + t159;
+    const REAL t158 = t54 * t157;
+    const REAL t159 = t87 * t158;
+    const REAL t160 = t115 * t149;
+    const REAL t161 = t159 + t160;
     const REAL t162 = -t161;
     const REAL t163 = SELECT(t34, t162, (REAL)0);
-    const REAL t164 = t113 * t163;
+    const REAL t164 = t114 * t163;
     const REAL t165 = t154 + t164;
-    const REAL t166 = t114 * t144;
-    const REAL t167 = t102 * t158;
+    const REAL t166 = t115 * t144;
+    const REAL t167 = t103 * t158;
     const REAL t168 = t166 - t167;
     const REAL t169 = SELECT(t34, t168, (REAL)0);
-    const REAL t170 = t91 * t169;
+    const REAL t170 = t92 * t169;
     const REAL t171 = t165 + t170;
     const REAL t172 = b_e12inf * t24;
     const REAL t173 = t10 * t172;
@@ -36589,12 +36675,12 @@ INLINE void NAME(motor_between_lines)(const REAL *a, const REAL *b, REAL *out)
     const REAL t204 = (REAL)2 * t203;
     const REAL t205 = t52 * t204;
     const REAL t206 = t186 + t205;
-    const REAL t207 = t92 * t206;
+    const REAL t207 = t93 * t206;
     const REAL t208 = t171 + t207;
     const REAL t209 = t46 * t202;
-    const REAL t210 = t90 * t204;
+    const REAL t210 = t91 * t204;
     const REAL t211 = t209 - t210;
-    const REAL t212 = t88 * t211;
+    const REAL t212 = t89 * t211;
     const REAL t213 = t208 - t212;
     const REAL t214 = t25 * t180;
     const REAL t215 = t27 * t191;
@@ -36607,9 +36693,9 @@ INLINE void NAME(motor_between_lines)(const REAL *a, const REAL *b, REAL *out)
     const REAL t222 = -t221;
     const REAL t223 = SELECT(t34, t222, t221);
     const REAL t224 = t46 * t223;
-    const REAL t225 = t112 * t204;
+    const REAL t225 = t113 * t204;
     const REAL t226 = t224 + t225;
-    const REAL t227 = t104 * t226;
+    const REAL t227 = t105 * t226;
     const REAL t228 = t213 - t227;
     const REAL t229 = t13 * t188;
     const REAL t230 = t25 * t177;
@@ -36622,53 +36708,53 @@ INLINE void NAME(motor_between_lines)(const REAL *a, const REAL *b, REAL *out)
     const REAL t237 = -t236;
     const REAL t238 = SELECT(t34, t237, t236);
     const REAL t239 = t46 * t238;
-    const REAL t240 = t100 * t204;
+    const REAL t240 = t101 * t204;
     const REAL t241 = t239 - t240;
-    const REAL t242 = t116 * t241;
+    const REAL t242 = t117 * t241;
     const REAL t243 = t228 - t242;
-    const REAL t244 = t91 * t163;
+    const REAL t244 = t92 * t163;
     const REAL t245 = t53 * t153;
-    const REAL t246 = t245 + t244;
-    const REAL t247 = t104 * t211;
+    const REAL t246 = t244 + t245;
+    const REAL t247 = t105 * t211;
     const REAL t248 = t246 + t247;
-    const REAL t249 = t116 * t206;
+    const REAL t249 = t117 * t206;
     const REAL t250 = t248 + t249;
-    const REAL t251 = t92 * t241;
+    const REAL t251 = t93 * t241;
     const REAL t252 = t250 + t251;
-    const REAL t253 = t113 * t169;
+    const REAL t253 = t114 * t169;
     const REAL t254 = t252 - t253;
-    const REAL t255 = t88 * t226;
+    const REAL t255 = t89 * t226;
     const REAL t256 = t254 - t255;
-    const REAL t257 = t88 * t241;
-    const REAL t258 = t91 * t153;
-    const REAL t259 = t258 + t257;
-    const REAL t260 = t104 * t206;
+    const REAL t257 = t89 * t241;
+    const REAL t258 = t92 * t153;
+    const REAL t259 = t257 + t258;
+    const REAL t260 = t105 * t206;
     const REAL t261 = t259 + t260;
-    const REAL t262 = t92 * t226;
+    const REAL t262 = t93 * t226;
     const REAL t263 = t261 + t262;
     const REAL t264 = t53 * t163;
     const REAL t265 = t263 - t264;
-    const REAL t266 = t101 * t169;
+    const REAL t266 = t102 * t169;
     const REAL t267 = t265 - t266;
-    const REAL t268 = t116 * t211;
+    const REAL t268 = t117 * t211;
     const REAL t269 = t267 - t268;
-    const REAL t270 = t113 * t153;
+    const REAL t270 = t114 * t153;
     const REAL t271 = t53 * t169;
     const REAL t272 = t270 + t271;
-    const REAL t273 = t88 * t206;
+    const REAL t273 = t89 * t206;
     const REAL t274 = t272 + t273;
-    const REAL t275 = t116 * t226;
+    const REAL t275 = t117 * t226;
     const REAL t276 = t274 + t275;
-    const REAL t277 = t92 * t211;
+    const REAL t277 = t93 * t211;
     const REAL t278 = t276 + t277;
-    const REAL t279 = t101 * t163;
+    const REAL t279 = t102 * t163;
     const REAL t280 = t278 - t279;
-    const REAL t281 = t104 * t241;
+    const REAL t281 = t105 * t241;
     const REAL t282 = t280 - t281;
-    out[0] = t118;
-    out[1] = t125;
-    out[2] = t132;
-    out[3] = t139;
+    out[0] = t119;
+    out[1] = t126;
+    out[2] = t133;
+    out[3] = t140;
     out[4] = t243;
     out[5] = t256;
     out[6] = t269;
@@ -36687,7 +36773,7 @@ static INLINE void NAME(motor_between_lines_prepare_a)(const REAL *a, REAL *prep
     const REAL t1 = a_e20inf * a_e20inf;
     const REAL t2 = t0 + t1;
     const REAL t3 = a_e30inf * a_e30inf;
-    const REAL t4 = t3 + t2;
+    const REAL t4 = t2 + t3;
     const REAL t5 = ABS(t4);
     const REAL t6 = SQRT(t5);
     const REAL t7 = (REAL)1 / t6;
@@ -36700,67 +36786,67 @@ static INLINE void NAME(motor_between_lines_prepare_a)(const REAL *a, REAL *prep
     const REAL t14 = t13 * t13;
     const REAL t15 = t12 + t14;
     const REAL t16 = (REAL)1 / t15;
-    const REAL t54 = SQRT(t4);
-    const REAL t55 = (REAL)1 / t54;
-    const REAL t56 = a_e20inf * t55;
-    const REAL t57 = t56 * t56;
-    const REAL t58 = a_e30inf * t55;
-    const REAL t59 = t58 * t58;
-    const REAL t60 = MINIMUM(t57, t59);
-    const REAL t61 = a_e10inf * t55;
-    const REAL t62 = t61 * t61;
-    const REAL t63 = LESS_EQUAL(t62, t60);
-    const REAL t64 = LESS_EQUAL(t57, t59);
-    const REAL t65 = SELECT(t64, (REAL)1, (REAL)0);
-    const REAL t66 = SELECT(t63, (REAL)0, t65);
-    const REAL t67 = t61 * t66;
-    const REAL t68 = SELECT(t63, (REAL)1, (REAL)0);
-    const REAL t69 = t56 * t68;
-    const REAL t70 = t69 - t67;
-    const REAL t71 = t70 * t70;
-    const REAL t72 = SELECT(t64, (REAL)0, (REAL)1);
-    const REAL t73 = SELECT(t63, (REAL)0, t72);
-    const REAL t74 = t61 * t73;
-    const REAL t75 = t58 * t68;
-    const REAL t76 = t75 - t74;
-    const REAL t77 = t76 * t76;
-    const REAL t78 = t71 + t77;
-    const REAL t79 = t56 * t73;
-    const REAL t80 = t58 * t66;
-    const REAL t81 = t80 - t79;
-    const REAL t82 = t81 * t81;
-    const REAL t83 = t78 + t82;
-    const REAL t84 = SQRT(t83);
-    const REAL t85 = (REAL)1 / t84;
-    const REAL t86 = t81 * t85;
-    const REAL t87 = -t86;
-    const REAL t102 = t76 * t85;
-    const REAL t103 = -t102;
-    const REAL t114 = t70 * t85;
-    const REAL t115 = -t114;
-    const REAL t140 = (REAL)1 / t4;
+    const REAL t54 = (REAL)1 / t4;
+    const REAL t55 = SQRT(t4);
+    const REAL t56 = t55 * t54;
+    const REAL t57 = a_e20inf * t56;
+    const REAL t58 = t57 * t57;
+    const REAL t59 = a_e30inf * t56;
+    const REAL t60 = t59 * t59;
+    const REAL t61 = MINIMUM(t58, t60);
+    const REAL t62 = a_e10inf * t56;
+    const REAL t63 = t62 * t62;
+    const REAL t64 = LESS_EQUAL(t63, t61);
+    const REAL t65 = LESS_EQUAL(t58, t60);
+    const REAL t66 = SELECT(t65, (REAL)1, (REAL)0);
+    const REAL t67 = SELECT(t64, (REAL)0, t66);
+    const REAL t68 = t62 * t67;
+    const REAL t69 = SELECT(t64, (REAL)1, (REAL)0);
+    const REAL t70 = t57 * t69;
+    const REAL t71 = t70 - t68;
+    const REAL t72 = t71 * t71;
+    const REAL t73 = SELECT(t65, (REAL)0, (REAL)1);
+    const REAL t74 = SELECT(t64, (REAL)0, t73);
+    const REAL t75 = t62 * t74;
+    const REAL t76 = t59 * t69;
+    const REAL t77 = t76 - t75;
+    const REAL t78 = t77 * t77;
+    const REAL t79 = t72 + t78;
+    const REAL t80 = t57 * t74;
+    const REAL t81 = t59 * t67;
+    const REAL t82 = t81 - t80;
+    const REAL t83 = t82 * t82;
+    const REAL t84 = t79 + t83;
+    const REAL t85 = SQRT(t84);
+    const REAL t86 = (REAL)1 / t85;
+    const REAL t87 = t82 * t86;
+    const REAL t88 = -t87;
+    const REAL t103 = t77 * t86;
+    const REAL t104 = -t103;
+    const REAL t115 = t71 * t86;
+    const REAL t116 = -t115;
     const REAL t141 = a_e23inf * a_e30inf;
     const REAL t142 = a_e12inf * a_e10inf;
     const REAL t143 = t141 - t142;
-    const REAL t144 = t140 * t143;
-    const REAL t145 = t86 * t144;
+    const REAL t144 = t54 * t143;
+    const REAL t145 = t87 * t144;
     const REAL t146 = a_e12inf * a_e20inf;
     const REAL t147 = a_e13inf * a_e30inf;
     const REAL t148 = t146 + t147;
-    const REAL t149 = t140 * t148;
-    const REAL t150 = t102 * t149;
-    const REAL t151 = t150 + t145;
+    const REAL t149 = t54 * t148;
+    const REAL t150 = t103 * t149;
+    const REAL t151 = t145 + t150;
     const REAL t152 = -t151;
     const REAL t155 = a_e13inf * a_e10inf;
     const REAL t156 = a_e23inf * a_e20inf;
     const REAL t157 = t155 + t156;
-    const REAL t158 = t140 * t157;
-    const REAL t159 = t86 * t158;
-    const REAL t160 = t114 * t149;
-    const REAL t161 = t160 + t159;
+    const REAL t158 = t54 * t157;
+    const REAL t159 = t87 * t158;
+    const REAL t160 = t115 * t149;
+    const REAL t161 = t159 + t160;
     const REAL t162 = -t161;
-    const REAL t166 = t114 * t144;
-    const REAL t167 = t102 * t158;
+    const REAL t166 = t115 * t144;
+    const REAL t167 = t103 * t158;
     const REAL t168 = t166 - t167;
     const REAL t177 = a_e12inf * t7;
     const REAL t180 = a_e13inf * t7;
@@ -36769,9 +36855,9 @@ static INLINE void NAME(motor_between_lines_prepare_a)(const REAL *a, REAL *prep
     prepared[1] = t10;
     prepared[2] = t13;
     prepared[3] = t16;
-    prepared[4] = t87;
-    prepared[5] = t103;
-    prepared[6] = t115;
+    prepared[4] = t88;
+    prepared[5] = t104;
+    prepared[6] = t116;
     prepared[7] = t152;
     prepared[8] = t162;
     prepared[9] = t168;
@@ -36786,9 +36872,9 @@ static INLINE void NAME(motor_between_lines_apply_a)(const REAL *prepared, const
     const REAL t10 = prepared[1];
     const REAL t13 = prepared[2];
     const REAL t16 = prepared[3];
-    const REAL t87 = prepared[4];
-    const REAL t103 = prepared[5];
-    const REAL t115 = prepared[6];
+    const REAL t88 = prepared[4];
+    const REAL t104 = prepared[5];
+    const REAL t116 = prepared[6];
     const REAL t152 = prepared[7];
     const REAL t162 = prepared[8];
     const REAL t168 = prepared[9];
@@ -36838,61 +36924,61 @@ static INLINE void NAME(motor_between_lines_apply_a)(const REAL *prepared, const
     const REAL t51 = -t50;
     const REAL t52 = SELECT(t34, t51, t50);
     const REAL t53 = t46 * t52;
-    const REAL t88 = SELECT(t34, t87, (REAL)0);
-    const REAL t89 = t88 * t53;
-    const REAL t90 = (REAL)1 + t36;
-    const REAL t91 = t90 * t46;
-    const REAL t92 = SELECT(t34, (REAL)0, (REAL)1);
-    const REAL t93 = t92 * t91;
-    const REAL t94 = t93 - t89;
-    const REAL t95 = t13 * t25;
-    const REAL t96 = t8 * t30;
-    const REAL t97 = t95 - t96;
-    const REAL t98 = t16 * t97;
-    const REAL t99 = -t98;
-    const REAL t100 = SELECT(t34, t99, t98);
-    const REAL t101 = t46 * t100;
-    const REAL t104 = SELECT(t34, t103, (REAL)0);
-    const REAL t105 = t104 * t101;
-    const REAL t106 = t94 - t105;
-    const REAL t107 = t10 * t25;
-    const REAL t108 = t8 * t27;
-    const REAL t109 = t107 - t108;
-    const REAL t110 = t16 * t109;
-    const REAL t111 = -t110;
-    const REAL t112 = SELECT(t34, t111, t110);
-    const REAL t113 = t46 * t112;
-    const REAL t116 = SELECT(t34, t115, (REAL)0);
-    const REAL t117 = t116 * t113;
-    const REAL t118 = t106 - t117;
-    const REAL t119 = t91 * t116;
-    const REAL t120 = t53 * t104;
-    const REAL t121 = t120 + t119;
-    const REAL t122 = t92 * t113;
-    const REAL t123 = t121 + t122;
-    const REAL t124 = t88 * t101;
-    const REAL t125 = t123 - t124;
-    const REAL t126 = t91 * t104;
-    const REAL t127 = t88 * t113;
-    const REAL t128 = t127 + t126;
-    const REAL t129 = t92 * t101;
-    const REAL t130 = t128 + t129;
-    const REAL t131 = t53 * t116;
-    const REAL t132 = t130 - t131;
-    const REAL t133 = t91 * t88;
-    const REAL t134 = t101 * t116;
-    const REAL t135 = t133 + t134;
-    const REAL t136 = t92 * t53;
-    const REAL t137 = t135 + t136;
-    const REAL t138 = t104 * t113;
-    const REAL t139 = t137 - t138;
+    const REAL t89 = SELECT(t34, t88, (REAL)0);
+    const REAL t90 = t53 * t89;
+    const REAL t91 = (REAL)1 + t36;
+    const REAL t92 = t46 * t91;
+    const REAL t93 = SELECT(t34, (REAL)0, (REAL)1);
+    const REAL t94 = t92 * t93;
+    const REAL t95 = t94 - t90;
+    const REAL t96 = t13 * t25;
+    const REAL t97 = t8 * t30;
+    const REAL t98 = t96 - t97;
+    const REAL t99 = t16 * t98;
+    const REAL t100 = -t99;
+    const REAL t101 = SELECT(t34, t100, t99);
+    const REAL t102 = t46 * t101;
+    const REAL t105 = SELECT(t34, t104, (REAL)0);
+    const REAL t106 = t102 * t105;
+    const REAL t107 = t95 - t106;
+    const REAL t108 = t10 * t25;
+    const REAL t109 = t8 * t27;
+    const REAL t110 = t108 - t109;
+    const REAL t111 = t16 * t110;
+    const REAL t112 = -t111;
+    const REAL t113 = SELECT(t34, t112, t111);
+    const REAL t114 = t46 * t113;
+    const REAL t117 = SELECT(t34, t116, (REAL)0);
+    const REAL t118 = t114 * t117;
+    const REAL t119 = t107 - t118;
+    const REAL t120 = t92 * t117;
+    const REAL t121 = t53 * t105;
+    const REAL t122 = t120 + t121;
+    const REAL t123 = t93 * t114;
+    const REAL t124 = t122 + t123;
+    const REAL t125 = t89 * t102;
+    const REAL t126 = t124 - t125;
+    const REAL t127 = t89 * t114;
+    const REAL t128 = t92 * t105;
+    const REAL t129 = t128 + t127;
+    const REAL t130 = t93 * t102;
+    const REAL t131 = t129 + t130;
+    const REAL t132 = t53 * t117;
+    const REAL t133 = t131 - t132;
+    const REAL t134 = t89 * t92;
+    const REAL t135 = t102 * t117;
+    const REAL t136 = t134 + t135;
+    const REAL t137 = t53 * t93;
+    const REAL t138 = t136 + t137;
+    const REAL t139 = t105 * t114;
+    const REAL t140 = t138 - t139;
     const REAL t153 = SELECT(t34, t152, (REAL)0);
-    const REAL t154 = t101 * t153;
+    const REAL t154 = t102 * t153;
     const REAL t163 = SELECT(t34, t162, (REAL)0);
-    const REAL t164 = t113 * t163;
+    const REAL t164 = t114 * t163;
     const REAL t165 = t154 + t164;
     const REAL t169 = SELECT(t34, t168, (REAL)0);
-    const REAL t170 = t91 * t169;
+    const REAL t170 = t92 * t169;
     const REAL t171 = t165 + t170;
     const REAL t172 = b_e12inf * t24;
     const REAL t173 = t10 * t172;
@@ -36926,12 +37012,12 @@ static INLINE void NAME(motor_between_lines_apply_a)(const REAL *prepared, const
     const REAL t204 = (REAL)2 * t203;
     const REAL t205 = t52 * t204;
     const REAL t206 = t186 + t205;
-    const REAL t207 = t92 * t206;
+    const REAL t207 = t93 * t206;
     const REAL t208 = t171 + t207;
     const REAL t209 = t46 * t202;
-    const REAL t210 = t90 * t204;
+    const REAL t210 = t91 * t204;
     const REAL t211 = t209 - t210;
-    const REAL t212 = t88 * t211;
+    const REAL t212 = t89 * t211;
     const REAL t213 = t208 - t212;
     const REAL t214 = t25 * t180;
     const REAL t215 = t27 * t191;
@@ -36944,9 +37030,9 @@ static INLINE void NAME(motor_between_lines_apply_a)(const REAL *prepared, const
     const REAL t222 = -t221;
     const REAL t223 = SELECT(t34, t222, t221);
     const REAL t224 = t46 * t223;
-    const REAL t225 = t112 * t204;
+    const REAL t225 = t113 * t204;
     const REAL t226 = t224 + t225;
-    const REAL t227 = t104 * t226;
+    const REAL t227 = t105 * t226;
     const REAL t228 = t213 - t227;
     const REAL t229 = t13 * t188;
     const REAL t230 = t25 * t177;
@@ -36959,53 +37045,53 @@ static INLINE void NAME(motor_between_lines_apply_a)(const REAL *prepared, const
     const REAL t237 = -t236;
     const REAL t238 = SELECT(t34, t237, t236);
     const REAL t239 = t46 * t238;
-    const REAL t240 = t100 * t204;
+    const REAL t240 = t101 * t204;
     const REAL t241 = t239 - t240;
-    const REAL t242 = t116 * t241;
+    const REAL t242 = t117 * t241;
     const REAL t243 = t228 - t242;
-    const REAL t244 = t91 * t163;
+    const REAL t244 = t92 * t163;
     const REAL t245 = t53 * t153;
-    const REAL t246 = t245 + t244;
-    const REAL t247 = t104 * t211;
+    const REAL t246 = t244 + t245;
+    const REAL t247 = t105 * t211;
     const REAL t248 = t246 + t247;
-    const REAL t249 = t116 * t206;
+    const REAL t249 = t117 * t206;
     const REAL t250 = t248 + t249;
-    const REAL t251 = t92 * t241;
+    const REAL t251 = t93 * t241;
     const REAL t252 = t250 + t251;
-    const REAL t253 = t113 * t169;
+    const REAL t253 = t114 * t169;
     const REAL t254 = t252 - t253;
-    const REAL t255 = t88 * t226;
+    const REAL t255 = t89 * t226;
     const REAL t256 = t254 - t255;
-    const REAL t257 = t88 * t241;
-    const REAL t258 = t91 * t153;
-    const REAL t259 = t258 + t257;
-    const REAL t260 = t104 * t206;
+    const REAL t257 = t89 * t241;
+    const REAL t258 = t92 * t153;
+    const REAL t259 = t257 + t258;
+    const REAL t260 = t105 * t206;
     const REAL t261 = t259 + t260;
-    const REAL t262 = t92 * t226;
+    const REAL t262 = t93 * t226;
     const REAL t263 = t261 + t262;
     const REAL t264 = t53 * t163;
     const REAL t265 = t263 - t264;
-    const REAL t266 = t101 * t169;
+    const REAL t266 = t102 * t169;
     const REAL t267 = t265 - t266;
-    const REAL t268 = t116 * t211;
+    const REAL t268 = t117 * t211;
     const REAL t269 = t267 - t268;
-    const REAL t270 = t113 * t153;
+    const REAL t270 = t114 * t153;
     const REAL t271 = t53 * t169;
     const REAL t272 = t270 + t271;
-    const REAL t273 = t88 * t206;
+    const REAL t273 = t89 * t206;
     const REAL t274 = t272 + t273;
-    const REAL t275 = t116 * t226;
+    const REAL t275 = t117 * t226;
     const REAL t276 = t274 + t275;
-    const REAL t277 = t92 * t211;
+    const REAL t277 = t93 * t211;
     const REAL t278 = t276 + t277;
-    const REAL t279 = t101 * t163;
+    const REAL t279 = t102 * t163;
     const REAL t280 = t278 - t279;
-    const REAL t281 = t104 * t241;
+    const REAL t281 = t105 * t241;
     const REAL t282 = t280 - t281;
-    out[0] = t118;
-    out[1] = t125;
-    out[2] = t132;
-    out[3] = t139;
+    out[0] = t119;
+    out[1] = t126;
+    out[2] = t133;
+    out[3] = t140;
     out[4] = t243;
     out[5] = t256;
     out[6] = t269;

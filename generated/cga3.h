@@ -2,7 +2,7 @@
 // command: gac generate --all cga3
 // spec: d19093e28632a342
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 345150d00624b37adb4e55abc4d53a755d16a6fb13be8c705748009cd430a815
+// body: 1036c160a7d9749472d9e50b6ab4cfec291471a9edc6a3511409fa8ba8302651
 /* cga3
    Conformal geometry of space in G(4,1) with the null basis ``e0, einf`` and ``einf . e0 = -1``.
    
@@ -1095,10 +1095,10 @@ void cga3_distance_lines_loop_f32(char **args, const intptr_t *dimensions, const
      line[6]  CGA3.LINE: e12inf, e13inf, e23inf, e10inf, e20inf, e30inf.
      plane[4]  CGA3.PLANE: e123inf, e120inf, e130inf, e230inf.
      out[1]  SCALAR.
-   Costs 28 mul, 12 add, 3 div, 2 sqrt, 3 choice.
-   Where `line` stay the same for 2 elements or more: 15 mul, 5 add, 2 div, 1 sqrt once, then 13 mul, 7 add, 1
+   Costs 29 mul, 12 add, 2 div, 2 sqrt, 3 choice.
+   Where `line` stay the same for 2 elements or more: 16 mul, 5 add, 1 div, 1 sqrt once, then 13 mul, 7 add, 1
    div, 1 sqrt, 3 choice for each.
-   Where `plane` stay the same for 2 elements or more: 7 mul, 2 add, 1 div, 1 sqrt once, then 21 mul, 10 add, 2
+   Where `plane` stay the same for 2 elements or more: 7 mul, 2 add, 1 div, 1 sqrt once, then 22 mul, 10 add, 1
    div, 1 sqrt, 3 choice for each.
    Error: 0.0 ulp of the largest coefficient, 64 random inputs. */
 void cga3_signed_distance_line_plane_f64(const double *line, const double *plane, double *out);
@@ -1321,10 +1321,10 @@ void cga3_conformal_sine_circle_sphere_loop_f32(char **args, const intptr_t *dim
      b[6]  CGA3.LINE: e12inf, e13inf, e23inf, e10inf, e20inf, e30inf.
      out_0[3]  CGA3.POINT: e1, e2, e3; with e0 = 1, einf = implied.
      out_1[3]  CGA3.POINT: e1, e2, e3; with e0 = 1, einf = implied.
-   Costs 57 mul, 37 add, 5 div, 2 sqrt, 3 choice.
-   Where `a` stay the same for 2 elements or more: 15 mul, 5 add, 2 div, 1 sqrt once, then 42 mul, 32 add, 3 div,
+   Costs 59 mul, 37 add, 3 div, 2 sqrt, 3 choice.
+   Where `a` stay the same for 2 elements or more: 16 mul, 5 add, 1 div, 1 sqrt once, then 43 mul, 32 add, 2 div,
    1 sqrt, 3 choice for each.
-   Where `b` stay the same for 2 elements or more: 15 mul, 5 add, 2 div, 1 sqrt once, then 42 mul, 32 add, 3 div,
+   Where `b` stay the same for 2 elements or more: 16 mul, 5 add, 1 div, 1 sqrt once, then 43 mul, 32 add, 2 div,
    1 sqrt, 3 choice for each.
    Error: 10.9 ulp of the largest coefficient, 64 random inputs. */
 void cga3_closest_points_of_lines_f64(const double *a, const double *b, double *out_0, double *out_1);
@@ -1337,8 +1337,8 @@ void cga3_closest_points_of_lines_loop_f32(char **args, const intptr_t *dimensio
      circle[10]  CGA3.CIRCLE: e123, e120, e130, e230, e12inf, e13inf, e23inf, e10inf, e20inf, e30inf.
      out_0[3]  CGA3.POINT: e1, e2, e3; with e0 = 1, einf = implied.
      out_1[3]  CGA3.POINT: e1, e2, e3; with e0 = 1, einf = implied.
-   Costs 222 mul, 186 add, 11 div, 5 sqrt, 73 choice.
-   Error: 4.5 ulp of the largest coefficient, 64 random inputs. */
+   Costs 223 mul, 186 add, 10 div, 5 sqrt, 73 choice.
+   Error: 6.1 ulp of the largest coefficient, 64 random inputs. */
 void cga3_closest_points_line_circle_f64(const double *line, const double *circle, double *out_0, double *out_1);
 void cga3_closest_points_line_circle_f32(const float *line, const float *circle, float *out_0, float *out_1);
 void cga3_closest_points_line_circle_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);
@@ -1514,7 +1514,7 @@ void cga3_meet_dual_spheres_kind_loop_f32(char **args, const intptr_t *dimension
      circle[10]  CGA3.CIRCLE: e123, e120, e130, e230, e12inf, e13inf, e23inf, e10inf, e20inf, e30inf.
      s[5]  CGA3.VECTOR: e1, e2, e3, e0, einf.
      out[1]  SCALAR.
-   Costs 80 mul, 52 add, 3 sqrt, 18 choice.
+   Costs 79 mul, 53 add, 3 sqrt, 18 choice.
    Error: 0.0 ulp of the largest coefficient, 64 random inputs. */
 void cga3_meet_circle_dual_sphere_kind_f64(const double *circle, const double *s, double *out);
 void cga3_meet_circle_dual_sphere_kind_f32(const float *circle, const float *s, float *out);
@@ -1672,8 +1672,8 @@ void cga3_motor_from_line_loop_f32(char **args, const intptr_t *dimensions, cons
 /* ``exp(b)`` of the bivector of a rigid motion: rotation, translation or screw. Smooth everywhere.
      b[6]  CGA3.GENERATOR: e12, e13, e23, e1inf, e2inf, e3inf.
      out[8]  CGA3.MOTOR: 1, e12, e13, e23, e1inf, e2inf, e3inf, e123inf; unit.
-   Costs 19 mul, 8 add, 2 div, 1 sqrt, 2 call, 5 choice.
-   Error: 3.8 ulp of the largest coefficient, 64 random inputs. */
+   Costs 20 mul, 8 add, 1 div, 1 sqrt, 2 call, 5 choice.
+   Error: 2.8 ulp of the largest coefficient, 64 random inputs. */
 void cga3_motor_exponential_f64(const double *b, double *out);
 void cga3_motor_exponential_f32(const float *b, float *out);
 void cga3_motor_exponential_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);
@@ -1686,8 +1686,8 @@ void cga3_motor_exponential_loop_f32(char **args, const intptr_t *dimensions, co
      m[8]  CGA3.MOTOR: 1, e12, e13, e23, e1inf, e2inf, e3inf, e123inf; unit.
      out[6]  CGA3.GENERATOR: e12, e13, e23, e1inf, e2inf, e3inf.
    Assumes ``m ~m = 1``.
-   Costs 12 mul, 5 add, 2 div, 1 sqrt, 1 call, 7 choice.
-   Error: 1.3 ulp of the largest coefficient, 64 random inputs. */
+   Costs 15 mul, 5 add, 1 div, 1 sqrt, 1 call, 7 choice.
+   Error: 2.4 ulp of the largest coefficient, 64 random inputs. */
 void cga3_motor_logarithm_f64(const double *m, double *out);
 void cga3_motor_logarithm_f32(const float *m, float *out);
 void cga3_motor_logarithm_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);
@@ -1697,8 +1697,8 @@ void cga3_motor_logarithm_loop_f32(char **args, const intptr_t *dimensions, cons
      m[8]  CGA3.MOTOR: 1, e12, e13, e23, e1inf, e2inf, e3inf, e123inf; unit.
      out[8]  CGA3.MOTOR: 1, e12, e13, e23, e1inf, e2inf, e3inf, e123inf; unit.
    Assumes ``m ~m = 1``.
-   Costs 23 mul, 6 add, 2 div, 1 sqrt, 3 choice.
-   Error: 1.5 ulp of the largest coefficient, 64 random inputs. */
+   Costs 23 mul, 6 add, 1 div, 1 sqrt, 3 choice.
+   Error: 1.8 ulp of the largest coefficient, 64 random inputs. */
 void cga3_motor_square_root_f64(const double *m, double *out);
 void cga3_motor_square_root_f32(const float *m, float *out);
 void cga3_motor_square_root_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);
@@ -1711,10 +1711,10 @@ void cga3_motor_square_root_loop_f32(char **args, const intptr_t *dimensions, co
      t  SCALAR.
      out[8]  CGA3.MOTOR: 1, e12, e13, e23, e1inf, e2inf, e3inf, e123inf; unit.
    Assumes ``m ~m = 1``.
-   Costs 37 mul, 13 add, 4 div, 2 sqrt, 3 call, 12 choice.
-   Where `m` stay the same for 2 elements or more: 12 mul, 5 add, 2 div, 1 sqrt, 1 call, 7 choice once, then 25
-   mul, 8 add, 2 div, 1 sqrt, 2 call, 5 choice for each.
-   Error: 3.3 ulp of the largest coefficient, 64 random inputs. */
+   Costs 41 mul, 13 add, 2 div, 2 sqrt, 3 call, 12 choice.
+   Where `m` stay the same for 2 elements or more: 15 mul, 5 add, 1 div, 1 sqrt, 1 call, 7 choice once, then 26
+   mul, 8 add, 1 div, 1 sqrt, 2 call, 5 choice for each.
+   Error: 4.3 ulp of the largest coefficient, 64 random inputs. */
 void cga3_motor_power_f64(const double *m, double t, double *out);
 void cga3_motor_power_f32(const float *m, float t, float *out);
 void cga3_motor_power_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);
@@ -1726,10 +1726,10 @@ void cga3_motor_power_loop_f32(char **args, const intptr_t *dimensions, const in
      t  SCALAR.
      out[8]  CGA3.MOTOR: 1, e12, e13, e23, e1inf, e2inf, e3inf, e123inf; unit.
    Assumes ``a ~a = 1``, ``b ~b = 1``.
-   Costs 133 mul, 93 add, 4 div, 2 sqrt, 3 call, 12 choice.
-   Where `a` and `b` stay the same for 2 elements or more: 60 mul, 45 add, 2 div, 1 sqrt, 1 call, 7 choice once,
-   then 73 mul, 48 add, 2 div, 1 sqrt, 2 call, 5 choice for each.
-   Error: 6.3 ulp of the largest coefficient, 64 random inputs. */
+   Costs 137 mul, 93 add, 2 div, 2 sqrt, 3 call, 12 choice.
+   Where `a` and `b` stay the same for 2 elements or more: 63 mul, 45 add, 1 div, 1 sqrt, 1 call, 7 choice once,
+   then 74 mul, 48 add, 1 div, 1 sqrt, 2 call, 5 choice for each.
+   Error: 9.4 ulp of the largest coefficient, 64 random inputs. */
 void cga3_interpolate_motors_f64(const double *a, const double *b, double t, double *out);
 void cga3_interpolate_motors_f32(const float *a, const float *b, float t, float *out);
 void cga3_interpolate_motors_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);
@@ -2074,8 +2074,8 @@ void cga3_versor_decomposition_loop_f32(char **args, const intptr_t *dimensions,
      a[6]  CGA3.LINE: e12inf, e13inf, e23inf, e10inf, e20inf, e30inf.
      b[6]  CGA3.LINE: e12inf, e13inf, e23inf, e10inf, e20inf, e30inf.
      out[8]  CGA3.MOTOR: 1, e12, e13, e23, e1inf, e2inf, e3inf, e123inf.
-   Costs 151 mul, 80 add, 7 div, 6 sqrt, 26 choice.
-   Where `a` stay the same for 2 elements or more: 45 mul, 15 add, 5 div, 3 sqrt, 9 choice once, then 106 mul, 65
+   Costs 152 mul, 80 add, 6 div, 6 sqrt, 26 choice.
+   Where `a` stay the same for 2 elements or more: 46 mul, 15 add, 4 div, 3 sqrt, 9 choice once, then 106 mul, 65
    add, 2 div, 3 sqrt, 17 choice for each.
    Error: 7.6 ulp of the largest coefficient, 64 random inputs. */
 void cga3_motor_between_lines_f64(const double *a, const double *b, double *out);

@@ -2,7 +2,7 @@
 // command: gac generate --all hand_eye
 // spec: 957db21cfe168010
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: e31965da63132275bdebb1be308b8ec8805405dff61f46a314e3b0bdca1b5001
+// body: eb6c8341484da8c2d67efcad598eb0cd931000bb3ee7ba55d59c04d749088627
 
 #ifndef REAL
 #include "hand_eye.h"
@@ -30,13 +30,27 @@
 #define NOT_UNROLLED
 #endif
 
-// The widest vectors of the machine that runs the loops: on x86-64 there is each for AVX2 and for AVX-512, and machines
-// that have neither run one element after the other; on others there is one.
-#if defined(__GNUC__) && __GNUC__ >= 12 && !defined(__clang__) && defined(__x86_64__) && defined(__GLIBC__)
-#define WIDE __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
-#define ON(level) __attribute__((target("arch=x86-64-" level)))
+// The widest vectors of the machine that runs the loops: on x86-64 there is each for AVX2 (v3) and for AVX-512 (v4),
+// and machines that have neither run one element after the other; on others there is one.
+#if defined(__x86_64__) && defined(__clang__)
+#define ON_v3 __attribute__((target("avx2,fma,bmi2")))
+#define ON_v4 __attribute__((target("avx2,fma,bmi2,avx512f,avx512bw,avx512dq,avx512vl")))
+#define FINDS(feature) __builtin_cpu_supports(feature)
+#if defined(__AVX2__) && defined(__FMA__) && defined(__BMI2__)
+#define HAS_v3 1
+#else
+#define HAS_v3 (FINDS("avx2") && FINDS("fma") && FINDS("bmi2"))
+#endif
+#define HAS_v4 (FINDS("avx512f") && FINDS("avx512bw") && FINDS("avx512dq") && FINDS("avx512vl"))
+#elif defined(__x86_64__) && defined(__GNUC__) && __GNUC__ >= 12
+#define ON_v3 __attribute__((target("arch=x86-64-v3")))
+#define ON_v4 __attribute__((target("arch=x86-64-v4")))
+#define HAS_v3 __builtin_cpu_supports("x86-64-v3")
+#define HAS_v4 __builtin_cpu_supports("x86-64-v4")
+#endif
+#ifdef ON_v3
 #define ONE(name, level)                                                                        \
-    ON(#level) static void NAME(name##_##level)(intptr_t n, char **args, const intptr_t *strides) \
+    ON_##level static void NAME(name##_##level)(intptr_t n, char **args, const intptr_t *strides) \
     {                                                                                           \
         NAME(name)(n, args, strides);                                                           \
     }
@@ -44,14 +58,34 @@
 #define LOOPS(name) ONE(name, v3) ONE(name, v4)
 #define WIDTH(name) {NAME(name##_v3), NAME(name##_v3)}
 #define WIDTHS(name) {NAME(name##_v3), NAME(name##_v4)}
-#define CHOSEN (__builtin_cpu_supports("x86-64-v4") ? 1 : __builtin_cpu_supports("x86-64-v3") ? 0 : -1)
+#define CHOSEN (HAS_v4 ? 1 : HAS_v3 ? 0 : -1)
 #else
-#define WIDE
 #define LOOP(name)
 #define LOOPS(name)
 #define WIDTH(name) {NAME(name)}
 #define WIDTHS(name) {NAME(name)}
 #define CHOSEN 0
+#endif
+#if defined(ON_v3) && defined(__GLIBC__) && !defined(__clang__)
+#define WIDE __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
+#else
+#define WIDE
+#endif
+
+// A plain function whose body, elsewhere for loops, has sines or their kin: these round products and sums together,
+// which is an instruction of machines with AVX2, and a call on others.
+#ifdef ON_v3
+#define FUSED(name, parameters, within) ON_v3 static void NAME(name##_v3) parameters { NAME(name##_within) within; }
+#define RUN(name, arguments, within)        \
+    do {                                    \
+        if (HAS_v3)                         \
+            NAME(name##_v3) arguments;      \
+        else                                \
+            NAME(name##_within) within;     \
+    } while (0)
+#else
+#define FUSED(name, parameters, within)
+#define RUN(name, arguments, within) NAME(name##_within) within
 #endif
 
 // Loops run over whole vectors: a block is padded to a multiple of this many elements.
@@ -68,7 +102,7 @@
 #define ALONE 2
 
 // A vector of neighbours in memory, where the compiler turns such of 32 bytes well.
-#if defined(__has_builtin) && (defined(ON) || defined(__clang__))
+#if defined(__has_builtin) && (defined(ON_v3) || defined(__clang__))
 #if __has_builtin(__builtin_shufflevector)
 #define SHUFFLE __builtin_shufflevector
 #define VECTOR(n) __attribute__((vector_size((n) * sizeof(REAL)), aligned(sizeof(REAL)), may_alias))
@@ -91,9 +125,9 @@ static intptr_t offset_of(const struct part *part, intptr_t k, const intptr_t *s
 
 // What no cache holds goes to memory past them: whole lines, of which nothing is fetched first.
 enum { LINE = 64 };
-#ifdef ON
+#if defined(ON_v3) && !defined(__clang__)
 #define PASSES(bytes) ((bytes) > 1 << 25)
-ON("v3") static void stream(char *to, const char *from, intptr_t bytes)
+ON_v3 static void stream(char *to, const char *from, intptr_t bytes)
 {
     typedef double half __attribute__((vector_size(LINE / 2), aligned(4), may_alias));
     const intptr_t start = -(intptr_t)to & (LINE - 1);
@@ -1416,7 +1450,7 @@ INLINE void NAME(null_motor)(const REAL *u, const REAL *v, REAL *out)
     const REAL t27 = LESS(t14, (REAL)0);
     const REAL t28 = t13 - t6;
     const REAL t29 = SELECT(t27, t28, t14);
-    const REAL t30 = t29 + t26;
+    const REAL t30 = t26 + t29;
     const REAL t31 = t22 * (REAL)2;
     const REAL t32 = SELECT(t27, t31, t30);
     const REAL t33 = LESS(t30, (REAL)1e-60);
@@ -1442,66 +1476,65 @@ INLINE void NAME(null_motor)(const REAL *u, const REAL *v, REAL *out)
     const REAL t53 = t51 + t52;
     const REAL t54 = t53 * t53;
     const REAL t55 = t50 + t54;
-    const REAL t56 = SQRT(t55);
-    const REAL t57 = (REAL)1 / t56;
-    const REAL t58 = t39 * t57;
-    const REAL t59 = LESS(t58, (REAL)0);
-    const REAL t60 = SELECT(t59, (REAL)-1, (REAL)1);
-    const REAL t61 = t58 * t60;
-    const REAL t62 = t43 * t57;
-    const REAL t63 = t60 * t62;
-    const REAL t64 = t48 * t57;
-    const REAL t65 = t60 * t64;
-    const REAL t66 = t53 * t57;
-    const REAL t67 = t60 * t66;
-    const REAL t68 = u_e0123 * t34;
-    const REAL t69 = v_e0123 * t37;
-    const REAL t70 = t68 + t69;
-    const REAL t71 = t39 * t70;
-    const REAL t72 = u_e02 * t34;
-    const REAL t73 = v_e02 * t37;
-    const REAL t74 = t72 + t73;
-    const REAL t75 = t48 * t74;
-    const REAL t76 = t71 + t75;
-    const REAL t77 = u_e03 * t34;
-    const REAL t78 = v_e03 * t37;
-    const REAL t79 = t77 + t78;
-    const REAL t80 = t43 * t79;
-    const REAL t81 = t80 - t76;
-    const REAL t82 = u_e01 * t34;
-    const REAL t83 = v_e01 * t37;
-    const REAL t84 = t82 + t83;
-    const REAL t85 = t53 * t84;
-    const REAL t86 = t81 + t85;
-    const REAL t87 = (REAL)2 * t86;
-    const REAL t88 = t87 * (REAL)0.5;
-    const REAL t89 = t88 / t55;
-    const REAL t90 = t53 * t89;
-    const REAL t91 = t90 - t84;
-    const REAL t92 = t57 * t91;
-    const REAL t93 = t60 * t92;
-    const REAL t94 = -t93;
-    const REAL t95 = t48 * t89;
-    const REAL t96 = t74 + t95;
-    const REAL t97 = t57 * t96;
-    const REAL t98 = t60 * t97;
-    const REAL t99 = t43 * t89;
-    const REAL t100 = t99 - t79;
-    const REAL t101 = t57 * t100;
-    const REAL t102 = t60 * t101;
-    const REAL t103 = -t102;
-    const REAL t104 = t39 * t89;
-    const REAL t105 = t70 + t104;
-    const REAL t106 = t57 * t105;
-    const REAL t107 = t60 * t106;
-    out[0] = t61;
-    out[1] = t63;
-    out[2] = t65;
-    out[3] = t67;
-    out[4] = t94;
-    out[5] = t98;
-    out[6] = t103;
-    out[7] = t107;
+    const REAL t56 = (REAL)1 / t55;
+    const REAL t57 = SQRT(t55);
+    const REAL t58 = t57 * t56;
+    const REAL t59 = t39 * t58;
+    const REAL t60 = LESS(t59, (REAL)0);
+    const REAL t61 = SELECT(t60, (REAL)-1, (REAL)1);
+    const REAL t62 = t59 * t61;
+    const REAL t63 = t43 * t58;
+    const REAL t64 = t61 * t63;
+    const REAL t65 = t48 * t58;
+    const REAL t66 = t61 * t65;
+    const REAL t67 = t53 * t58;
+    const REAL t68 = t61 * t67;
+    const REAL t69 = u_e0123 * t34;
+    const REAL t70 = v_e0123 * t37;
+    const REAL t71 = t69 + t70;
+    const REAL t72 = t39 * t71;
+    const REAL t73 = u_e02 * t34;
+    const REAL t74 = v_e02 * t37;
+    const REAL t75 = t73 + t74;
+    const REAL t76 = t48 * t75;
+    const REAL t77 = t72 + t76;
+    const REAL t78 = u_e03 * t34;
+    const REAL t79 = v_e03 * t37;
+    const REAL t80 = t78 + t79;
+    const REAL t81 = t43 * t80;
+    const REAL t82 = t81 - t77;
+    const REAL t83 = u_e01 * t34;
+    const REAL t84 = v_e01 * t37;
+    const REAL t85 = t83 + t84;
+    const REAL t86 = t53 * t85;
+    const REAL t87 = t82 + t86;
+    const REAL t88 = t56 * t87;
+    const REAL t89 = t53 * t88;
+    const REAL t90 = t89 - t85;
+    const REAL t91 = t58 * t90;
+    const REAL t92 = t61 * t91;
+    const REAL t93 = -t92;
+    const REAL t94 = t48 * t88;
+    const REAL t95 = t75 + t94;
+    const REAL t96 = t58 * t95;
+    const REAL t97 = t61 * t96;
+    const REAL t98 = t43 * t88;
+    const REAL t99 = t98 - t80;
+    const REAL t100 = t58 * t99;
+    const REAL t101 = t61 * t100;
+    const REAL t102 = -t101;
+    const REAL t103 = t39 * t88;
+    const REAL t104 = t71 + t103;
+    const REAL t105 = t58 * t104;
+    const REAL t106 = t61 * t105;
+    out[0] = t62;
+    out[1] = t64;
+    out[2] = t66;
+    out[3] = t68;
+    out[4] = t93;
+    out[5] = t97;
+    out[6] = t102;
+    out[7] = t106;
 }
 
 static INLINE void NAME(null_motor_block)(intptr_t n, char **args, const intptr_t *strides)

@@ -2,7 +2,7 @@
 // command: gac generate --all hand_eye
 // spec: 957db21cfe168010
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: c5b3a4fa14e96bfe728c39b59a1082484854f92901f834d422c15585b558229d
+// body: f4924404149cb18a7598bc2a7011ae544036c6135ed67eaad91f083952073f5e
 /* hand_eye
    How a camera sits on a hand, by unit motors of G(3,0,1): ``a x = x b`` and ``a x = z b``.
    
@@ -31,7 +31,7 @@ extern "C" {
      u[8]  PGA3.EVEN: 1, e12, e13, e23, e01, e02, e03, e0123.
      v[8]  PGA3.EVEN: 1, e12, e13, e23, e01, e02, e03, e0123.
      out[8]  PGA3.MOTOR: 1, e12, e13, e23, e01, e02, e03, e0123; unit.
-   Costs 62 mul, 31 add, 2 div, 2 sqrt, 9 choice.
+   Costs 62 mul, 31 add, 1 div, 2 sqrt, 9 choice.
    Error: 4.3 ulp of the largest coefficient, 64 random inputs. */
 void hand_eye_null_motor_f64(const double *u, const double *v, double *out);
 void hand_eye_null_motor_f32(const float *u, const float *v, float *out);

@@ -2,7 +2,7 @@
 // command: gac generate --all pga3
 // spec: 5ff9daa919aa8689
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 2fadf6288bad1651b3a8d56dc6bbd7bf52642b2b6a8a43afc9258e76548a3bc8
+// body: 10318e653edbdea9c7c9f6aad0c8bed3a281c41a1f9f236d014a297cfbf5e4e2
 
 #ifndef REAL
 #include "pga3.h"
@@ -30,13 +30,27 @@
 #define NOT_UNROLLED
 #endif
 
-// The widest vectors of the machine that runs the loops: on x86-64 there is each for AVX2 and for AVX-512, and machines
-// that have neither run one element after the other; on others there is one.
-#if defined(__GNUC__) && __GNUC__ >= 12 && !defined(__clang__) && defined(__x86_64__) && defined(__GLIBC__)
-#define WIDE __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
-#define ON(level) __attribute__((target("arch=x86-64-" level)))
+// The widest vectors of the machine that runs the loops: on x86-64 there is each for AVX2 (v3) and for AVX-512 (v4),
+// and machines that have neither run one element after the other; on others there is one.
+#if defined(__x86_64__) && defined(__clang__)
+#define ON_v3 __attribute__((target("avx2,fma,bmi2")))
+#define ON_v4 __attribute__((target("avx2,fma,bmi2,avx512f,avx512bw,avx512dq,avx512vl")))
+#define FINDS(feature) __builtin_cpu_supports(feature)
+#if defined(__AVX2__) && defined(__FMA__) && defined(__BMI2__)
+#define HAS_v3 1
+#else
+#define HAS_v3 (FINDS("avx2") && FINDS("fma") && FINDS("bmi2"))
+#endif
+#define HAS_v4 (FINDS("avx512f") && FINDS("avx512bw") && FINDS("avx512dq") && FINDS("avx512vl"))
+#elif defined(__x86_64__) && defined(__GNUC__) && __GNUC__ >= 12
+#define ON_v3 __attribute__((target("arch=x86-64-v3")))
+#define ON_v4 __attribute__((target("arch=x86-64-v4")))
+#define HAS_v3 __builtin_cpu_supports("x86-64-v3")
+#define HAS_v4 __builtin_cpu_supports("x86-64-v4")
+#endif
+#ifdef ON_v3
 #define ONE(name, level)                                                                        \
-    ON(#level) static void NAME(name##_##level)(intptr_t n, char **args, const intptr_t *strides) \
+    ON_##level static void NAME(name##_##level)(intptr_t n, char **args, const intptr_t *strides) \
     {                                                                                           \
         NAME(name)(n, args, strides);                                                           \
     }
@@ -44,14 +58,34 @@
 #define LOOPS(name) ONE(name, v3) ONE(name, v4)
 #define WIDTH(name) {NAME(name##_v3), NAME(name##_v3)}
 #define WIDTHS(name) {NAME(name##_v3), NAME(name##_v4)}
-#define CHOSEN (__builtin_cpu_supports("x86-64-v4") ? 1 : __builtin_cpu_supports("x86-64-v3") ? 0 : -1)
+#define CHOSEN (HAS_v4 ? 1 : HAS_v3 ? 0 : -1)
 #else
-#define WIDE
 #define LOOP(name)
 #define LOOPS(name)
 #define WIDTH(name) {NAME(name)}
 #define WIDTHS(name) {NAME(name)}
 #define CHOSEN 0
+#endif
+#if defined(ON_v3) && defined(__GLIBC__) && !defined(__clang__)
+#define WIDE __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
+#else
+#define WIDE
+#endif
+
+// A plain function whose body, elsewhere for loops, has sines or their kin: these round products and sums together,
+// which is an instruction of machines with AVX2, and a call on others.
+#ifdef ON_v3
+#define FUSED(name, parameters, within) ON_v3 static void NAME(name##_v3) parameters { NAME(name##_within) within; }
+#define RUN(name, arguments, within)        \
+    do {                                    \
+        if (HAS_v3)                         \
+            NAME(name##_v3) arguments;      \
+        else                                \
+            NAME(name##_within) within;     \
+    } while (0)
+#else
+#define FUSED(name, parameters, within)
+#define RUN(name, arguments, within) NAME(name##_within) within
 #endif
 
 // Loops run over whole vectors: a block is padded to a multiple of this many elements.
@@ -68,7 +102,7 @@
 #define ALONE 2
 
 // A vector of neighbours in memory, where the compiler turns such of 32 bytes well.
-#if defined(__has_builtin) && (defined(ON) || defined(__clang__))
+#if defined(__has_builtin) && (defined(ON_v3) || defined(__clang__))
 #if __has_builtin(__builtin_shufflevector)
 #define SHUFFLE __builtin_shufflevector
 #define VECTOR(n) __attribute__((vector_size((n) * sizeof(REAL)), aligned(sizeof(REAL)), may_alias))
@@ -91,9 +125,9 @@ static intptr_t offset_of(const struct part *part, intptr_t k, const intptr_t *s
 
 // What no cache holds goes to memory past them: whole lines, of which nothing is fetched first.
 enum { LINE = 64 };
-#ifdef ON
+#if defined(ON_v3) && !defined(__clang__)
 #define PASSES(bytes) ((bytes) > 1 << 25)
-ON("v3") static void stream(char *to, const char *from, intptr_t bytes)
+ON_v3 static void stream(char *to, const char *from, intptr_t bytes)
 {
     typedef double half __attribute__((vector_size(LINE / 2), aligned(4), may_alias));
     const intptr_t start = -(intptr_t)to & (LINE - 1);
@@ -164,111 +198,113 @@ enum { PARTS = 7, CORES = 6, NUMBERS = 80, SPACE = 4096, PREPARED = 25, SIZES = 
 static INLINE double pga3_sin_polynomial_f64(double z)
 {
     const double y = z * z;
-    const double even = -0.16666666666666666 + y * (-0.00019841269836758574 + y * (-2.5051131845003624e-08));
-    const double odd = 0.008333333333330948 + y * (2.755731610255244e-06 + y * (1.5918129294866608e-10));
-    return even + z * odd;
+    const double even = fma(y, fma(y, -2.5051131845003624e-08, -0.00019841269836758574), -0.16666666666666666);
+    const double odd = fma(y, fma(y, 1.5918129294866608e-10, 2.755731610255244e-06), 0.008333333333330948);
+    return fma(z, odd, even);
 }
 
 static INLINE double pga3_cos_polynomial_f64(double z)
 {
     const double y = z * z;
-    const double even = 0.041666666666666664 + y * (2.480158729876569e-05 + y * (2.08761462684032e-09));
-    const double odd = -0.0013888888888887398 + y * (-2.7557317271729793e-07 + y * (-1.1382632425521717e-11));
-    return even + z * odd;
+    const double even = fma(y, fma(y, 2.08761462684032e-09, 2.480158729876569e-05), 0.041666666666666664);
+    const double odd = fma(y, fma(y, -1.1382632425521717e-11, -2.7557317271729793e-07), -0.0013888888888887398);
+    return fma(z, odd, even);
 }
 
 static INLINE double pga3_exp_polynomial_f64(double z)
 {
     const double y = z * z;
-    const double even = 0.5000000000000001 + y * (0.041666666666624164 + y * (0.0013888888917196719 + y *
-        (2.4801521322368692e-05 + y * (2.7620075879983367e-07))));
-    const double odd = 0.16666666666666669 + y * (0.008333333333330065 + y * (0.00019841269863040545 + y *
-        (2.7557268480310024e-06 + y * (2.5100375832561234e-08))));
-    return even + z * odd;
+    const double even = fma(y, fma(y, fma(y, fma(y, 2.7620075879983367e-07, 2.4801521322368692e-05),
+        0.0013888888917196719), 0.041666666666624164), 0.5000000000000001);
+    const double odd = fma(y, fma(y, fma(y, fma(y, 2.5100375832561234e-08, 2.7557268480310024e-06),
+        0.00019841269863040545), 0.008333333333330065), 0.16666666666666669);
+    return fma(z, odd, even);
 }
 
 static INLINE double pga3_log_polynomial_f64(double z)
 {
     const double y = z * z;
-    const double even = 0.666666666666667 + y * (0.28571428625975487 + y * (0.18182889125261723 + y *
-        (0.14616449685043406)));
-    const double odd = 0.39999999999899505 + y * (0.2222221113479508 + y * (0.15331721600556042));
-    return even + z * odd;
+    const double even = fma(y, fma(y, fma(y, 0.14616449685043406, 0.18182889125261723), 0.28571428625975487),
+        0.666666666666667);
+    const double odd = fma(y, fma(y, 0.15331721600556042, 0.2222221113479508), 0.39999999999899505);
+    return fma(z, odd, even);
 }
 
 static INLINE double pga3_atan_polynomial_f64(double z)
 {
     const double y = z * z;
-    const double even = -0.3333333333333333 + y * (-0.14285714285654572 + y * (-0.09090908863985787 + y *
-        (-0.06666560334352166 + y * (-0.05252496695434043 + y * (-0.04071743212322443 + y *
-        (-0.01839325882379991))))));
-    const double odd = 0.19999999999999724 + y * (0.11111111106023758 + y * (0.07692301604813975 + y *
-        (0.05881083654057798 + y * (0.04697897173031055 + y * (0.03147747598887358 + y *
-        (0.005746109253696299))))));
-    return even + z * odd;
+    const double even = fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, -2.8373324902198374e-05,
+        -3.504433556095341e-05), -0.00010789905799306997), -0.0002713884068435811), -0.000712529877324769),
+        -0.0019209389488175712), -0.005394792734515503), -0.016172974900145312), -0.054814840604579904),
+        -0.2591604972657936);
+    const double odd = fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, 1.806195461861215e-05,
+        2.2095024431396628e-05), 6.77580169120214e-05), 0.00016895422802807932), 0.0004387712318266148),
+        0.0011650648417818904), 0.0031991751955030576), 0.009243096224092707), 0.029135862645225958),
+        0.11081482513071414);
+    return fma(z, odd, even);
 }
 
 static INLINE double pga3_asin_polynomial_f64(double z)
 {
     const double y = z * z;
-    const double even = 0.16666666666666669 + y * (0.04464285714635543 + y * (0.02237217294214989 + y *
-        (0.013971212973552933 + y * (0.01032281435018578 + y * (0.01740087944269402 + y *
-        (0.028757851367421566))))));
-    const double odd = 0.07499999999998433 + y * (0.030381944138531247 + y * (0.017352392720869973 + y *
-        (0.011479177415184906 + y * (0.005457506718640358 + y * (-0.014851887071247204)))));
-    return even + z * odd;
+    const double even = fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, 0.028757851367421566, 0.01740087944269402),
+        0.01032281435018578), 0.013971212973552933), 0.02237217294214989), 0.04464285714635543),
+        0.16666666666666669);
+    const double odd = fma(y, fma(y, fma(y, fma(y, fma(y, -0.014851887071247204, 0.005457506718640358),
+        0.011479177415184906), 0.017352392720869973), 0.030381944138531247), 0.07499999999998433);
+    return fma(z, odd, even);
 }
 
 static INLINE float pga3_sin_polynomial_f32(float z)
 {
     const float y = z * z;
-    const float even = (float)-0.166666641831398 + y * ((float)-0.00019587890710681677);
+    const float even = fmaf(y, (float)-0.00019587890710681677, (float)-0.166666641831398);
     const float odd = (float)0.008332747966051102;
-    return even + z * odd;
+    return fmaf(z, odd, even);
 }
 
 static INLINE float pga3_cos_polynomial_f32(float z)
 {
     const float y = z * z;
-    const float even = (float)0.0416666641831398 + y * ((float)2.454794230288826e-05);
+    const float even = fmaf(y, (float)2.454794230288826e-05, (float)0.0416666641831398);
     const float odd = (float)-0.001388830249197781;
-    return even + z * odd;
+    return fmaf(z, odd, even);
 }
 
 static INLINE float pga3_exp_polynomial_f32(float z)
 {
     const float y = z * z;
-    const float even = (float)0.5 + y * ((float)0.041666556149721146 + y * ((float)0.0013926175888627768));
-    const float odd = (float)0.16666577756404877 + y * ((float)0.008363173343241215);
-    return even + z * odd;
+    const float even = fmaf(y, fmaf(y, (float)0.0013926175888627768, (float)0.041666556149721146), (float)0.5);
+    const float odd = fmaf(y, (float)0.008363173343241215, (float)0.16666577756404877);
+    return fmaf(z, odd, even);
 }
 
 static INLINE float pga3_log_polynomial_f32(float z)
 {
     const float y = z * z;
-    const float even = (float)0.6666668653488159 + y * ((float)0.29579949378967285);
+    const float even = fmaf(y, (float)0.29579949378967285, (float)0.6666668653488159);
     const float odd = (float)0.3998878002166748;
-    return even + z * odd;
+    return fmaf(z, odd, even);
 }
 
 static INLINE float pga3_atan_polynomial_f32(float z)
 {
     const float y = z * z;
-    const float even = (float)-0.3333333432674408 + y * ((float)-0.14284485578536987 + y *
-        ((float)-0.08842379599809647 + y * ((float)-0.028579968959093094)));
-    const float odd = (float)0.19999976456165314 + y * ((float)0.11086060851812363 + y *
-        ((float)0.06374502927064896));
-    return even + z * odd;
+    const float even = fmaf(y, fmaf(y, fmaf(y, fmaf(y, (float)-0.0023869972210377455, (float)-0.00530332000926137),
+        (float)-0.01617945171892643), (float)-0.054814718663692474), (float)-0.25916048884391785);
+    const float odd = fmaf(y, fmaf(y, fmaf(y, (float)0.00395978195592761, (float)0.009093896485865116),
+        (float)0.029146425426006317), (float)0.11081462353467941);
+    return fmaf(z, odd, even);
 }
 
 static INLINE float pga3_asin_polynomial_f32(float z)
 {
     const float y = z * z;
-    const float even = (float)0.1666666567325592 + y * ((float)0.04459940269589424 + y *
-        ((float)0.017149237915873528));
-    const float odd = (float)0.07500094175338745 + y * ((float)0.031100662425160408 + y *
-        ((float)0.03369084745645523));
-    return even + z * odd;
+    const float even = fmaf(y, fmaf(y, (float)0.017149237915873528, (float)0.04459940269589424),
+        (float)0.1666666567325592);
+    const float odd = fmaf(y, fmaf(y, (float)0.03369084745645523, (float)0.031100662425160408),
+        (float)0.07500094175338745);
+    return fmaf(z, odd, even);
 }
 
 // The kernels are written once, below; this file includes itself for each precision.
@@ -324,44 +360,42 @@ static INLINE REAL NAME(chosen_by)(WORD where, REAL a, REAL b)
 
 // A number so large that the bits of what is added to it, up to half a million, are its last.
 #define SHIFT PRECISION(6755399441055744.0, 12582912.0f)
+#define QUARTER_0 PRECISION(1.5707963267948966, 1.5707963705062866f)
+#define QUARTER_1 PRECISION(6.123233995736766e-17, -4.371138828673793e-08f)
+#define LOG_0 PRECISION(0.6931471805599453, 0.6931471824645996f)
+#define LOG_1 PRECISION(2.3190468138462996e-17, -1.9046542121259336e-09f)
 
-// How many quarter turns an angle has, modulo 4, and what is left in two parts, up to an eighth of a turn.
-static INLINE WORD NAME(quarters_of)(REAL x, REAL *rest, REAL *low)
+// A product and a sum that are rounded once, together.
+#define FMA(a, b, c) FUNCTION(fma)(a, b, c)
+
+// How many quarter turns an angle has, modulo 4, and what is left, up to an eighth of a turn: the first difference is
+// exact, so what the three parts of a quarter turn leave is rounded where it is small.
+static INLINE WORD NAME(quarters_of)(REAL x, REAL *rest)
 {
-    const double shift = 6755399441055744.0, shifted = x * 0.6366197723675814 + shift, k = shifted - shift;
-    const double a = x - k * 1.5707963267923333, b = k * 2.5633441515839558e-12;
-#if PRECISION(1, 0)
-    const double sum = a - b, back = a - sum;
-    const double error = ((back - b) + (a - (sum + back))) - k * 1.0562999066987428e-23;
-    *rest = sum + error;
-    *low = (sum - *rest) + error;
+    const REAL shifted = FMA(x, PRECISION(0.6366197723675814, 0.6366197466850281f), SHIFT), k = SHIFT - shifted;
+    *rest = FMA(k, PRECISION(-1.4973849048591698e-33, -1.7151245100058819e-15f), FMA(k, QUARTER_1, FMA(k, QUARTER_0, x)));
     return NAME(bits_of)(shifted);
-#else
-    *rest = (float)(a - b);
-    *low = 0;
-    return NAME(bits_of)((float)k + SHIFT);
-#endif
 }
 
-static INLINE REAL NAME(sin_of_rest)(REAL x, REAL low)
+static INLINE REAL NAME(sin_of_rest)(REAL x)
 {
     const REAL z = x * x;
-    return x + (x * (z * NAME(sin_polynomial)(z)) + low);
+    return FMA(x * z, NAME(sin_polynomial)(z), x);
 }
 
-static INLINE REAL NAME(cos_of_rest)(REAL x, REAL low)
+static INLINE REAL NAME(cos_of_rest)(REAL x)
 {
-    const REAL z = x * x, half = z / 2, one = 1 - half;
-    return one + (((1 - one) - half) + (z * z * NAME(cos_polynomial)(z) - x * low));
+    const REAL z = x * x;
+    return FMA(z, FMA(z, NAME(cos_polynomial)(z), (REAL)-0.5), 1);
 }
 
 // Beyond 65536 the C library's; a caller that has a place for it is told so instead.
 static INLINE REAL NAME(sin_of)(REAL x, WORD *far)
 {
-    REAL rest, low;
-    const WORD n = NAME(quarters_of)(FUNCTION(fabs)(x), &rest, &low);
+    REAL rest;
+    const WORD n = NAME(quarters_of)(FUNCTION(fabs)(x), &rest);
     const WORD is_far = WHERE(FUNCTION(fabs)(x) > 65536), sign = (NAME(bits_of)(x) ^ n << (SIGN_BIT - 1)) & SIGN;
-    const REAL s = NAME(sin_of_rest)(rest, low), c = NAME(cos_of_rest)(rest, low);
+    const REAL s = NAME(sin_of_rest)(rest), c = NAME(cos_of_rest)(rest);
     const REAL y = NAME(of_bits)(NAME(bits_of)(NAME(chosen_by)(WHERE(n & 1), c, s)) ^ sign);
     if (far == NULL)
         return is_far ? FUNCTION(sin)(x) : y;
@@ -371,10 +405,10 @@ static INLINE REAL NAME(sin_of)(REAL x, WORD *far)
 
 static INLINE REAL NAME(cos_of)(REAL x, WORD *far)
 {
-    REAL rest, low;
-    const WORD n = NAME(quarters_of)(FUNCTION(fabs)(x), &rest, &low);
+    REAL rest;
+    const WORD n = NAME(quarters_of)(FUNCTION(fabs)(x), &rest);
     const WORD is_far = WHERE(FUNCTION(fabs)(x) > 65536), sign = (n + 1) << (SIGN_BIT - 1) & SIGN;
-    const REAL s = NAME(sin_of_rest)(rest, low), c = NAME(cos_of_rest)(rest, low);
+    const REAL s = NAME(sin_of_rest)(rest), c = NAME(cos_of_rest)(rest);
     const REAL y = NAME(of_bits)(NAME(bits_of)(NAME(chosen_by)(WHERE(n & 1), s, c)) ^ sign);
     if (far == NULL)
         return is_far ? FUNCTION(cos)(x) : y;
@@ -384,19 +418,17 @@ static INLINE REAL NAME(cos_of)(REAL x, WORD *far)
 
 #define FRACTION_BITS PRECISION(52, 23)
 #define BIAS PRECISION(1023, 127)
-#define LOG_HIGH PRECISION(0.693147180559663, 0.693145751953125f)
-#define LOG_LOW PRECISION(2.8235290563031577e-13, 1.428606765330187e-06f)
 
 // The power of 2 comes in two factors, so that the largest and the smallest results are reached.
 static INLINE REAL NAME(exp_of)(REAL x)
 {
     const REAL most = PRECISION(710, 89), least = PRECISION(-746, -105);
     const REAL y = NAME(chosen_by)(WHERE(x > most), most, NAME(chosen_by)(WHERE(x < least), least, x));
-    const REAL shifted = y * PRECISION(1.4426950408889634, 1.4426950216293335f) + SHIFT, k = shifted - SHIFT;
-    const REAL z = (y - k * LOG_HIGH) - k * LOG_LOW;
+    const REAL shifted = FMA(y, PRECISION(1.4426950408889634, 1.4426950216293335f), SHIFT), k = SHIFT - shifted;
+    const REAL z = FMA(k, LOG_1, FMA(k, LOG_0, y)), above = FMA(z * z, NAME(exp_polynomial)(z), z);
     const WORD n = NAME(bits_of)(shifted) - NAME(bits_of)(SHIFT), half = ((n + 2 * BIAS) >> 1) - BIAS;
     const REAL a = NAME(of_bits)((half + BIAS) << FRACTION_BITS), b = NAME(of_bits)((n - half + BIAS) << FRACTION_BITS);
-    return (1 + (z + z * z * NAME(exp_polynomial)(z))) * a * b;
+    return FMA(above, a, a) * b;
 }
 
 static INLINE REAL NAME(log_of)(REAL x)
@@ -409,33 +441,23 @@ static INLINE REAL NAME(log_of)(REAL x)
     const REAL shift = (WORD)1 << FRACTION_BITS, bias = NAME(chosen_by)(tiny, BIAS + FRACTION_BITS + 2, BIAS);
     const REAL k = NAME(of_bits)((n >> FRACTION_BITS) + NAME(bits_of)(shift)) - (shift + bias);
     const REAL f = NAME(of_bits)((n & fraction) + root) - 1, half = f * f / 2, s = f / (2 + f), z = s * s;
-    const REAL low = s * (half + z * NAME(log_polynomial)(z)) + k * LOG_LOW;
-    const REAL finite = k * LOG_HIGH - ((half - low) - f);
+    const REAL low = FMA(s, FMA(z, NAME(log_polynomial)(z), half), k * LOG_1);
+    const REAL finite = FMA(k, LOG_0, f - (half - low));
     const REAL other = NAME(chosen_by)(WHERE(x == 0), -INFINITY, NAME(chosen_by)(WHERE(x > 0), x, NAN));
     return NAME(chosen_by)(WHERE(x > 0) & WHERE(x < INFINITY), finite, other);
 }
-
-#define EIGHTH_HIGH PRECISION(0.7853981633974456, 0.7853975296020508f)
-#define EIGHTH_LOW PRECISION(2.6951514290790595e-15, 6.337954232549237e-07f)
 
 static INLINE REAL NAME(atan2_of)(REAL y, REAL x)
 {
     const REAL u = FUNCTION(fabs)(x), v = FUNCTION(fabs)(y);
     const WORD swapped = WHERE(v > u), left = WHERE(NAME(bits_of)(x) >> SIGN_BIT);
     const REAL most = NAME(chosen_by)(swapped, v, u), least = NAME(chosen_by)(swapped, u, v);
-    // Sums of the largest numbers would overflow; two zeros, and two infinities, have the ratio 0 and 1.
-    const WORD same = WHERE(u == INFINITY) & WHERE(v == INFINITY), none = WHERE(most == 0);
-    const REAL scale = NAME(chosen_by)(WHERE(most > PRECISION(DBL_MAX, FLT_MAX) / 64), (REAL)1 / 64, 1);
-    const REAL big = NAME(chosen_by)(same | none, 1, most * scale), small = NAME(chosen_by)(same, 1, least * scale);
-    // Above 0.55 an eighth of a turn is taken away: results below 1/2 come from one division. The factor 16 is for
-    // the smallest numbers, whose products are rounded to few bits.
-    const WORD upper = WHERE(16 * small > (REAL)8.8 * big);
-    const REAL t = (small - NAME(chosen_by)(upper, big, 0)) / (big + NAME(chosen_by)(upper, small, 0)), z = t * t;
-    const REAL angle = t + t * (z * NAME(atan_polynomial)(z));
-    const REAL near = NAME(chosen_by)(upper, 1, 0), first = NAME(chosen_by)(swapped, 2 - near, near);
-    const REAL eighths = NAME(chosen_by)(left, 4 - first, first);
+    // Two infinities have the ratio 1, two zeros 0.
+    const REAL same = NAME(chosen_by)(WHERE(u > 0), 1, 0), t = NAME(chosen_by)(WHERE(u == v), same, least / most);
+    const REAL z = t * t, angle = FMA(t * z, NAME(atan_polynomial)(z - (REAL)0.5), t);
+    const REAL quarters = NAME(chosen_by)(swapped, 1, NAME(chosen_by)(left, 2, 0));
     const REAL turned = NAME(of_bits)(NAME(bits_of)(angle) ^ ((left ^ swapped) & SIGN));
-    const REAL whole = eighths * EIGHTH_HIGH + (eighths * EIGHTH_LOW + turned);
+    const REAL whole = FMA(quarters, QUARTER_0, FMA(quarters, QUARTER_1, turned));
     return NAME(of_bits)(NAME(bits_of)(whole) ^ (NAME(bits_of)(y) & SIGN));
 }
 
@@ -445,8 +467,8 @@ static INLINE REAL NAME(acos_of)(REAL x)
     const WORD large = WHERE(u > (REAL)0.5);
     const REAL z = NAME(chosen_by)(large, (1 - u) / 2, x * x), s = NAME(chosen_by)(large, FUNCTION(sqrt)(z), x);
     const REAL more = s * (z * NAME(asin_polynomial)(z));
-    const REAL middle = 2 * EIGHTH_HIGH - (s - (2 * EIGHTH_LOW - more));
-    const REAL right = 2 * (s + more), left = 4 * EIGHTH_HIGH - (right - 4 * EIGHTH_LOW);
+    const REAL middle = QUARTER_0 - (s - (QUARTER_1 - more));
+    const REAL right = 2 * (s + more), left = 2 * QUARTER_0 - (right - 2 * QUARTER_1);
     return NAME(chosen_by)(large, NAME(chosen_by)(WHERE(x < 0), left, right), middle);
 }
 
@@ -7063,7 +7085,7 @@ void NAME(mutual_moment_loop)(char **args, const intptr_t *dimensions, const int
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(angle_between_planes)(const REAL *p, const REAL *q, REAL *out)
+static INLINE void NAME(angle_between_planes_within)(const REAL *p, const REAL *q, REAL *out)
 {
     const REAL p_e1 = p[0];
     const REAL p_e2 = p[1];
@@ -7095,6 +7117,12 @@ INLINE void NAME(angle_between_planes)(const REAL *p, const REAL *q, REAL *out)
     out[0] = t20;
 }
 
+FUSED(angle_between_planes, (const REAL *p, const REAL *q, REAL *out), (p, q, out))
+void NAME(angle_between_planes)(const REAL *p, const REAL *q, REAL *out)
+{
+    RUN(angle_between_planes, (p, q, out), (p, q, out));
+}
+
 static INLINE void NAME(angle_between_planes_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -7109,7 +7137,7 @@ static INLINE void NAME(angle_between_planes_block)(intptr_t n, char **args, con
         REAL x2[1];
         NAME(load_4)(x0, a0 + i * w, c0a);
         NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(angle_between_planes)(x0, x1, x2);
+        NAME(angle_between_planes_within)(x0, x1, x2);
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
@@ -7123,7 +7151,7 @@ void NAME(angle_between_planes_loop)(char **args, const intptr_t *dimensions, co
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(angle_between_lines)(const REAL *line, const REAL *other, REAL *out)
+static INLINE void NAME(angle_between_lines_within)(const REAL *line, const REAL *other, REAL *out)
 {
     const REAL line_e12 = line[0];
     const REAL line_e13 = line[1];
@@ -7155,6 +7183,12 @@ INLINE void NAME(angle_between_lines)(const REAL *line, const REAL *other, REAL 
     out[0] = t20;
 }
 
+FUSED(angle_between_lines, (const REAL *line, const REAL *other, REAL *out), (line, other, out))
+void NAME(angle_between_lines)(const REAL *line, const REAL *other, REAL *out)
+{
+    RUN(angle_between_lines, (line, other, out), (line, other, out));
+}
+
 static INLINE void NAME(angle_between_lines_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -7169,7 +7203,7 @@ static INLINE void NAME(angle_between_lines_block)(intptr_t n, char **args, cons
         REAL x2[1];
         NAME(load_6)(x0, a0 + i * w, c0a);
         NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(angle_between_lines)(x0, x1, x2);
+        NAME(angle_between_lines_within)(x0, x1, x2);
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
@@ -9413,7 +9447,7 @@ INLINE void NAME(common_perpendicular)(const REAL *a, const REAL *b, REAL *out)
     const REAL t33 = t31 + t32;
     const REAL t34 = -t33;
     const REAL t35 = (REAL)1 / t34;
-    const REAL t36 = t35 * t28;
+    const REAL t36 = t28 * t35;
     const REAL t37 = t10 - t36;
     const REAL t38 = t37 * t37;
     const REAL t39 = b_e13 * t23;
@@ -9454,80 +9488,79 @@ INLINE void NAME(common_perpendicular)(const REAL *a, const REAL *b, REAL *out)
     const REAL t74 = (REAL)1 / t73;
     const REAL t75 = t37 * t74;
     const REAL t76 = SELECT(t72, (REAL)1, t71);
-    const REAL t77 = SQRT(t76);
-    const REAL t78 = (REAL)1 / t77;
-    const REAL t79 = t60 * t78;
-    const REAL t80 = SELECT(t72, t75, t79);
-    const REAL t81 = t45 * t74;
-    const REAL t82 = t64 * t78;
-    const REAL t83 = SELECT(t72, t81, t82);
-    const REAL t84 = t54 * t74;
-    const REAL t85 = -t84;
-    const REAL t86 = t69 * t78;
-    const REAL t87 = SELECT(t72, t85, t86);
-    const REAL t88 = t15 * t36;
-    const REAL t89 = t10 * t44;
-    const REAL t90 = t88 - t89;
-    const REAL t91 = t74 * t90;
-    const REAL t92 = -t91;
-    const REAL t93 = a_e23 * b_e03;
-    const REAL t94 = a_e01 * b_e12;
-    const REAL t95 = t93 + t94;
-    const REAL t96 = a_e12 * b_e01;
-    const REAL t97 = t95 - t96;
-    const REAL t98 = a_e03 * b_e23;
-    const REAL t99 = t97 - t98;
-    const REAL t100 = t64 * t99;
-    const REAL t101 = a_e01 * b_e13;
-    const REAL t102 = a_e02 * b_e23;
-    const REAL t103 = t101 + t102;
-    const REAL t104 = a_e13 * b_e01;
-    const REAL t105 = t103 - t104;
-    const REAL t106 = a_e23 * b_e02;
-    const REAL t107 = t105 - t106;
-    const REAL t108 = t60 * t107;
-    const REAL t109 = t100 - t108;
-    const REAL t110 = a_e12 * b_e02;
-    const REAL t111 = a_e13 * b_e03;
-    const REAL t112 = t110 + t111;
-    const REAL t113 = a_e02 * b_e12;
-    const REAL t114 = t112 - t113;
-    const REAL t115 = a_e03 * b_e13;
-    const REAL t116 = t114 - t115;
-    const REAL t117 = t69 * t116;
-    const REAL t118 = t109 - t117;
-    const REAL t119 = t118 * (REAL)2;
-    const REAL t120 = t119 * (REAL)0.5;
-    const REAL t121 = t120 / t76;
-    const REAL t122 = t69 * t121;
-    const REAL t123 = t116 + t122;
-    const REAL t124 = t78 * t123;
-    const REAL t125 = -t124;
-    const REAL t126 = SELECT(t72, t92, t125);
-    const REAL t127 = t21 * t36;
-    const REAL t128 = t10 * t53;
-    const REAL t129 = t127 + t128;
-    const REAL t130 = t74 * t129;
-    const REAL t131 = t64 * t121;
-    const REAL t132 = t99 - t131;
-    const REAL t133 = t78 * t132;
-    const REAL t134 = -t133;
-    const REAL t135 = SELECT(t72, t130, t134);
-    const REAL t136 = t21 * t44;
-    const REAL t137 = t15 * t53;
-    const REAL t138 = t136 + t137;
-    const REAL t139 = t74 * t138;
-    const REAL t140 = t60 * t121;
-    const REAL t141 = t107 + t140;
-    const REAL t142 = t78 * t141;
-    const REAL t143 = -t142;
-    const REAL t144 = SELECT(t72, t139, t143);
-    out[0] = t80;
-    out[1] = t83;
-    out[2] = t87;
-    out[3] = t126;
-    out[4] = t135;
-    out[5] = t144;
+    const REAL t77 = (REAL)1 / t76;
+    const REAL t78 = SQRT(t76);
+    const REAL t79 = t78 * t77;
+    const REAL t80 = t60 * t79;
+    const REAL t81 = SELECT(t72, t75, t80);
+    const REAL t82 = t45 * t74;
+    const REAL t83 = t64 * t79;
+    const REAL t84 = SELECT(t72, t82, t83);
+    const REAL t85 = t54 * t74;
+    const REAL t86 = -t85;
+    const REAL t87 = t69 * t79;
+    const REAL t88 = SELECT(t72, t86, t87);
+    const REAL t89 = t15 * t36;
+    const REAL t90 = t10 * t44;
+    const REAL t91 = t89 - t90;
+    const REAL t92 = t74 * t91;
+    const REAL t93 = -t92;
+    const REAL t94 = a_e23 * b_e03;
+    const REAL t95 = a_e01 * b_e12;
+    const REAL t96 = t94 + t95;
+    const REAL t97 = a_e12 * b_e01;
+    const REAL t98 = t96 - t97;
+    const REAL t99 = a_e03 * b_e23;
+    const REAL t100 = t98 - t99;
+    const REAL t101 = t64 * t100;
+    const REAL t102 = a_e01 * b_e13;
+    const REAL t103 = a_e02 * b_e23;
+    const REAL t104 = t102 + t103;
+    const REAL t105 = a_e13 * b_e01;
+    const REAL t106 = t104 - t105;
+    const REAL t107 = a_e23 * b_e02;
+    const REAL t108 = t106 - t107;
+    const REAL t109 = t60 * t108;
+    const REAL t110 = t101 - t109;
+    const REAL t111 = a_e12 * b_e02;
+    const REAL t112 = a_e13 * b_e03;
+    const REAL t113 = t111 + t112;
+    const REAL t114 = a_e02 * b_e12;
+    const REAL t115 = t113 - t114;
+    const REAL t116 = a_e03 * b_e13;
+    const REAL t117 = t115 - t116;
+    const REAL t118 = t69 * t117;
+    const REAL t119 = t110 - t118;
+    const REAL t120 = t77 * t119;
+    const REAL t121 = t69 * t120;
+    const REAL t122 = t117 + t121;
+    const REAL t123 = t79 * t122;
+    const REAL t124 = -t123;
+    const REAL t125 = SELECT(t72, t93, t124);
+    const REAL t126 = t21 * t36;
+    const REAL t127 = t10 * t53;
+    const REAL t128 = t126 + t127;
+    const REAL t129 = t74 * t128;
+    const REAL t130 = t64 * t120;
+    const REAL t131 = t100 - t130;
+    const REAL t132 = t79 * t131;
+    const REAL t133 = -t132;
+    const REAL t134 = SELECT(t72, t129, t133);
+    const REAL t135 = t21 * t44;
+    const REAL t136 = t15 * t53;
+    const REAL t137 = t135 + t136;
+    const REAL t138 = t74 * t137;
+    const REAL t139 = t60 * t120;
+    const REAL t140 = t108 + t139;
+    const REAL t141 = t79 * t140;
+    const REAL t142 = -t141;
+    const REAL t143 = SELECT(t72, t138, t142);
+    out[0] = t81;
+    out[1] = t84;
+    out[2] = t88;
+    out[3] = t125;
+    out[4] = t134;
+    out[5] = t143;
 }
 
 static INLINE void NAME(common_perpendicular_block)(intptr_t n, char **args, const intptr_t *strides)
@@ -10311,7 +10344,7 @@ void NAME(signed_distance_planes_loop)(char **args, const intptr_t *dimensions, 
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(signed_angle_line_plane)(const REAL *line, const REAL *plane, REAL *out)
+static INLINE void NAME(signed_angle_line_plane_within)(const REAL *line, const REAL *plane, REAL *out)
 {
     const REAL line_e12 = line[0];
     const REAL line_e13 = line[1];
@@ -10343,6 +10376,12 @@ INLINE void NAME(signed_angle_line_plane)(const REAL *line, const REAL *plane, R
     out[0] = t20;
 }
 
+FUSED(signed_angle_line_plane, (const REAL *line, const REAL *plane, REAL *out), (line, plane, out))
+void NAME(signed_angle_line_plane)(const REAL *line, const REAL *plane, REAL *out)
+{
+    RUN(signed_angle_line_plane, (line, plane, out), (line, plane, out));
+}
+
 static INLINE void NAME(signed_angle_line_plane_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -10357,7 +10396,7 @@ static INLINE void NAME(signed_angle_line_plane_block)(intptr_t n, char **args, 
         REAL x2[1];
         NAME(load_6)(x0, a0 + i * w, c0a);
         NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(signed_angle_line_plane)(x0, x1, x2);
+        NAME(signed_angle_line_plane_within)(x0, x1, x2);
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
@@ -10371,7 +10410,8 @@ void NAME(signed_angle_line_plane_loop)(char **args, const intptr_t *dimensions,
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(signed_angle_between_lines)(const REAL *a, const REAL *b, const REAL *axis, REAL *out)
+static INLINE void NAME(signed_angle_between_lines_within)(const REAL *a, const REAL *b, const REAL *axis, REAL
+    *out)
 {
     const REAL a_e12 = a[0];
     const REAL a_e13 = a[1];
@@ -10416,6 +10456,12 @@ INLINE void NAME(signed_angle_between_lines)(const REAL *a, const REAL *b, const
     const REAL t31 = LESS(t30, (REAL)0);
     const REAL t32 = SELECT(t31, t25, t24);
     out[0] = t32;
+}
+
+FUSED(signed_angle_between_lines, (const REAL *a, const REAL *b, const REAL *axis, REAL *out), (a, b, axis, out))
+void NAME(signed_angle_between_lines)(const REAL *a, const REAL *b, const REAL *axis, REAL *out)
+{
+    RUN(signed_angle_between_lines, (a, b, axis, out), (a, b, axis, out));
 }
 
 static INLINE void NAME(signed_angle_between_lines_prepare_a_b)(const REAL *a, const REAL *b, REAL *prepared)
@@ -10546,7 +10592,7 @@ static INLINE void NAME(signed_angle_between_lines_block)(intptr_t n, char **arg
         NAME(load_6)(x0, a0 + i * w, c0a);
         NAME(load_6)(x1, a1 + i * w, c1a);
         NAME(load_3)(x2, a2 + i * w, c2a);
-        NAME(signed_angle_between_lines)(x0, x1, x2, x3);
+        NAME(signed_angle_between_lines_within)(x0, x1, x2, x3);
         NAME(store_scalar)(a3 + i * w, x3);
     }
 }
@@ -10562,7 +10608,8 @@ void NAME(signed_angle_between_lines_loop)(char **args, const intptr_t *dimensio
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(signed_angle_between_planes)(const REAL *p, const REAL *q, const REAL *axis, REAL *out)
+static INLINE void NAME(signed_angle_between_planes_within)(const REAL *p, const REAL *q, const REAL *axis, REAL
+    *out)
 {
     const REAL p_e1 = p[0];
     const REAL p_e2 = p[1];
@@ -10603,6 +10650,12 @@ INLINE void NAME(signed_angle_between_planes)(const REAL *p, const REAL *q, cons
     const REAL t27 = LESS(t26, (REAL)0);
     const REAL t28 = SELECT(t27, t21, t20);
     out[0] = t28;
+}
+
+FUSED(signed_angle_between_planes, (const REAL *p, const REAL *q, const REAL *axis, REAL *out), (p, q, axis, out))
+void NAME(signed_angle_between_planes)(const REAL *p, const REAL *q, const REAL *axis, REAL *out)
+{
+    RUN(signed_angle_between_planes, (p, q, axis, out), (p, q, axis, out));
 }
 
 static INLINE void NAME(signed_angle_between_planes_prepare_p_q)(const REAL *p, const REAL *q, REAL *prepared)
@@ -10729,7 +10782,7 @@ static INLINE void NAME(signed_angle_between_planes_block)(intptr_t n, char **ar
         NAME(load_4)(x0, a0 + i * w, c0a);
         NAME(load_4)(x1, a1 + i * w, c1a);
         NAME(load_3)(x2, a2 + i * w, c2a);
-        NAME(signed_angle_between_planes)(x0, x1, x2, x3);
+        NAME(signed_angle_between_planes_within)(x0, x1, x2, x3);
         NAME(store_scalar)(a3 + i * w, x3);
     }
 }
@@ -19882,45 +19935,46 @@ INLINE void NAME(normalize_motor)(const REAL *x, REAL *out)
     const REAL t1 = x_e12 * x_e12;
     const REAL t2 = t0 + t1;
     const REAL t3 = x_e13 * x_e13;
-    const REAL t4 = x_e23 * x_e23;
-    const REAL t5 = t3 + t4;
-    const REAL t6 = t2 + t5;
-    const REAL t7 = SQRT(t6);
-    const REAL t8 = (REAL)1 / t7;
-    const REAL t9 = x_1 * t8;
-    const REAL t10 = x_e12 * t8;
-    const REAL t11 = x_e13 * t8;
-    const REAL t12 = x_e23 * t8;
-    const REAL t13 = x_1 * x_e0123;
+    const REAL t4 = t2 + t3;
+    const REAL t5 = x_e23 * x_e23;
+    const REAL t6 = t4 + t5;
+    const REAL t7 = (REAL)1 / t6;
+    const REAL t8 = SQRT(t6);
+    const REAL t9 = t8 * t7;
+    const REAL t10 = x_1 * t9;
+    const REAL t11 = x_e12 * t9;
+    const REAL t12 = x_e13 * t9;
+    const REAL t13 = x_e23 * t9;
     const REAL t14 = x_e12 * x_e03;
-    const REAL t15 = t13 - t14;
-    const REAL t16 = x_e13 * x_e02;
-    const REAL t17 = x_e23 * x_e01;
+    const REAL t15 = x_e23 * x_e01;
+    const REAL t16 = t14 + t15;
+    const REAL t17 = x_1 * x_e0123;
     const REAL t18 = t16 - t17;
-    const REAL t19 = t15 + t18;
-    const REAL t20 = t19 / t6;
-    const REAL t21 = x_e23 * t20;
-    const REAL t22 = x_e01 + t21;
-    const REAL t23 = t8 * t22;
-    const REAL t24 = x_e13 * t20;
-    const REAL t25 = t24 - x_e02;
-    const REAL t26 = t8 * t25;
-    const REAL t27 = -t26;
-    const REAL t28 = x_e12 * t20;
-    const REAL t29 = x_e03 + t28;
-    const REAL t30 = t8 * t29;
-    const REAL t31 = x_1 * t20;
-    const REAL t32 = t31 - x_e0123;
-    const REAL t33 = t8 * t32;
-    const REAL t34 = -t33;
-    out[0] = t9;
-    out[1] = t10;
-    out[2] = t11;
-    out[3] = t12;
-    out[4] = t23;
-    out[5] = t27;
-    out[6] = t30;
-    out[7] = t34;
+    const REAL t19 = x_e13 * x_e02;
+    const REAL t20 = t18 - t19;
+    const REAL t21 = t7 * t20;
+    const REAL t22 = x_e23 * t21;
+    const REAL t23 = t22 - x_e01;
+    const REAL t24 = t9 * t23;
+    const REAL t25 = -t24;
+    const REAL t26 = x_e13 * t21;
+    const REAL t27 = x_e02 + t26;
+    const REAL t28 = t9 * t27;
+    const REAL t29 = x_e12 * t21;
+    const REAL t30 = t29 - x_e03;
+    const REAL t31 = t9 * t30;
+    const REAL t32 = -t31;
+    const REAL t33 = x_1 * t21;
+    const REAL t34 = x_e0123 + t33;
+    const REAL t35 = t9 * t34;
+    out[0] = t10;
+    out[1] = t11;
+    out[2] = t12;
+    out[3] = t13;
+    out[4] = t25;
+    out[5] = t28;
+    out[6] = t32;
+    out[7] = t35;
 }
 
 static INLINE void NAME(normalize_motor_block)(intptr_t n, char **args, const intptr_t *strides)
@@ -21884,9 +21938,10 @@ static INLINE void NAME(rotor_from_axis_angle_within)(const REAL *axis, REAL ang
     out[3] = t14;
 }
 
-INLINE void NAME(rotor_from_axis_angle)(const REAL *axis, REAL angle, REAL *out)
+FUSED(rotor_from_axis_angle, (const REAL *axis, REAL angle, REAL *out), (axis, angle, out, NULL))
+void NAME(rotor_from_axis_angle)(const REAL *axis, REAL angle, REAL *out)
 {
-    NAME(rotor_from_axis_angle_within)(axis, angle, out, NULL);
+    RUN(rotor_from_axis_angle, (axis, angle, out), (axis, angle, out, NULL));
 }
 
 static INLINE void NAME(rotor_from_axis_angle_prepare_angle)(REAL angle, REAL *prepared, WORD *far)
@@ -22123,9 +22178,10 @@ static INLINE void NAME(rotor_from_rotation_vector_within)(const REAL *v, REAL *
     out[3] = t19;
 }
 
-INLINE void NAME(rotor_from_rotation_vector)(const REAL *v, REAL *out)
+FUSED(rotor_from_rotation_vector, (const REAL *v, REAL *out), (v, out, NULL))
+void NAME(rotor_from_rotation_vector)(const REAL *v, REAL *out)
 {
-    NAME(rotor_from_rotation_vector_within)(v, out, NULL);
+    RUN(rotor_from_rotation_vector, (v, out), (v, out, NULL));
 }
 
 static INLINE void NAME(rotor_from_rotation_vector_block)(intptr_t n, char **args, const intptr_t *strides)
@@ -22259,9 +22315,10 @@ static INLINE void NAME(motor_from_line_within)(const REAL *line, REAL angle, RE
     out[7] = (REAL)0;
 }
 
-INLINE void NAME(motor_from_line)(const REAL *line, REAL angle, REAL *out)
+FUSED(motor_from_line, (const REAL *line, REAL angle, REAL *out), (line, angle, out, NULL))
+void NAME(motor_from_line)(const REAL *line, REAL angle, REAL *out)
 {
-    NAME(motor_from_line_within)(line, angle, out, NULL);
+    RUN(motor_from_line, (line, angle, out), (line, angle, out, NULL));
 }
 
 static INLINE void NAME(motor_from_line_prepare_angle)(REAL angle, REAL *prepared, WORD *far)
@@ -22458,9 +22515,11 @@ static INLINE void NAME(motor_from_screw_within)(const REAL *line, REAL angle, R
     out[7] = t41;
 }
 
-INLINE void NAME(motor_from_screw)(const REAL *line, REAL angle, REAL distance, REAL *out)
+FUSED(motor_from_screw, (const REAL *line, REAL angle, REAL distance, REAL *out), (line, angle, distance, out,
+    NULL))
+void NAME(motor_from_screw)(const REAL *line, REAL angle, REAL distance, REAL *out)
 {
-    NAME(motor_from_screw_within)(line, angle, distance, out, NULL);
+    RUN(motor_from_screw, (line, angle, distance, out), (line, angle, distance, out, NULL));
 }
 
 static INLINE void NAME(motor_from_screw_prepare_line_angle)(const REAL *line, REAL angle, REAL *prepared, WORD
@@ -23852,9 +23911,11 @@ static INLINE void NAME(motor_from_denavit_hartenberg_within)(REAL theta, REAL d
     out[7] = t28;
 }
 
-INLINE void NAME(motor_from_denavit_hartenberg)(REAL theta, REAL d, REAL a, REAL alpha, REAL *out)
+FUSED(motor_from_denavit_hartenberg, (REAL theta, REAL d, REAL a, REAL alpha, REAL *out), (theta, d, a, alpha, out,
+    NULL))
+void NAME(motor_from_denavit_hartenberg)(REAL theta, REAL d, REAL a, REAL alpha, REAL *out)
 {
-    NAME(motor_from_denavit_hartenberg_within)(theta, d, a, alpha, out, NULL);
+    RUN(motor_from_denavit_hartenberg, (theta, d, a, alpha, out), (theta, d, a, alpha, out, NULL));
 }
 
 static INLINE void NAME(motor_from_denavit_hartenberg_prepare_theta_d_alpha)(REAL theta, REAL d, REAL alpha, REAL
@@ -24418,9 +24479,11 @@ static INLINE void NAME(motor_from_modified_denavit_hartenberg_within)(REAL thet
     out[7] = t28;
 }
 
-INLINE void NAME(motor_from_modified_denavit_hartenberg)(REAL theta, REAL d, REAL a, REAL alpha, REAL *out)
+FUSED(motor_from_modified_denavit_hartenberg, (REAL theta, REAL d, REAL a, REAL alpha, REAL *out), (theta, d, a,
+    alpha, out, NULL))
+void NAME(motor_from_modified_denavit_hartenberg)(REAL theta, REAL d, REAL a, REAL alpha, REAL *out)
 {
-    NAME(motor_from_modified_denavit_hartenberg_within)(theta, d, a, alpha, out, NULL);
+    RUN(motor_from_modified_denavit_hartenberg, (theta, d, a, alpha, out), (theta, d, a, alpha, out, NULL));
 }
 
 static INLINE void NAME(motor_from_modified_denavit_hartenberg_prepare_theta_d_alpha)(REAL theta, REAL d, REAL
@@ -24966,48 +25029,49 @@ static INLINE void NAME(motor_exponential_within)(const REAL *b, REAL *out, WORD
     const REAL t7 = SQRT(t6);
     const REAL t8 = COS(t7);
     const REAL t9 = SELECT(t5, (REAL)1, t8);
-    const REAL t10 = SIN(t7);
-    const REAL t11 = t10 / t7;
-    const REAL t12 = SELECT(t5, (REAL)1, t11);
-    const REAL t13 = b_e12 * t12;
-    const REAL t14 = b_e13 * t12;
-    const REAL t15 = b_e23 * t12;
-    const REAL t16 = t9 - t12;
-    const REAL t17 = t16 / t6;
-    const REAL t18 = -t17;
-    const REAL t19 = SELECT(t5, (REAL)(1.0 / 3.0), t18);
-    const REAL t20 = b_e13 * b_e02;
-    const REAL t21 = b_e12 * b_e03;
-    const REAL t22 = t20 - t21;
-    const REAL t23 = b_e23 * b_e01;
+    const REAL t10 = (REAL)1 / t6;
+    const REAL t11 = t7 * t10;
+    const REAL t12 = SIN(t7);
+    const REAL t13 = t12 * t11;
+    const REAL t14 = SELECT(t5, (REAL)1, t13);
+    const REAL t15 = b_e12 * t14;
+    const REAL t16 = b_e13 * t14;
+    const REAL t17 = b_e23 * t14;
+    const REAL t18 = t9 - t14;
+    const REAL t19 = t10 * t18;
+    const REAL t20 = -t19;
+    const REAL t21 = SELECT(t5, (REAL)(1.0 / 3.0), t20);
+    const REAL t22 = b_e13 * b_e02;
+    const REAL t23 = b_e12 * b_e03;
     const REAL t24 = t22 - t23;
-    const REAL t25 = t24 * (REAL)2;
-    const REAL t26 = t25 * (REAL)0.5;
-    const REAL t27 = t19 * t26;
+    const REAL t25 = b_e23 * b_e01;
+    const REAL t26 = t24 - t25;
+    const REAL t27 = t21 * t26;
     const REAL t28 = b_e23 * t27;
-    const REAL t29 = b_e01 * t12;
-    const REAL t30 = t29 + t28;
+    const REAL t29 = b_e01 * t14;
+    const REAL t30 = t28 + t29;
     const REAL t31 = b_e13 * t27;
-    const REAL t32 = b_e02 * t12;
+    const REAL t32 = b_e02 * t14;
     const REAL t33 = t32 - t31;
     const REAL t34 = b_e12 * t27;
-    const REAL t35 = b_e03 * t12;
-    const REAL t36 = t35 + t34;
-    const REAL t37 = t12 * t26;
+    const REAL t35 = b_e03 * t14;
+    const REAL t36 = t34 + t35;
+    const REAL t37 = t14 * t26;
     const REAL t38 = -t37;
     out[0] = t9;
-    out[1] = t13;
-    out[2] = t14;
-    out[3] = t15;
+    out[1] = t15;
+    out[2] = t16;
+    out[3] = t17;
     out[4] = t30;
     out[5] = t33;
     out[6] = t36;
     out[7] = t38;
 }
 
-INLINE void NAME(motor_exponential)(const REAL *b, REAL *out)
+FUSED(motor_exponential, (const REAL *b, REAL *out), (b, out, NULL))
+void NAME(motor_exponential)(const REAL *b, REAL *out)
 {
-    NAME(motor_exponential_within)(b, out, NULL);
+    RUN(motor_exponential, (b, out), (b, out, NULL));
 }
 
 static INLINE void NAME(motor_exponential_block)(intptr_t n, char **args, const intptr_t *strides)
@@ -25046,7 +25110,7 @@ void NAME(motor_exponential_loop)(char **args, const intptr_t *dimensions, const
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(motor_logarithm)(const REAL *m, REAL *out)
+static INLINE void NAME(motor_logarithm_within)(const REAL *m, REAL *out)
 {
     const REAL m_1 = m[0];
     const REAL m_e12 = m[1];
@@ -25060,38 +25124,46 @@ INLINE void NAME(motor_logarithm)(const REAL *m, REAL *out)
     const REAL t1 = (REAL)1 - t0;
     const REAL t2 = LESS(t1, (REAL)1e-18);
     const REAL t3 = SELECT(t2, (REAL)1, t1);
-    const REAL t4 = SQRT(t3);
-    const REAL t5 = ABS(m_1);
-    const REAL t6 = ATAN2(t4, t5);
-    const REAL t7 = t6 / t4;
-    const REAL t8 = SELECT(t2, (REAL)1, t7);
-    const REAL t9 = -t8;
-    const REAL t10 = LESS(m_1, (REAL)0);
-    const REAL t11 = SELECT(t10, t9, t8);
-    const REAL t12 = m_e12 * t11;
-    const REAL t13 = m_e13 * t11;
-    const REAL t14 = m_e23 * t11;
-    const REAL t15 = m_e01 * t11;
-    const REAL t16 = t5 * t8;
-    const REAL t17 = (REAL)1 - t16;
-    const REAL t18 = t17 / t3;
-    const REAL t19 = -t18;
-    const REAL t20 = SELECT(t2, (REAL)(-1.0 / 3.0), t19);
-    const REAL t21 = m_e0123 * t20;
-    const REAL t22 = m_e23 * t21;
-    const REAL t23 = t15 - t22;
-    const REAL t24 = m_e02 * t11;
-    const REAL t25 = m_e13 * t21;
-    const REAL t26 = t24 + t25;
-    const REAL t27 = m_e03 * t11;
-    const REAL t28 = m_e12 * t21;
-    const REAL t29 = t27 - t28;
-    out[0] = t12;
-    out[1] = t13;
-    out[2] = t14;
-    out[3] = t23;
-    out[4] = t26;
-    out[5] = t29;
+    const REAL t4 = (REAL)1 / t3;
+    const REAL t5 = SQRT(t3);
+    const REAL t6 = t5 * t4;
+    const REAL t7 = ABS(m_1);
+    const REAL t8 = ATAN2(t5, t7);
+    const REAL t9 = t8 * t6;
+    const REAL t10 = SELECT(t2, (REAL)1, t9);
+    const REAL t11 = -t10;
+    const REAL t12 = LESS(m_1, (REAL)0);
+    const REAL t13 = SELECT(t12, t11, t10);
+    const REAL t14 = m_e12 * t13;
+    const REAL t15 = m_e13 * t13;
+    const REAL t16 = m_e23 * t13;
+    const REAL t17 = m_e01 * t13;
+    const REAL t18 = t7 * t10;
+    const REAL t19 = (REAL)1 - t18;
+    const REAL t20 = t4 * t19;
+    const REAL t21 = -t20;
+    const REAL t22 = SELECT(t2, (REAL)(-1.0 / 3.0), t21);
+    const REAL t23 = m_e0123 * t22;
+    const REAL t24 = m_e23 * t23;
+    const REAL t25 = t17 - t24;
+    const REAL t26 = m_e02 * t13;
+    const REAL t27 = m_e13 * t23;
+    const REAL t28 = t26 + t27;
+    const REAL t29 = m_e03 * t13;
+    const REAL t30 = m_e12 * t23;
+    const REAL t31 = t29 - t30;
+    out[0] = t14;
+    out[1] = t15;
+    out[2] = t16;
+    out[3] = t25;
+    out[4] = t28;
+    out[5] = t31;
+}
+
+FUSED(motor_logarithm, (const REAL *m, REAL *out), (m, out))
+void NAME(motor_logarithm)(const REAL *m, REAL *out)
+{
+    RUN(motor_logarithm, (m, out), (m, out));
 }
 
 static INLINE void NAME(motor_logarithm_block)(intptr_t n, char **args, const intptr_t *strides)
@@ -25105,7 +25177,7 @@ static INLINE void NAME(motor_logarithm_block)(intptr_t n, char **args, const in
         REAL x0[8];
         REAL x1[6];
         NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(motor_logarithm)(x0, x1);
+        NAME(motor_logarithm_within)(x0, x1);
         NAME(store_6)(a1 + i * w, c1a, x1);
     }
 }
@@ -25129,51 +25201,50 @@ INLINE void NAME(motor_square_root)(const REAL *m, REAL *out)
     const REAL m_e02 = m[5];
     const REAL m_e03 = m[6];
     const REAL m_e0123 = m[7];
-    const REAL t0 = LESS(m_1, (REAL)0);
-    const REAL t1 = SELECT(t0, (REAL)-1, (REAL)1);
-    const REAL t2 = m_1 * t1;
-    const REAL t3 = (REAL)1 + t2;
-    const REAL t4 = ABS(m_1);
-    const REAL t5 = (REAL)1 + t4;
-    const REAL t6 = t5 * (REAL)2;
-    const REAL t7 = SQRT(t6);
-    const REAL t8 = (REAL)1 / t7;
-    const REAL t9 = t8 * t3;
-    const REAL t10 = m_e12 * t1;
-    const REAL t11 = t8 * t10;
-    const REAL t12 = m_e13 * t1;
-    const REAL t13 = t8 * t12;
-    const REAL t14 = m_e23 * t1;
-    const REAL t15 = t8 * t14;
-    const REAL t16 = m_e0123 * t1;
-    const REAL t17 = (REAL)2 * t16;
-    const REAL t18 = t17 * (REAL)0.5;
-    const REAL t19 = t18 / t6;
-    const REAL t20 = t14 * t19;
-    const REAL t21 = m_e01 * t1;
-    const REAL t22 = t20 + t21;
-    const REAL t23 = t8 * t22;
-    const REAL t24 = t12 * t19;
-    const REAL t25 = m_e02 * t1;
-    const REAL t26 = t24 - t25;
-    const REAL t27 = t8 * t26;
-    const REAL t28 = -t27;
-    const REAL t29 = t10 * t19;
-    const REAL t30 = m_e03 * t1;
-    const REAL t31 = t29 + t30;
-    const REAL t32 = t8 * t31;
-    const REAL t33 = t3 * t19;
-    const REAL t34 = t33 - t16;
-    const REAL t35 = t8 * t34;
-    const REAL t36 = -t35;
-    out[0] = t9;
-    out[1] = t11;
-    out[2] = t13;
-    out[3] = t15;
-    out[4] = t23;
-    out[5] = t28;
-    out[6] = t32;
-    out[7] = t36;
+    const REAL t0 = ABS(m_1);
+    const REAL t1 = (REAL)1 + t0;
+    const REAL t2 = t1 * (REAL)2;
+    const REAL t3 = (REAL)1 / t2;
+    const REAL t4 = SQRT(t2);
+    const REAL t5 = t4 * t3;
+    const REAL t6 = LESS(m_1, (REAL)0);
+    const REAL t7 = SELECT(t6, (REAL)-1, (REAL)1);
+    const REAL t8 = m_1 * t7;
+    const REAL t9 = (REAL)1 + t8;
+    const REAL t10 = t9 * t5;
+    const REAL t11 = m_e12 * t7;
+    const REAL t12 = t5 * t11;
+    const REAL t13 = m_e13 * t7;
+    const REAL t14 = t5 * t13;
+    const REAL t15 = m_e23 * t7;
+    const REAL t16 = t5 * t15;
+    const REAL t17 = m_e0123 * t7;
+    const REAL t18 = t3 * t17;
+    const REAL t19 = t15 * t18;
+    const REAL t20 = m_e01 * t7;
+    const REAL t21 = t19 + t20;
+    const REAL t22 = t5 * t21;
+    const REAL t23 = t13 * t18;
+    const REAL t24 = m_e02 * t7;
+    const REAL t25 = t23 - t24;
+    const REAL t26 = t5 * t25;
+    const REAL t27 = -t26;
+    const REAL t28 = t11 * t18;
+    const REAL t29 = m_e03 * t7;
+    const REAL t30 = t28 + t29;
+    const REAL t31 = t5 * t30;
+    const REAL t32 = t9 * t18;
+    const REAL t33 = t32 - t17;
+    const REAL t34 = t5 * t33;
+    const REAL t35 = -t34;
+    out[0] = t10;
+    out[1] = t12;
+    out[2] = t14;
+    out[3] = t16;
+    out[4] = t22;
+    out[5] = t27;
+    out[6] = t31;
+    out[7] = t35;
 }
 
 static INLINE void NAME(motor_square_root_block)(intptr_t n, char **args, const intptr_t *strides)
@@ -25238,90 +25309,93 @@ static INLINE void NAME(motor_power_within)(const REAL *m, REAL t, REAL *out, WO
     const REAL t1 = (REAL)1 - t0;
     const REAL t2 = LESS(t1, (REAL)1e-18);
     const REAL t3 = SELECT(t2, (REAL)1, t1);
-    const REAL t4 = SQRT(t3);
-    const REAL t5 = ABS(m_1);
-    const REAL t6 = ATAN2(t4, t5);
-    const REAL t7 = t6 / t4;
-    const REAL t8 = SELECT(t2, (REAL)1, t7);
-    const REAL t9 = -t8;
-    const REAL t10 = LESS(m_1, (REAL)0);
-    const REAL t11 = SELECT(t10, t9, t8);
-    const REAL t12 = m_e12 * t11;
-    const REAL t13 = t * t12;
-    const REAL t14 = t13 * t13;
-    const REAL t15 = m_e13 * t11;
-    const REAL t16 = t * t15;
-    const REAL t17 = t16 * t16;
-    const REAL t18 = t14 + t17;
-    const REAL t19 = m_e23 * t11;
-    const REAL t20 = t * t19;
-    const REAL t21 = t20 * t20;
-    const REAL t22 = t18 + t21;
-    const REAL t23 = LESS(t22, (REAL)1e-18);
-    const REAL t24 = SELECT(t23, (REAL)1, t22);
-    const REAL t25 = SQRT(t24);
-    const REAL t26 = COS(t25);
-    const REAL t27 = SELECT(t23, (REAL)1, t26);
-    const REAL t28 = SIN(t25);
-    const REAL t29 = t28 / t25;
-    const REAL t30 = SELECT(t23, (REAL)1, t29);
-    const REAL t31 = t13 * t30;
-    const REAL t32 = t16 * t30;
-    const REAL t33 = t20 * t30;
-    const REAL t34 = t27 - t30;
-    const REAL t35 = t34 / t24;
-    const REAL t36 = -t35;
-    const REAL t37 = SELECT(t23, (REAL)(1.0 / 3.0), t36);
-    const REAL t38 = m_e03 * t11;
-    const REAL t39 = t5 * t8;
-    const REAL t40 = (REAL)1 - t39;
-    const REAL t41 = t40 / t3;
-    const REAL t42 = -t41;
-    const REAL t43 = SELECT(t2, (REAL)(-1.0 / 3.0), t42);
-    const REAL t44 = m_e0123 * t43;
-    const REAL t45 = m_e12 * t44;
-    const REAL t46 = t45 - t38;
-    const REAL t47 = t * t46;
-    const REAL t48 = t13 * t47;
-    const REAL t49 = m_e01 * t11;
-    const REAL t50 = m_e23 * t44;
-    const REAL t51 = t50 - t49;
-    const REAL t52 = t * t51;
-    const REAL t53 = t20 * t52;
-    const REAL t54 = t48 + t53;
-    const REAL t55 = m_e02 * t11;
-    const REAL t56 = m_e13 * t44;
-    const REAL t57 = t55 + t56;
-    const REAL t58 = t * t57;
-    const REAL t59 = t16 * t58;
-    const REAL t60 = t54 + t59;
-    const REAL t61 = t60 * (REAL)2;
-    const REAL t62 = t61 * (REAL)0.5;
-    const REAL t63 = t37 * t62;
-    const REAL t64 = t20 * t63;
-    const REAL t65 = t30 * t52;
-    const REAL t66 = t64 - t65;
-    const REAL t67 = t16 * t63;
-    const REAL t68 = t30 * t58;
-    const REAL t69 = t68 - t67;
-    const REAL t70 = t13 * t63;
-    const REAL t71 = t30 * t47;
-    const REAL t72 = t70 - t71;
-    const REAL t73 = t30 * t62;
-    const REAL t74 = -t73;
-    out[0] = t27;
-    out[1] = t31;
-    out[2] = t32;
-    out[3] = t33;
-    out[4] = t66;
-    out[5] = t69;
-    out[6] = t72;
-    out[7] = t74;
+    const REAL t4 = (REAL)1 / t3;
+    const REAL t5 = SQRT(t3);
+    const REAL t6 = t5 * t4;
+    const REAL t7 = ABS(m_1);
+    const REAL t8 = ATAN2(t5, t7);
+    const REAL t9 = t8 * t6;
+    const REAL t10 = SELECT(t2, (REAL)1, t9);
+    const REAL t11 = -t10;
+    const REAL t12 = LESS(m_1, (REAL)0);
+    const REAL t13 = SELECT(t12, t11, t10);
+    const REAL t14 = m_e12 * t13;
+    const REAL t15 = t * t14;
+    const REAL t16 = t15 * t15;
+    const REAL t17 = m_e13 * t13;
+    const REAL t18 = t * t17;
+    const REAL t19 = t18 * t18;
+    const REAL t20 = t16 + t19;
+    const REAL t21 = m_e23 * t13;
+    const REAL t22 = t * t21;
+    const REAL t23 = t22 * t22;
+    const REAL t24 = t20 + t23;
+    const REAL t25 = LESS(t24, (REAL)1e-18);
+    const REAL t26 = SELECT(t25, (REAL)1, t24);
+    const REAL t27 = SQRT(t26);
+    const REAL t28 = COS(t27);
+    const REAL t29 = SELECT(t25, (REAL)1, t28);
+    const REAL t30 = (REAL)1 / t26;
+    const REAL t31 = t27 * t30;
+    const REAL t32 = SIN(t27);
+    const REAL t33 = t32 * t31;
+    const REAL t34 = SELECT(t25, (REAL)1, t33);
+    const REAL t35 = t15 * t34;
+    const REAL t36 = t18 * t34;
+    const REAL t37 = t22 * t34;
+    const REAL t38 = t29 - t34;
+    const REAL t39 = t30 * t38;
+    const REAL t40 = -t39;
+    const REAL t41 = SELECT(t25, (REAL)(1.0 / 3.0), t40);
+    const REAL t42 = m_e03 * t13;
+    const REAL t43 = t7 * t10;
+    const REAL t44 = (REAL)1 - t43;
+    const REAL t45 = t4 * t44;
+    const REAL t46 = -t45;
+    const REAL t47 = SELECT(t2, (REAL)(-1.0 / 3.0), t46);
+    const REAL t48 = m_e0123 * t47;
+    const REAL t49 = m_e12 * t48;
+    const REAL t50 = t49 - t42;
+    const REAL t51 = t * t50;
+    const REAL t52 = t15 * t51;
+    const REAL t53 = m_e01 * t13;
+    const REAL t54 = m_e23 * t48;
+    const REAL t55 = t54 - t53;
+    const REAL t56 = t * t55;
+    const REAL t57 = t22 * t56;
+    const REAL t58 = t52 + t57;
+    const REAL t59 = m_e02 * t13;
+    const REAL t60 = m_e13 * t48;
+    const REAL t61 = t59 + t60;
+    const REAL t62 = t * t61;
+    const REAL t63 = t18 * t62;
+    const REAL t64 = t58 + t63;
+    const REAL t65 = t41 * t64;
+    const REAL t66 = t22 * t65;
+    const REAL t67 = t34 * t56;
+    const REAL t68 = t66 - t67;
+    const REAL t69 = t18 * t65;
+    const REAL t70 = t34 * t62;
+    const REAL t71 = t70 - t69;
+    const REAL t72 = t15 * t65;
+    const REAL t73 = t34 * t51;
+    const REAL t74 = t72 - t73;
+    const REAL t75 = t34 * t64;
+    const REAL t76 = -t75;
+    out[0] = t29;
+    out[1] = t35;
+    out[2] = t36;
+    out[3] = t37;
+    out[4] = t68;
+    out[5] = t71;
+    out[6] = t74;
+    out[7] = t76;
 }
 
-INLINE void NAME(motor_power)(const REAL *m, REAL t, REAL *out)
+FUSED(motor_power, (const REAL *m, REAL t, REAL *out), (m, t, out, NULL))
+void NAME(motor_power)(const REAL *m, REAL t, REAL *out)
 {
-    NAME(motor_power_within)(m, t, out, NULL);
+    RUN(motor_power, (m, t, out), (m, t, out, NULL));
 }
 
 static INLINE void NAME(motor_power_prepare_m)(const REAL *m, REAL *prepared)
@@ -25338,101 +25412,103 @@ static INLINE void NAME(motor_power_prepare_m)(const REAL *m, REAL *prepared)
     const REAL t1 = (REAL)1 - t0;
     const REAL t2 = LESS(t1, (REAL)1e-18);
     const REAL t3 = SELECT(t2, (REAL)1, t1);
-    const REAL t4 = SQRT(t3);
-    const REAL t5 = ABS(m_1);
-    const REAL t6 = ATAN2(t4, t5);
-    const REAL t7 = t6 / t4;
-    const REAL t8 = SELECT(t2, (REAL)1, t7);
-    const REAL t9 = -t8;
-    const REAL t10 = LESS(m_1, (REAL)0);
-    const REAL t11 = SELECT(t10, t9, t8);
-    const REAL t12 = m_e12 * t11;
-    const REAL t15 = m_e13 * t11;
-    const REAL t19 = m_e23 * t11;
-    const REAL t38 = m_e03 * t11;
-    const REAL t39 = t5 * t8;
-    const REAL t40 = (REAL)1 - t39;
-    const REAL t41 = t40 / t3;
-    const REAL t42 = -t41;
-    const REAL t43 = SELECT(t2, (REAL)(-1.0 / 3.0), t42);
-    const REAL t44 = m_e0123 * t43;
-    const REAL t45 = m_e12 * t44;
-    const REAL t46 = t45 - t38;
-    const REAL t49 = m_e01 * t11;
-    const REAL t50 = m_e23 * t44;
-    const REAL t51 = t50 - t49;
-    const REAL t55 = m_e02 * t11;
-    const REAL t56 = m_e13 * t44;
-    const REAL t57 = t55 + t56;
-    prepared[0] = t12;
-    prepared[1] = t15;
-    prepared[2] = t19;
-    prepared[3] = t46;
-    prepared[4] = t51;
-    prepared[5] = t57;
+    const REAL t4 = (REAL)1 / t3;
+    const REAL t5 = SQRT(t3);
+    const REAL t6 = t5 * t4;
+    const REAL t7 = ABS(m_1);
+    const REAL t8 = ATAN2(t5, t7);
+    const REAL t9 = t8 * t6;
+    const REAL t10 = SELECT(t2, (REAL)1, t9);
+    const REAL t11 = -t10;
+    const REAL t12 = LESS(m_1, (REAL)0);
+    const REAL t13 = SELECT(t12, t11, t10);
+    const REAL t14 = m_e12 * t13;
+    const REAL t17 = m_e13 * t13;
+    const REAL t21 = m_e23 * t13;
+    const REAL t42 = m_e03 * t13;
+    const REAL t43 = t7 * t10;
+    const REAL t44 = (REAL)1 - t43;
+    const REAL t45 = t4 * t44;
+    const REAL t46 = -t45;
+    const REAL t47 = SELECT(t2, (REAL)(-1.0 / 3.0), t46);
+    const REAL t48 = m_e0123 * t47;
+    const REAL t49 = m_e12 * t48;
+    const REAL t50 = t49 - t42;
+    const REAL t53 = m_e01 * t13;
+    const REAL t54 = m_e23 * t48;
+    const REAL t55 = t54 - t53;
+    const REAL t59 = m_e02 * t13;
+    const REAL t60 = m_e13 * t48;
+    const REAL t61 = t59 + t60;
+    prepared[0] = t14;
+    prepared[1] = t17;
+    prepared[2] = t21;
+    prepared[3] = t50;
+    prepared[4] = t55;
+    prepared[5] = t61;
 }
 
 static INLINE void NAME(motor_power_apply_m)(const REAL *prepared, REAL t, REAL *out, WORD *far)
 {
-    const REAL t12 = prepared[0];
-    const REAL t15 = prepared[1];
-    const REAL t19 = prepared[2];
-    const REAL t46 = prepared[3];
-    const REAL t51 = prepared[4];
-    const REAL t57 = prepared[5];
-    const REAL t13 = t * t12;
-    const REAL t14 = t13 * t13;
-    const REAL t16 = t * t15;
-    const REAL t17 = t16 * t16;
-    const REAL t18 = t14 + t17;
-    const REAL t20 = t * t19;
-    const REAL t21 = t20 * t20;
-    const REAL t22 = t18 + t21;
-    const REAL t23 = LESS(t22, (REAL)1e-18);
-    const REAL t24 = SELECT(t23, (REAL)1, t22);
-    const REAL t25 = SQRT(t24);
-    const REAL t26 = COS(t25);
-    const REAL t27 = SELECT(t23, (REAL)1, t26);
-    const REAL t28 = SIN(t25);
-    const REAL t29 = t28 / t25;
-    const REAL t30 = SELECT(t23, (REAL)1, t29);
-    const REAL t31 = t13 * t30;
-    const REAL t32 = t16 * t30;
-    const REAL t33 = t20 * t30;
-    const REAL t34 = t27 - t30;
-    const REAL t35 = t34 / t24;
-    const REAL t36 = -t35;
-    const REAL t37 = SELECT(t23, (REAL)(1.0 / 3.0), t36);
-    const REAL t47 = t * t46;
-    const REAL t48 = t13 * t47;
-    const REAL t52 = t * t51;
-    const REAL t53 = t20 * t52;
-    const REAL t54 = t48 + t53;
-    const REAL t58 = t * t57;
-    const REAL t59 = t16 * t58;
-    const REAL t60 = t54 + t59;
-    const REAL t61 = t60 * (REAL)2;
-    const REAL t62 = t61 * (REAL)0.5;
-    const REAL t63 = t37 * t62;
-    const REAL t64 = t20 * t63;
-    const REAL t65 = t30 * t52;
-    const REAL t66 = t64 - t65;
-    const REAL t67 = t16 * t63;
-    const REAL t68 = t30 * t58;
-    const REAL t69 = t68 - t67;
-    const REAL t70 = t13 * t63;
-    const REAL t71 = t30 * t47;
-    const REAL t72 = t70 - t71;
-    const REAL t73 = t30 * t62;
-    const REAL t74 = -t73;
-    out[0] = t27;
-    out[1] = t31;
-    out[2] = t32;
-    out[3] = t33;
-    out[4] = t66;
-    out[5] = t69;
-    out[6] = t72;
-    out[7] = t74;
+    const REAL t14 = prepared[0];
+    const REAL t17 = prepared[1];
+    const REAL t21 = prepared[2];
+    const REAL t50 = prepared[3];
+    const REAL t55 = prepared[4];
+    const REAL t61 = prepared[5];
+    const REAL t15 = t * t14;
+    const REAL t16 = t15 * t15;
+    const REAL t18 = t * t17;
+    const REAL t19 = t18 * t18;
+    const REAL t20 = t16 + t19;
+    const REAL t22 = t * t21;
+    const REAL t23 = t22 * t22;
+    const REAL t24 = t20 + t23;
+    const REAL t25 = LESS(t24, (REAL)1e-18);
+    const REAL t26 = SELECT(t25, (REAL)1, t24);
+    const REAL t27 = SQRT(t26);
+    const REAL t28 = COS(t27);
+    const REAL t29 = SELECT(t25, (REAL)1, t28);
+    const REAL t30 = (REAL)1 / t26;
+    const REAL t31 = t27 * t30;
+    const REAL t32 = SIN(t27);
+    const REAL t33 = t32 * t31;
+    const REAL t34 = SELECT(t25, (REAL)1, t33);
+    const REAL t35 = t15 * t34;
+    const REAL t36 = t18 * t34;
+    const REAL t37 = t22 * t34;
+    const REAL t38 = t29 - t34;
+    const REAL t39 = t30 * t38;
+    const REAL t40 = -t39;
+    const REAL t41 = SELECT(t25, (REAL)(1.0 / 3.0), t40);
+    const REAL t51 = t * t50;
+    const REAL t52 = t15 * t51;
+    const REAL t56 = t * t55;
+    const REAL t57 = t22 * t56;
+    const REAL t58 = t52 + t57;
+    const REAL t62 = t * t61;
+    const REAL t63 = t18 * t62;
+    const REAL t64 = t58 + t63;
+    const REAL t65 = t41 * t64;
+    const REAL t66 = t22 * t65;
+    const REAL t67 = t34 * t56;
+    const REAL t68 = t66 - t67;
+    const REAL t69 = t18 * t65;
+    const REAL t70 = t34 * t62;
+    const REAL t71 = t70 - t69;
+    const REAL t72 = t15 * t65;
+    const REAL t73 = t34 * t51;
+    const REAL t74 = t72 - t73;
+    const REAL t75 = t34 * t64;
+    const REAL t76 = -t75;
+    out[0] = t29;
+    out[1] = t35;
+    out[2] = t36;
+    out[3] = t37;
+    out[4] = t68;
+    out[5] = t71;
+    out[6] = t74;
+    out[7] = t76;
 }
 
 static INLINE void NAME(motor_power_block_m)(intptr_t n, char **args, const intptr_t *strides)
@@ -25543,258 +25619,261 @@ static INLINE void NAME(interpolate_motors_within)(const REAL *a, const REAL *b,
     const REAL t8 = (REAL)1 - t7;
     const REAL t9 = LESS(t8, (REAL)1e-18);
     const REAL t10 = SELECT(t9, (REAL)1, t8);
-    const REAL t11 = SQRT(t10);
-    const REAL t12 = ABS(t6);
-    const REAL t13 = ATAN2(t11, t12);
-    const REAL t14 = t13 / t11;
-    const REAL t15 = SELECT(t9, (REAL)1, t14);
-    const REAL t16 = -t15;
-    const REAL t17 = LESS(t6, (REAL)0);
-    const REAL t18 = SELECT(t17, t16, t15);
-    const REAL t19 = a_1 * b_e12;
-    const REAL t20 = a_e13 * b_e23;
-    const REAL t21 = t19 + t20;
-    const REAL t22 = a_e12 * b_1;
-    const REAL t23 = t21 - t22;
-    const REAL t24 = a_e23 * b_e13;
+    const REAL t11 = (REAL)1 / t10;
+    const REAL t12 = SQRT(t10);
+    const REAL t13 = t12 * t11;
+    const REAL t14 = ABS(t6);
+    const REAL t15 = ATAN2(t12, t14);
+    const REAL t16 = t15 * t13;
+    const REAL t17 = SELECT(t9, (REAL)1, t16);
+    const REAL t18 = -t17;
+    const REAL t19 = LESS(t6, (REAL)0);
+    const REAL t20 = SELECT(t19, t18, t17);
+    const REAL t21 = a_1 * b_e12;
+    const REAL t22 = a_e13 * b_e23;
+    const REAL t23 = t21 + t22;
+    const REAL t24 = a_e12 * b_1;
     const REAL t25 = t23 - t24;
-    const REAL t26 = t18 * t25;
-    const REAL t27 = t * t26;
-    const REAL t28 = t27 * t27;
-    const REAL t29 = a_1 * b_e13;
-    const REAL t30 = a_e23 * b_e12;
-    const REAL t31 = t29 + t30;
-    const REAL t32 = a_e12 * b_e23;
-    const REAL t33 = t31 - t32;
-    const REAL t34 = a_e13 * b_1;
+    const REAL t26 = a_e23 * b_e13;
+    const REAL t27 = t25 - t26;
+    const REAL t28 = t20 * t27;
+    const REAL t29 = t * t28;
+    const REAL t30 = t29 * t29;
+    const REAL t31 = a_1 * b_e13;
+    const REAL t32 = a_e23 * b_e12;
+    const REAL t33 = t31 + t32;
+    const REAL t34 = a_e12 * b_e23;
     const REAL t35 = t33 - t34;
-    const REAL t36 = t18 * t35;
-    const REAL t37 = t * t36;
-    const REAL t38 = t37 * t37;
-    const REAL t39 = t28 + t38;
-    const REAL t40 = a_1 * b_e23;
-    const REAL t41 = a_e12 * b_e13;
-    const REAL t42 = t40 + t41;
-    const REAL t43 = a_e13 * b_e12;
-    const REAL t44 = t42 - t43;
-    const REAL t45 = a_e23 * b_1;
+    const REAL t36 = a_e13 * b_1;
+    const REAL t37 = t35 - t36;
+    const REAL t38 = t20 * t37;
+    const REAL t39 = t * t38;
+    const REAL t40 = t39 * t39;
+    const REAL t41 = t30 + t40;
+    const REAL t42 = a_1 * b_e23;
+    const REAL t43 = a_e12 * b_e13;
+    const REAL t44 = t42 + t43;
+    const REAL t45 = a_e13 * b_e12;
     const REAL t46 = t44 - t45;
-    const REAL t47 = t18 * t46;
-    const REAL t48 = t * t47;
-    const REAL t49 = t48 * t48;
-    const REAL t50 = t39 + t49;
-    const REAL t51 = LESS(t50, (REAL)1e-18);
-    const REAL t52 = SELECT(t51, (REAL)1, t50);
-    const REAL t53 = SQRT(t52);
-    const REAL t54 = SIN(t53);
-    const REAL t55 = t54 / t53;
-    const REAL t56 = SELECT(t51, (REAL)1, t55);
-    const REAL t57 = t27 * t56;
-    const REAL t58 = a_e12 * t57;
-    const REAL t59 = COS(t53);
-    const REAL t60 = SELECT(t51, (REAL)1, t59);
-    const REAL t61 = a_1 * t60;
-    const REAL t62 = t61 - t58;
-    const REAL t63 = t37 * t56;
-    const REAL t64 = a_e13 * t63;
-    const REAL t65 = t62 - t64;
-    const REAL t66 = t48 * t56;
-    const REAL t67 = a_e23 * t66;
-    const REAL t68 = t65 - t67;
-    const REAL t69 = a_1 * t57;
-    const REAL t70 = a_e12 * t60;
-    const REAL t71 = t70 + t69;
-    const REAL t72 = a_e23 * t63;
-    const REAL t73 = t71 + t72;
-    const REAL t74 = a_e13 * t66;
-    const REAL t75 = t73 - t74;
-    const REAL t76 = a_1 * t63;
-    const REAL t77 = a_e13 * t60;
-    const REAL t78 = t77 + t76;
-    const REAL t79 = a_e12 * t66;
-    const REAL t80 = t78 + t79;
-    const REAL t81 = a_e23 * t57;
-    const REAL t82 = t80 - t81;
-    const REAL t83 = a_1 * t66;
-    const REAL t84 = a_e23 * t60;
-    const REAL t85 = t84 + t83;
-    const REAL t86 = a_e13 * t57;
-    const REAL t87 = t85 + t86;
-    const REAL t88 = a_e12 * t63;
-    const REAL t89 = t87 - t88;
-    const REAL t90 = t60 - t56;
-    const REAL t91 = t90 / t52;
-    const REAL t92 = -t91;
-    const REAL t93 = SELECT(t51, (REAL)(1.0 / 3.0), t92);
-    const REAL t94 = a_e01 * b_e13;
-    const REAL t95 = a_e02 * b_e23;
-    const REAL t96 = t94 + t95;
-    const REAL t97 = a_e03 * b_1;
-    const REAL t98 = t96 + t97;
-    const REAL t99 = a_e0123 * b_e12;
+    const REAL t47 = a_e23 * b_1;
+    const REAL t48 = t46 - t47;
+    const REAL t49 = t20 * t48;
+    const REAL t50 = t * t49;
+    const REAL t51 = t50 * t50;
+    const REAL t52 = t41 + t51;
+    const REAL t53 = LESS(t52, (REAL)1e-18);
+    const REAL t54 = SELECT(t53, (REAL)1, t52);
+    const REAL t55 = (REAL)1 / t54;
+    const REAL t56 = SQRT(t54);
+    const REAL t57 = t56 * t55;
+    const REAL t58 = SIN(t56);
+    const REAL t59 = t58 * t57;
+    const REAL t60 = SELECT(t53, (REAL)1, t59);
+    const REAL t61 = t29 * t60;
+    const REAL t62 = a_e12 * t61;
+    const REAL t63 = COS(t56);
+    const REAL t64 = SELECT(t53, (REAL)1, t63);
+    const REAL t65 = a_1 * t64;
+    const REAL t66 = t65 - t62;
+    const REAL t67 = t39 * t60;
+    const REAL t68 = a_e13 * t67;
+    const REAL t69 = t66 - t68;
+    const REAL t70 = t50 * t60;
+    const REAL t71 = a_e23 * t70;
+    const REAL t72 = t69 - t71;
+    const REAL t73 = a_1 * t61;
+    const REAL t74 = a_e12 * t64;
+    const REAL t75 = t73 + t74;
+    const REAL t76 = a_e23 * t67;
+    const REAL t77 = t75 + t76;
+    const REAL t78 = a_e13 * t70;
+    const REAL t79 = t77 - t78;
+    const REAL t80 = a_1 * t67;
+    const REAL t81 = a_e13 * t64;
+    const REAL t82 = t80 + t81;
+    const REAL t83 = a_e12 * t70;
+    const REAL t84 = t82 + t83;
+    const REAL t85 = a_e23 * t61;
+    const REAL t86 = t84 - t85;
+    const REAL t87 = a_1 * t70;
+    const REAL t88 = a_e23 * t64;
+    const REAL t89 = t87 + t88;
+    const REAL t90 = a_e13 * t61;
+    const REAL t91 = t89 + t90;
+    const REAL t92 = a_e12 * t67;
+    const REAL t93 = t91 - t92;
+    const REAL t94 = t64 - t60;
+    const REAL t95 = t55 * t94;
+    const REAL t96 = -t95;
+    const REAL t97 = SELECT(t53, (REAL)(1.0 / 3.0), t96);
+    const REAL t98 = a_e01 * b_e13;
+    const REAL t99 = a_e02 * b_e23;
     const REAL t100 = t98 + t99;
-    const REAL t101 = a_1 * b_e03;
-    const REAL t102 = t100 - t101;
-    const REAL t103 = a_e12 * b_e0123;
-    const REAL t104 = t102 - t103;
-    const REAL t105 = a_e13 * b_e01;
+    const REAL t101 = a_e03 * b_1;
+    const REAL t102 = t100 + t101;
+    const REAL t103 = a_e0123 * b_e12;
+    const REAL t104 = t102 + t103;
+    const REAL t105 = a_1 * b_e03;
     const REAL t106 = t104 - t105;
-    const REAL t107 = a_e23 * b_e02;
+    const REAL t107 = a_e12 * b_e0123;
     const REAL t108 = t106 - t107;
-    const REAL t109 = t18 * t108;
-    const REAL t110 = t12 * t15;
-    const REAL t111 = (REAL)1 - t110;
-    const REAL t112 = t111 / t10;
-    const REAL t113 = -t112;
-    const REAL t114 = SELECT(t9, (REAL)(-1.0 / 3.0), t113);
-    const REAL t115 = a_e12 * b_e03;
-    const REAL t116 = a_e23 * b_e01;
-    const REAL t117 = t115 + t116;
-    const REAL t118 = a_e01 * b_e23;
-    const REAL t119 = t117 + t118;
-    const REAL t120 = a_e03 * b_e12;
+    const REAL t109 = a_e13 * b_e01;
+    const REAL t110 = t108 - t109;
+    const REAL t111 = a_e23 * b_e02;
+    const REAL t112 = t110 - t111;
+    const REAL t113 = t20 * t112;
+    const REAL t114 = t14 * t17;
+    const REAL t115 = (REAL)1 - t114;
+    const REAL t116 = t11 * t115;
+    const REAL t117 = -t116;
+    const REAL t118 = SELECT(t9, (REAL)(-1.0 / 3.0), t117);
+    const REAL t119 = a_e12 * b_e03;
+    const REAL t120 = a_e23 * b_e01;
     const REAL t121 = t119 + t120;
-    const REAL t122 = a_1 * b_e0123;
-    const REAL t123 = t121 - t122;
-    const REAL t124 = a_e13 * b_e02;
-    const REAL t125 = t123 - t124;
-    const REAL t126 = a_e02 * b_e13;
+    const REAL t122 = a_e01 * b_e23;
+    const REAL t123 = t121 + t122;
+    const REAL t124 = a_e03 * b_e12;
+    const REAL t125 = t123 + t124;
+    const REAL t126 = a_1 * b_e0123;
     const REAL t127 = t125 - t126;
-    const REAL t128 = a_e0123 * b_1;
+    const REAL t128 = a_e13 * b_e02;
     const REAL t129 = t127 - t128;
-    const REAL t130 = t114 * t129;
-    const REAL t131 = t25 * t130;
-    const REAL t132 = t109 - t131;
-    const REAL t133 = t * t132;
-    const REAL t134 = t27 * t133;
-    const REAL t135 = a_e12 * b_e02;
-    const REAL t136 = a_e13 * b_e03;
-    const REAL t137 = t135 + t136;
-    const REAL t138 = a_e01 * b_1;
-    const REAL t139 = t137 + t138;
-    const REAL t140 = a_e0123 * b_e23;
+    const REAL t130 = a_e02 * b_e13;
+    const REAL t131 = t129 - t130;
+    const REAL t132 = a_e0123 * b_1;
+    const REAL t133 = t131 - t132;
+    const REAL t134 = t118 * t133;
+    const REAL t135 = t27 * t134;
+    const REAL t136 = t113 - t135;
+    const REAL t137 = t * t136;
+    const REAL t138 = t29 * t137;
+    const REAL t139 = a_e12 * b_e02;
+    const REAL t140 = a_e13 * b_e03;
     const REAL t141 = t139 + t140;
-    const REAL t142 = a_1 * b_e01;
-    const REAL t143 = t141 - t142;
-    const REAL t144 = a_e23 * b_e0123;
-    const REAL t145 = t143 - t144;
-    const REAL t146 = a_e02 * b_e12;
+    const REAL t142 = a_e01 * b_1;
+    const REAL t143 = t141 + t142;
+    const REAL t144 = a_e0123 * b_e23;
+    const REAL t145 = t143 + t144;
+    const REAL t146 = a_1 * b_e01;
     const REAL t147 = t145 - t146;
-    const REAL t148 = a_e03 * b_e13;
+    const REAL t148 = a_e23 * b_e0123;
     const REAL t149 = t147 - t148;
-    const REAL t150 = t18 * t149;
-    const REAL t151 = t46 * t130;
-    const REAL t152 = t150 - t151;
-    const REAL t153 = t * t152;
-    const REAL t154 = t48 * t153;
-    const REAL t155 = t134 + t154;
-    const REAL t156 = a_e13 * b_e0123;
-    const REAL t157 = a_e23 * b_e03;
-    const REAL t158 = t156 + t157;
-    const REAL t159 = a_e01 * b_e12;
-    const REAL t160 = t158 + t159;
-    const REAL t161 = a_e02 * b_1;
+    const REAL t150 = a_e02 * b_e12;
+    const REAL t151 = t149 - t150;
+    const REAL t152 = a_e03 * b_e13;
+    const REAL t153 = t151 - t152;
+    const REAL t154 = t20 * t153;
+    const REAL t155 = t48 * t134;
+    const REAL t156 = t154 - t155;
+    const REAL t157 = t * t156;
+    const REAL t158 = t50 * t157;
+    const REAL t159 = t138 + t158;
+    const REAL t160 = a_e13 * b_e0123;
+    const REAL t161 = a_e23 * b_e03;
     const REAL t162 = t160 + t161;
-    const REAL t163 = a_1 * b_e02;
-    const REAL t164 = t162 - t163;
-    const REAL t165 = a_e12 * b_e01;
-    const REAL t166 = t164 - t165;
-    const REAL t167 = a_e03 * b_e23;
+    const REAL t163 = a_e01 * b_e12;
+    const REAL t164 = t162 + t163;
+    const REAL t165 = a_e02 * b_1;
+    const REAL t166 = t164 + t165;
+    const REAL t167 = a_1 * b_e02;
     const REAL t168 = t166 - t167;
-    const REAL t169 = a_e0123 * b_e13;
+    const REAL t169 = a_e12 * b_e01;
     const REAL t170 = t168 - t169;
-    const REAL t171 = t18 * t170;
-    const REAL t172 = t35 * t130;
-    const REAL t173 = t171 + t172;
-    const REAL t174 = t * t173;
-    const REAL t175 = t37 * t174;
-    const REAL t176 = t155 - t175;
-    const REAL t177 = t176 * (REAL)2;
-    const REAL t178 = t177 * (REAL)0.5;
-    const REAL t179 = t178 * t93;
-    const REAL t180 = t48 * t179;
-    const REAL t181 = t56 * t153;
-    const REAL t182 = t181 - t180;
-    const REAL t183 = a_1 * t182;
-    const REAL t184 = t56 * t178;
-    const REAL t185 = a_e23 * t184;
-    const REAL t186 = a_e01 * t60;
-    const REAL t187 = t186 + t185;
-    const REAL t188 = t187 - t183;
-    const REAL t189 = t37 * t179;
-    const REAL t190 = t56 * t174;
-    const REAL t191 = t190 + t189;
-    const REAL t192 = a_e12 * t191;
-    const REAL t193 = t188 - t192;
-    const REAL t194 = t27 * t179;
-    const REAL t195 = t56 * t133;
-    const REAL t196 = t195 - t194;
-    const REAL t197 = a_e13 * t196;
-    const REAL t198 = t193 - t197;
-    const REAL t199 = a_e02 * t57;
-    const REAL t200 = t198 - t199;
-    const REAL t201 = a_e03 * t63;
+    const REAL t171 = a_e03 * b_e23;
+    const REAL t172 = t170 - t171;
+    const REAL t173 = a_e0123 * b_e13;
+    const REAL t174 = t172 - t173;
+    const REAL t175 = t20 * t174;
+    const REAL t176 = t37 * t134;
+    const REAL t177 = t175 + t176;
+    const REAL t178 = t * t177;
+    const REAL t179 = t39 * t178;
+    const REAL t180 = t159 - t179;
+    const REAL t181 = t97 * t180;
+    const REAL t182 = t50 * t181;
+    const REAL t183 = t60 * t157;
+    const REAL t184 = t183 - t182;
+    const REAL t185 = a_1 * t184;
+    const REAL t186 = t60 * t180;
+    const REAL t187 = a_e23 * t186;
+    const REAL t188 = a_e01 * t64;
+    const REAL t189 = t187 + t188;
+    const REAL t190 = t189 - t185;
+    const REAL t191 = t39 * t181;
+    const REAL t192 = t60 * t178;
+    const REAL t193 = t191 + t192;
+    const REAL t194 = a_e12 * t193;
+    const REAL t195 = t190 - t194;
+    const REAL t196 = t29 * t181;
+    const REAL t197 = t60 * t137;
+    const REAL t198 = t197 - t196;
+    const REAL t199 = a_e13 * t198;
+    const REAL t200 = t195 - t199;
+    const REAL t201 = a_e02 * t61;
     const REAL t202 = t200 - t201;
-    const REAL t203 = a_e0123 * t66;
+    const REAL t203 = a_e03 * t67;
     const REAL t204 = t202 - t203;
-    const REAL t205 = a_e12 * t182;
-    const REAL t206 = a_e02 * t60;
-    const REAL t207 = t206 + t205;
-    const REAL t208 = a_e01 * t57;
+    const REAL t205 = a_e0123 * t70;
+    const REAL t206 = t204 - t205;
+    const REAL t207 = a_e12 * t184;
+    const REAL t208 = a_e02 * t64;
     const REAL t209 = t207 + t208;
-    const REAL t210 = a_e0123 * t63;
+    const REAL t210 = a_e01 * t61;
     const REAL t211 = t209 + t210;
-    const REAL t212 = a_1 * t191;
-    const REAL t213 = t211 - t212;
-    const REAL t214 = a_e13 * t184;
+    const REAL t212 = a_e0123 * t67;
+    const REAL t213 = t211 + t212;
+    const REAL t214 = a_1 * t193;
     const REAL t215 = t213 - t214;
-    const REAL t216 = a_e23 * t196;
+    const REAL t216 = a_e13 * t186;
     const REAL t217 = t215 - t216;
-    const REAL t218 = a_e03 * t66;
+    const REAL t218 = a_e23 * t198;
     const REAL t219 = t217 - t218;
-    const REAL t220 = a_e13 * t182;
-    const REAL t221 = a_e12 * t184;
-    const REAL t222 = a_e03 * t60;
-    const REAL t223 = t222 + t221;
-    const REAL t224 = t223 + t220;
-    const REAL t225 = a_e23 * t191;
-    const REAL t226 = t224 + t225;
-    const REAL t227 = a_e01 * t63;
+    const REAL t220 = a_e03 * t70;
+    const REAL t221 = t219 - t220;
+    const REAL t222 = a_e13 * t184;
+    const REAL t223 = a_e12 * t186;
+    const REAL t224 = a_e03 * t64;
+    const REAL t225 = t223 + t224;
+    const REAL t226 = t222 + t225;
+    const REAL t227 = a_e23 * t193;
     const REAL t228 = t226 + t227;
-    const REAL t229 = a_e02 * t66;
+    const REAL t229 = a_e01 * t67;
     const REAL t230 = t228 + t229;
-    const REAL t231 = a_1 * t196;
-    const REAL t232 = t230 - t231;
-    const REAL t233 = a_e0123 * t57;
+    const REAL t231 = a_e02 * t70;
+    const REAL t232 = t230 + t231;
+    const REAL t233 = a_1 * t198;
     const REAL t234 = t232 - t233;
-    const REAL t235 = a_e13 * t191;
-    const REAL t236 = a_e0123 * t60;
-    const REAL t237 = t236 + t235;
-    const REAL t238 = a_e01 * t66;
+    const REAL t235 = a_e0123 * t61;
+    const REAL t236 = t234 - t235;
+    const REAL t237 = a_e13 * t193;
+    const REAL t238 = a_e0123 * t64;
     const REAL t239 = t237 + t238;
-    const REAL t240 = a_e03 * t57;
+    const REAL t240 = a_e01 * t70;
     const REAL t241 = t239 + t240;
-    const REAL t242 = a_1 * t184;
-    const REAL t243 = t241 - t242;
-    const REAL t244 = a_e12 * t196;
+    const REAL t242 = a_e03 * t61;
+    const REAL t243 = t241 + t242;
+    const REAL t244 = a_1 * t186;
     const REAL t245 = t243 - t244;
-    const REAL t246 = a_e23 * t182;
+    const REAL t246 = a_e12 * t198;
     const REAL t247 = t245 - t246;
-    const REAL t248 = a_e02 * t63;
+    const REAL t248 = a_e23 * t184;
     const REAL t249 = t247 - t248;
-    out[0] = t68;
-    out[1] = t75;
-    out[2] = t82;
-    out[3] = t89;
-    out[4] = t204;
-    out[5] = t219;
-    out[6] = t234;
-    out[7] = t249;
+    const REAL t250 = a_e02 * t67;
+    const REAL t251 = t249 - t250;
+    out[0] = t72;
+    out[1] = t79;
+    out[2] = t86;
+    out[3] = t93;
+    out[4] = t206;
+    out[5] = t221;
+    out[6] = t236;
+    out[7] = t251;
 }
 
-INLINE void NAME(interpolate_motors)(const REAL *a, const REAL *b, REAL t, REAL *out)
+FUSED(interpolate_motors, (const REAL *a, const REAL *b, REAL t, REAL *out), (a, b, t, out, NULL))
+void NAME(interpolate_motors)(const REAL *a, const REAL *b, REAL t, REAL *out)
 {
-    NAME(interpolate_motors_within)(a, b, t, out, NULL);
+    RUN(interpolate_motors, (a, b, t, out), (a, b, t, out, NULL));
 }
 
 static INLINE void NAME(interpolate_motors_prepare_a_b)(const REAL *a, const REAL *b, REAL *prepared)
@@ -25826,123 +25905,125 @@ static INLINE void NAME(interpolate_motors_prepare_a_b)(const REAL *a, const REA
     const REAL t8 = (REAL)1 - t7;
     const REAL t9 = LESS(t8, (REAL)1e-18);
     const REAL t10 = SELECT(t9, (REAL)1, t8);
-    const REAL t11 = SQRT(t10);
-    const REAL t12 = ABS(t6);
-    const REAL t13 = ATAN2(t11, t12);
-    const REAL t14 = t13 / t11;
-    const REAL t15 = SELECT(t9, (REAL)1, t14);
-    const REAL t16 = -t15;
-    const REAL t17 = LESS(t6, (REAL)0);
-    const REAL t18 = SELECT(t17, t16, t15);
-    const REAL t19 = a_1 * b_e12;
-    const REAL t20 = a_e13 * b_e23;
-    const REAL t21 = t19 + t20;
-    const REAL t22 = a_e12 * b_1;
-    const REAL t23 = t21 - t22;
-    const REAL t24 = a_e23 * b_e13;
+    const REAL t11 = (REAL)1 / t10;
+    const REAL t12 = SQRT(t10);
+    const REAL t13 = t12 * t11;
+    const REAL t14 = ABS(t6);
+    const REAL t15 = ATAN2(t12, t14);
+    const REAL t16 = t15 * t13;
+    const REAL t17 = SELECT(t9, (REAL)1, t16);
+    const REAL t18 = -t17;
+    const REAL t19 = LESS(t6, (REAL)0);
+    const REAL t20 = SELECT(t19, t18, t17);
+    const REAL t21 = a_1 * b_e12;
+    const REAL t22 = a_e13 * b_e23;
+    const REAL t23 = t21 + t22;
+    const REAL t24 = a_e12 * b_1;
     const REAL t25 = t23 - t24;
-    const REAL t26 = t18 * t25;
-    const REAL t29 = a_1 * b_e13;
-    const REAL t30 = a_e23 * b_e12;
-    const REAL t31 = t29 + t30;
-    const REAL t32 = a_e12 * b_e23;
-    const REAL t33 = t31 - t32;
-    const REAL t34 = a_e13 * b_1;
+    const REAL t26 = a_e23 * b_e13;
+    const REAL t27 = t25 - t26;
+    const REAL t28 = t20 * t27;
+    const REAL t31 = a_1 * b_e13;
+    const REAL t32 = a_e23 * b_e12;
+    const REAL t33 = t31 + t32;
+    const REAL t34 = a_e12 * b_e23;
     const REAL t35 = t33 - t34;
-    const REAL t36 = t18 * t35;
-    const REAL t40 = a_1 * b_e23;
-    const REAL t41 = a_e12 * b_e13;
-    const REAL t42 = t40 + t41;
-    const REAL t43 = a_e13 * b_e12;
-    const REAL t44 = t42 - t43;
-    const REAL t45 = a_e23 * b_1;
+    const REAL t36 = a_e13 * b_1;
+    const REAL t37 = t35 - t36;
+    const REAL t38 = t20 * t37;
+    const REAL t42 = a_1 * b_e23;
+    const REAL t43 = a_e12 * b_e13;
+    const REAL t44 = t42 + t43;
+    const REAL t45 = a_e13 * b_e12;
     const REAL t46 = t44 - t45;
-    const REAL t47 = t18 * t46;
-    const REAL t94 = a_e01 * b_e13;
-    const REAL t95 = a_e02 * b_e23;
-    const REAL t96 = t94 + t95;
-    const REAL t97 = a_e03 * b_1;
-    const REAL t98 = t96 + t97;
-    const REAL t99 = a_e0123 * b_e12;
+    const REAL t47 = a_e23 * b_1;
+    const REAL t48 = t46 - t47;
+    const REAL t49 = t20 * t48;
+    const REAL t98 = a_e01 * b_e13;
+    const REAL t99 = a_e02 * b_e23;
     const REAL t100 = t98 + t99;
-    const REAL t101 = a_1 * b_e03;
-    const REAL t102 = t100 - t101;
-    const REAL t103 = a_e12 * b_e0123;
-    const REAL t104 = t102 - t103;
-    const REAL t105 = a_e13 * b_e01;
+    const REAL t101 = a_e03 * b_1;
+    const REAL t102 = t100 + t101;
+    const REAL t103 = a_e0123 * b_e12;
+    const REAL t104 = t102 + t103;
+    const REAL t105 = a_1 * b_e03;
     const REAL t106 = t104 - t105;
-    const REAL t107 = a_e23 * b_e02;
+    const REAL t107 = a_e12 * b_e0123;
     const REAL t108 = t106 - t107;
-    const REAL t109 = t18 * t108;
-    const REAL t110 = t12 * t15;
-    const REAL t111 = (REAL)1 - t110;
-    const REAL t112 = t111 / t10;
-    const REAL t113 = -t112;
-    const REAL t114 = SELECT(t9, (REAL)(-1.0 / 3.0), t113);
-    const REAL t115 = a_e12 * b_e03;
-    const REAL t116 = a_e23 * b_e01;
-    const REAL t117 = t115 + t116;
-    const REAL t118 = a_e01 * b_e23;
-    const REAL t119 = t117 + t118;
-    const REAL t120 = a_e03 * b_e12;
+    const REAL t109 = a_e13 * b_e01;
+    const REAL t110 = t108 - t109;
+    const REAL t111 = a_e23 * b_e02;
+    const REAL t112 = t110 - t111;
+    const REAL t113 = t20 * t112;
+    const REAL t114 = t14 * t17;
+    const REAL t115 = (REAL)1 - t114;
+    const REAL t116 = t11 * t115;
+    const REAL t117 = -t116;
+    const REAL t118 = SELECT(t9, (REAL)(-1.0 / 3.0), t117);
+    const REAL t119 = a_e12 * b_e03;
+    const REAL t120 = a_e23 * b_e01;
     const REAL t121 = t119 + t120;
-    const REAL t122 = a_1 * b_e0123;
-    const REAL t123 = t121 - t122;
-    const REAL t124 = a_e13 * b_e02;
-    const REAL t125 = t123 - t124;
-    const REAL t126 = a_e02 * b_e13;
+    const REAL t122 = a_e01 * b_e23;
+    const REAL t123 = t121 + t122;
+    const REAL t124 = a_e03 * b_e12;
+    const REAL t125 = t123 + t124;
+    const REAL t126 = a_1 * b_e0123;
     const REAL t127 = t125 - t126;
-    const REAL t128 = a_e0123 * b_1;
+    const REAL t128 = a_e13 * b_e02;
     const REAL t129 = t127 - t128;
-    const REAL t130 = t114 * t129;
-    const REAL t131 = t25 * t130;
-    const REAL t132 = t109 - t131;
-    const REAL t135 = a_e12 * b_e02;
-    const REAL t136 = a_e13 * b_e03;
-    const REAL t137 = t135 + t136;
-    const REAL t138 = a_e01 * b_1;
-    const REAL t139 = t137 + t138;
-    const REAL t140 = a_e0123 * b_e23;
+    const REAL t130 = a_e02 * b_e13;
+    const REAL t131 = t129 - t130;
+    const REAL t132 = a_e0123 * b_1;
+    const REAL t133 = t131 - t132;
+    const REAL t134 = t118 * t133;
+    const REAL t135 = t27 * t134;
+    const REAL t136 = t113 - t135;
+    const REAL t139 = a_e12 * b_e02;
+    const REAL t140 = a_e13 * b_e03;
     const REAL t141 = t139 + t140;
-    const REAL t142 = a_1 * b_e01;
-    const REAL t143 = t141 - t142;
-    const REAL t144 = a_e23 * b_e0123;
-    const REAL t145 = t143 - t144;
-    const REAL t146 = a_e02 * b_e12;
+    const REAL t142 = a_e01 * b_1;
+    const REAL t143 = t141 + t142;
+    const REAL t144 = a_e0123 * b_e23;
+    const REAL t145 = t143 + t144;
+    const REAL t146 = a_1 * b_e01;
     const REAL t147 = t145 - t146;
-    const REAL t148 = a_e03 * b_e13;
+    const REAL t148 = a_e23 * b_e0123;
     const REAL t149 = t147 - t148;
-    const REAL t150 = t18 * t149;
-    const REAL t151 = t46 * t130;
-    const REAL t152 = t150 - t151;
-    const REAL t156 = a_e13 * b_e0123;
-    const REAL t157 = a_e23 * b_e03;
-    const REAL t158 = t156 + t157;
-    const REAL t159 = a_e01 * b_e12;
-    const REAL t160 = t158 + t159;
-    const REAL t161 = a_e02 * b_1;
+    const REAL t150 = a_e02 * b_e12;
+    const REAL t151 = t149 - t150;
+    const REAL t152 = a_e03 * b_e13;
+    const REAL t153 = t151 - t152;
+    const REAL t154 = t20 * t153;
+    const REAL t155 = t48 * t134;
+    const REAL t156 = t154 - t155;
+    const REAL t160 = a_e13 * b_e0123;
+    const REAL t161 = a_e23 * b_e03;
     const REAL t162 = t160 + t161;
-    const REAL t163 = a_1 * b_e02;
-    const REAL t164 = t162 - t163;
-    const REAL t165 = a_e12 * b_e01;
-    const REAL t166 = t164 - t165;
-    const REAL t167 = a_e03 * b_e23;
+    const REAL t163 = a_e01 * b_e12;
+    const REAL t164 = t162 + t163;
+    const REAL t165 = a_e02 * b_1;
+    const REAL t166 = t164 + t165;
+    const REAL t167 = a_1 * b_e02;
     const REAL t168 = t166 - t167;
-    const REAL t169 = a_e0123 * b_e13;
+    const REAL t169 = a_e12 * b_e01;
     const REAL t170 = t168 - t169;
-    const REAL t171 = t18 * t170;
-    const REAL t172 = t35 * t130;
-    const REAL t173 = t171 + t172;
-    prepared[0] = t26;
-    prepared[1] = t36;
-    prepared[2] = t47;
+    const REAL t171 = a_e03 * b_e23;
+    const REAL t172 = t170 - t171;
+    const REAL t173 = a_e0123 * b_e13;
+    const REAL t174 = t172 - t173;
+    const REAL t175 = t20 * t174;
+    const REAL t176 = t37 * t134;
+    const REAL t177 = t175 + t176;
+    prepared[0] = t28;
+    prepared[1] = t38;
+    prepared[2] = t49;
     prepared[3] = a_e12;
     prepared[4] = a_1;
     prepared[5] = a_e13;
     prepared[6] = a_e23;
-    prepared[7] = t132;
-    prepared[8] = t152;
-    prepared[9] = t173;
+    prepared[7] = t136;
+    prepared[8] = t156;
+    prepared[9] = t177;
     prepared[10] = a_e01;
     prepared[11] = a_e02;
     prepared[12] = a_e03;
@@ -25951,160 +26032,160 @@ static INLINE void NAME(interpolate_motors_prepare_a_b)(const REAL *a, const REA
 
 static INLINE void NAME(interpolate_motors_apply_a_b)(const REAL *prepared, REAL t, REAL *out, WORD *far)
 {
-    const REAL t26 = prepared[0];
-    const REAL t36 = prepared[1];
-    const REAL t47 = prepared[2];
+    const REAL t28 = prepared[0];
+    const REAL t38 = prepared[1];
+    const REAL t49 = prepared[2];
     const REAL a_e12 = prepared[3];
     const REAL a_1 = prepared[4];
     const REAL a_e13 = prepared[5];
     const REAL a_e23 = prepared[6];
-    const REAL t132 = prepared[7];
-    const REAL t152 = prepared[8];
-    const REAL t173 = prepared[9];
+    const REAL t136 = prepared[7];
+    const REAL t156 = prepared[8];
+    const REAL t177 = prepared[9];
     const REAL a_e01 = prepared[10];
     const REAL a_e02 = prepared[11];
     const REAL a_e03 = prepared[12];
     const REAL a_e0123 = prepared[13];
-    const REAL t27 = t * t26;
-    const REAL t28 = t27 * t27;
-    const REAL t37 = t * t36;
-    const REAL t38 = t37 * t37;
-    const REAL t39 = t28 + t38;
-    const REAL t48 = t * t47;
-    const REAL t49 = t48 * t48;
-    const REAL t50 = t39 + t49;
-    const REAL t51 = LESS(t50, (REAL)1e-18);
-    const REAL t52 = SELECT(t51, (REAL)1, t50);
-    const REAL t53 = SQRT(t52);
-    const REAL t54 = SIN(t53);
-    const REAL t55 = t54 / t53;
-    const REAL t56 = SELECT(t51, (REAL)1, t55);
-    const REAL t57 = t27 * t56;
-    const REAL t58 = a_e12 * t57;
-    const REAL t59 = COS(t53);
-    const REAL t60 = SELECT(t51, (REAL)1, t59);
-    const REAL t61 = a_1 * t60;
-    const REAL t62 = t61 - t58;
-    const REAL t63 = t37 * t56;
-    const REAL t64 = a_e13 * t63;
-    const REAL t65 = t62 - t64;
-    const REAL t66 = t48 * t56;
-    const REAL t67 = a_e23 * t66;
-    const REAL t68 = t65 - t67;
-    const REAL t69 = a_1 * t57;
-    const REAL t70 = a_e12 * t60;
-    const REAL t71 = t70 + t69;
-    const REAL t72 = a_e23 * t63;
-    const REAL t73 = t71 + t72;
-    const REAL t74 = a_e13 * t66;
-    const REAL t75 = t73 - t74;
-    const REAL t76 = a_1 * t63;
-    const REAL t77 = a_e13 * t60;
-    const REAL t78 = t77 + t76;
-    const REAL t79 = a_e12 * t66;
-    const REAL t80 = t78 + t79;
-    const REAL t81 = a_e23 * t57;
-    const REAL t82 = t80 - t81;
-    const REAL t83 = a_1 * t66;
-    const REAL t84 = a_e23 * t60;
-    const REAL t85 = t84 + t83;
-    const REAL t86 = a_e13 * t57;
-    const REAL t87 = t85 + t86;
-    const REAL t88 = a_e12 * t63;
-    const REAL t89 = t87 - t88;
-    const REAL t90 = t60 - t56;
-    const REAL t91 = t90 / t52;
-    const REAL t92 = -t91;
-    const REAL t93 = SELECT(t51, (REAL)(1.0 / 3.0), t92);
-    const REAL t133 = t * t132;
-    const REAL t134 = t27 * t133;
-    const REAL t153 = t * t152;
-    const REAL t154 = t48 * t153;
-    const REAL t155 = t134 + t154;
-    const REAL t174 = t * t173;
-    const REAL t175 = t37 * t174;
-    const REAL t176 = t155 - t175;
-    const REAL t177 = t176 * (REAL)2;
-    const REAL t178 = t177 * (REAL)0.5;
-    const REAL t179 = t178 * t93;
-    const REAL t180 = t48 * t179;
-    const REAL t181 = t56 * t153;
-    const REAL t182 = t181 - t180;
-    const REAL t183 = a_1 * t182;
-    const REAL t184 = t56 * t178;
-    const REAL t185 = a_e23 * t184;
-    const REAL t186 = a_e01 * t60;
-    const REAL t187 = t186 + t185;
-    const REAL t188 = t187 - t183;
-    const REAL t189 = t37 * t179;
-    const REAL t190 = t56 * t174;
-    const REAL t191 = t190 + t189;
-    const REAL t192 = a_e12 * t191;
-    const REAL t193 = t188 - t192;
-    const REAL t194 = t27 * t179;
-    const REAL t195 = t56 * t133;
-    const REAL t196 = t195 - t194;
-    const REAL t197 = a_e13 * t196;
-    const REAL t198 = t193 - t197;
-    const REAL t199 = a_e02 * t57;
-    const REAL t200 = t198 - t199;
-    const REAL t201 = a_e03 * t63;
+    const REAL t29 = t * t28;
+    const REAL t30 = t29 * t29;
+    const REAL t39 = t * t38;
+    const REAL t40 = t39 * t39;
+    const REAL t41 = t30 + t40;
+    const REAL t50 = t * t49;
+    const REAL t51 = t50 * t50;
+    const REAL t52 = t41 + t51;
+    const REAL t53 = LESS(t52, (REAL)1e-18);
+    const REAL t54 = SELECT(t53, (REAL)1, t52);
+    const REAL t55 = (REAL)1 / t54;
+    const REAL t56 = SQRT(t54);
+    const REAL t57 = t56 * t55;
+    const REAL t58 = SIN(t56);
+    const REAL t59 = t58 * t57;
+    const REAL t60 = SELECT(t53, (REAL)1, t59);
+    const REAL t61 = t29 * t60;
+    const REAL t62 = a_e12 * t61;
+    const REAL t63 = COS(t56);
+    const REAL t64 = SELECT(t53, (REAL)1, t63);
+    const REAL t65 = a_1 * t64;
+    const REAL t66 = t65 - t62;
+    const REAL t67 = t39 * t60;
+    const REAL t68 = a_e13 * t67;
+    const REAL t69 = t66 - t68;
+    const REAL t70 = t50 * t60;
+    const REAL t71 = a_e23 * t70;
+    const REAL t72 = t69 - t71;
+    const REAL t73 = a_1 * t61;
+    const REAL t74 = a_e12 * t64;
+    const REAL t75 = t73 + t74;
+    const REAL t76 = a_e23 * t67;
+    const REAL t77 = t75 + t76;
+    const REAL t78 = a_e13 * t70;
+    const REAL t79 = t77 - t78;
+    const REAL t80 = a_1 * t67;
+    const REAL t81 = a_e13 * t64;
+    const REAL t82 = t80 + t81;
+    const REAL t83 = a_e12 * t70;
+    const REAL t84 = t82 + t83;
+    const REAL t85 = a_e23 * t61;
+    const REAL t86 = t84 - t85;
+    const REAL t87 = a_1 * t70;
+    const REAL t88 = a_e23 * t64;
+    const REAL t89 = t87 + t88;
+    const REAL t90 = a_e13 * t61;
+    const REAL t91 = t89 + t90;
+    const REAL t92 = a_e12 * t67;
+    const REAL t93 = t91 - t92;
+    const REAL t94 = t64 - t60;
+    const REAL t95 = t55 * t94;
+    const REAL t96 = -t95;
+    const REAL t97 = SELECT(t53, (REAL)(1.0 / 3.0), t96);
+    const REAL t137 = t * t136;
+    const REAL t138 = t29 * t137;
+    const REAL t157 = t * t156;
+    const REAL t158 = t50 * t157;
+    const REAL t159 = t138 + t158;
+    const REAL t178 = t * t177;
+    const REAL t179 = t39 * t178;
+    const REAL t180 = t159 - t179;
+    const REAL t181 = t97 * t180;
+    const REAL t182 = t50 * t181;
+    const REAL t183 = t60 * t157;
+    const REAL t184 = t183 - t182;
+    const REAL t185 = a_1 * t184;
+    const REAL t186 = t60 * t180;
+    const REAL t187 = a_e23 * t186;
+    const REAL t188 = a_e01 * t64;
+    const REAL t189 = t187 + t188;
+    const REAL t190 = t189 - t185;
+    const REAL t191 = t39 * t181;
+    const REAL t192 = t60 * t178;
+    const REAL t193 = t191 + t192;
+    const REAL t194 = a_e12 * t193;
+    const REAL t195 = t190 - t194;
+    const REAL t196 = t29 * t181;
+    const REAL t197 = t60 * t137;
+    const REAL t198 = t197 - t196;
+    const REAL t199 = a_e13 * t198;
+    const REAL t200 = t195 - t199;
+    const REAL t201 = a_e02 * t61;
     const REAL t202 = t200 - t201;
-    const REAL t203 = a_e0123 * t66;
+    const REAL t203 = a_e03 * t67;
     const REAL t204 = t202 - t203;
-    const REAL t205 = a_e12 * t182;
-    const REAL t206 = a_e02 * t60;
-    const REAL t207 = t206 + t205;
-    const REAL t208 = a_e01 * t57;
+    const REAL t205 = a_e0123 * t70;
+    const REAL t206 = t204 - t205;
+    const REAL t207 = a_e12 * t184;
+    const REAL t208 = a_e02 * t64;
     const REAL t209 = t207 + t208;
-    const REAL t210 = a_e0123 * t63;
+    const REAL t210 = a_e01 * t61;
     const REAL t211 = t209 + t210;
-    const REAL t212 = a_1 * t191;
-    const REAL t213 = t211 - t212;
-    const REAL t214 = a_e13 * t184;
+    const REAL t212 = a_e0123 * t67;
+    const REAL t213 = t211 + t212;
+    const REAL t214 = a_1 * t193;
     const REAL t215 = t213 - t214;
-    const REAL t216 = a_e23 * t196;
+    const REAL t216 = a_e13 * t186;
     const REAL t217 = t215 - t216;
-    const REAL t218 = a_e03 * t66;
+    const REAL t218 = a_e23 * t198;
     const REAL t219 = t217 - t218;
-    const REAL t220 = a_e13 * t182;
-    const REAL t221 = a_e12 * t184;
-    const REAL t222 = a_e03 * t60;
-    const REAL t223 = t222 + t221;
-    const REAL t224 = t223 + t220;
-    const REAL t225 = a_e23 * t191;
-    const REAL t226 = t224 + t225;
-    const REAL t227 = a_e01 * t63;
+    const REAL t220 = a_e03 * t70;
+    const REAL t221 = t219 - t220;
+    const REAL t222 = a_e13 * t184;
+    const REAL t223 = a_e12 * t186;
+    const REAL t224 = a_e03 * t64;
+    const REAL t225 = t223 + t224;
+    const REAL t226 = t222 + t225;
+    const REAL t227 = a_e23 * t193;
     const REAL t228 = t226 + t227;
-    const REAL t229 = a_e02 * t66;
+    const REAL t229 = a_e01 * t67;
     const REAL t230 = t228 + t229;
-    const REAL t231 = a_1 * t196;
-    const REAL t232 = t230 - t231;
-    const REAL t233 = a_e0123 * t57;
+    const REAL t231 = a_e02 * t70;
+    const REAL t232 = t230 + t231;
+    const REAL t233 = a_1 * t198;
     const REAL t234 = t232 - t233;
-    const REAL t235 = a_e13 * t191;
-    const REAL t236 = a_e0123 * t60;
-    const REAL t237 = t236 + t235;
-    const REAL t238 = a_e01 * t66;
+    const REAL t235 = a_e0123 * t61;
+    const REAL t236 = t234 - t235;
+    const REAL t237 = a_e13 * t193;
+    const REAL t238 = a_e0123 * t64;
     const REAL t239 = t237 + t238;
-    const REAL t240 = a_e03 * t57;
+    const REAL t240 = a_e01 * t70;
     const REAL t241 = t239 + t240;
-    const REAL t242 = a_1 * t184;
-    const REAL t243 = t241 - t242;
-    const REAL t244 = a_e12 * t196;
+    const REAL t242 = a_e03 * t61;
+    const REAL t243 = t241 + t242;
+    const REAL t244 = a_1 * t186;
     const REAL t245 = t243 - t244;
-    const REAL t246 = a_e23 * t182;
+    const REAL t246 = a_e12 * t198;
     const REAL t247 = t245 - t246;
-    const REAL t248 = a_e02 * t63;
+    const REAL t248 = a_e23 * t184;
     const REAL t249 = t247 - t248;
-    out[0] = t68;
-    out[1] = t75;
-    out[2] = t82;
-    out[3] = t89;
-    out[4] = t204;
-    out[5] = t219;
-    out[6] = t234;
-    out[7] = t249;
+    const REAL t250 = a_e02 * t67;
+    const REAL t251 = t249 - t250;
+    out[0] = t72;
+    out[1] = t79;
+    out[2] = t86;
+    out[3] = t93;
+    out[4] = t206;
+    out[5] = t221;
+    out[6] = t236;
+    out[7] = t251;
 }
 
 static INLINE void NAME(interpolate_motors_block_a_b)(intptr_t n, char **args, const intptr_t *strides)
@@ -26244,7 +26325,7 @@ INLINE void NAME(motor_between_lines)(const REAL *a, const REAL *b, REAL *out)
     const REAL t33 = b_e23 * t29;
     const REAL t34 = t22 - t33;
     const REAL t35 = t34 * t34;
-    const REAL t36 = t35 + t32;
+    const REAL t36 = t32 + t35;
     const REAL t37 = b_e12 * t29;
     const REAL t38 = t27 - t37;
     const REAL t39 = t38 * t38;
@@ -26266,87 +26347,87 @@ INLINE void NAME(motor_between_lines)(const REAL *a, const REAL *b, REAL *out)
     const REAL t55 = SELECT(t46, t54, (REAL)1);
     const REAL t56 = t55 * t55;
     const REAL t57 = t53 + t56;
-    const REAL t58 = SQRT(t57);
-    const REAL t59 = (REAL)1 / t58;
-    const REAL t60 = t51 * t59;
-    const REAL t61 = t45 * t60;
-    const REAL t62 = t34 * t44;
-    const REAL t63 = t48 * t59;
-    const REAL t64 = t62 * t63;
-    const REAL t65 = t61 - t64;
-    const REAL t66 = t38 * t44;
-    const REAL t67 = t55 * t59;
-    const REAL t68 = t66 * t67;
-    const REAL t69 = t65 - t68;
-    const REAL t70 = a_e13 * b_e12;
-    const REAL t71 = a_e12 * b_e13;
-    const REAL t72 = t70 - t71;
-    const REAL t73 = SELECT(t46, (REAL)0, t72);
-    const REAL t74 = t73 * t73;
-    const REAL t75 = a_e12 * b_e23;
-    const REAL t76 = a_e23 * b_e12;
-    const REAL t77 = t75 - t76;
-    const REAL t78 = SELECT(t46, (REAL)0, t77);
-    const REAL t79 = t78 * t78;
-    const REAL t80 = t74 + t79;
-    const REAL t81 = a_e23 * b_e13;
-    const REAL t82 = a_e13 * b_e23;
-    const REAL t83 = t81 - t82;
-    const REAL t84 = SELECT(t46, (REAL)0, t83);
-    const REAL t85 = t84 * t84;
-    const REAL t86 = t80 + t85;
-    const REAL t87 = a_e12 * b_e12;
-    const REAL t88 = a_e13 * b_e13;
-    const REAL t89 = t87 + t88;
-    const REAL t90 = a_e23 * b_e23;
-    const REAL t91 = t89 + t90;
-    const REAL t92 = (REAL)1 + t91;
-    const REAL t93 = SELECT(t46, (REAL)1, t92);
-    const REAL t94 = t93 * t93;
-    const REAL t95 = t86 + t94;
-    const REAL t96 = SQRT(t95);
+    const REAL t58 = (REAL)1 / t57;
+    const REAL t59 = SQRT(t57);
+    const REAL t60 = t59 * t58;
+    const REAL t61 = t51 * t60;
+    const REAL t62 = t45 * t61;
+    const REAL t63 = t34 * t44;
+    const REAL t64 = t48 * t60;
+    const REAL t65 = t63 * t64;
+    const REAL t66 = t62 - t65;
+    const REAL t67 = t38 * t44;
+    const REAL t68 = t55 * t60;
+    const REAL t69 = t67 * t68;
+    const REAL t70 = t66 - t69;
+    const REAL t71 = a_e13 * b_e12;
+    const REAL t72 = a_e12 * b_e13;
+    const REAL t73 = t71 - t72;
+    const REAL t74 = SELECT(t46, (REAL)0, t73);
+    const REAL t75 = t74 * t74;
+    const REAL t76 = a_e12 * b_e23;
+    const REAL t77 = a_e23 * b_e12;
+    const REAL t78 = t76 - t77;
+    const REAL t79 = SELECT(t46, (REAL)0, t78);
+    const REAL t80 = t79 * t79;
+    const REAL t81 = t75 + t80;
+    const REAL t82 = a_e23 * b_e13;
+    const REAL t83 = a_e13 * b_e23;
+    const REAL t84 = t82 - t83;
+    const REAL t85 = SELECT(t46, (REAL)0, t84);
+    const REAL t86 = t85 * t85;
+    const REAL t87 = t81 + t86;
+    const REAL t88 = a_e12 * b_e12;
+    const REAL t89 = a_e13 * b_e13;
+    const REAL t90 = t88 + t89;
+    const REAL t91 = a_e23 * b_e23;
+    const REAL t92 = t90 + t91;
+    const REAL t93 = (REAL)1 + t92;
+    const REAL t94 = SELECT(t46, (REAL)1, t93);
+    const REAL t95 = t94 * t94;
+    const REAL t96 = t87 + t95;
     const REAL t97 = (REAL)1 / t96;
-    const REAL t98 = t93 * t97;
-    const REAL t99 = SELECT(t46, t69, t98);
-    const REAL t100 = t45 * t63;
-    const REAL t101 = t60 * t62;
-    const REAL t102 = t101 + t100;
-    const REAL t103 = t84 * t97;
-    const REAL t104 = SELECT(t46, t102, t103);
-    const REAL t105 = t63 * t66;
-    const REAL t106 = t62 * t67;
-    const REAL t107 = t105 - t106;
-    const REAL t108 = t78 * t97;
-    const REAL t109 = SELECT(t46, t107, t108);
-    const REAL t110 = t45 * t67;
-    const REAL t111 = t60 * t66;
-    const REAL t112 = t110 + t111;
-    const REAL t113 = -t112;
-    const REAL t114 = t73 * t97;
-    const REAL t115 = SELECT(t46, t113, t114);
-    const REAL t116 = a_e03 - b_e03;
-    const REAL t117 = SELECT(t46, t116, (REAL)0);
-    const REAL t118 = t55 * t117;
-    const REAL t119 = a_e01 - b_e01;
-    const REAL t120 = SELECT(t46, t119, (REAL)0);
-    const REAL t121 = t48 * t120;
-    const REAL t122 = t118 + t121;
-    const REAL t123 = a_e02 - b_e02;
-    const REAL t124 = SELECT(t46, t123, (REAL)0);
-    const REAL t125 = t51 * t124;
-    const REAL t126 = t122 - t125;
-    const REAL t127 = t126 * (REAL)2;
-    const REAL t128 = t127 * (REAL)0.5;
-    const REAL t129 = t128 / t57;
+    const REAL t98 = SQRT(t96);
+    const REAL t99 = t98 * t97;
+    const REAL t100 = t94 * t99;
+    const REAL t101 = SELECT(t46, t70, t100);
+    const REAL t102 = t45 * t64;
+    const REAL t103 = t61 * t63;
+    const REAL t104 = t102 + t103;
+    const REAL t105 = t85 * t99;
+    const REAL t106 = SELECT(t46, t104, t105);
+    const REAL t107 = t64 * t67;
+    const REAL t108 = t63 * t68;
+    const REAL t109 = t107 - t108;
+    const REAL t110 = t79 * t99;
+    const REAL t111 = SELECT(t46, t109, t110);
+    const REAL t112 = t45 * t68;
+    const REAL t113 = t61 * t67;
+    const REAL t114 = t112 + t113;
+    const REAL t115 = -t114;
+    const REAL t116 = t74 * t99;
+    const REAL t117 = SELECT(t46, t115, t116);
+    const REAL t118 = a_e03 - b_e03;
+    const REAL t119 = SELECT(t46, t118, (REAL)0);
+    const REAL t120 = t55 * t119;
+    const REAL t121 = a_e01 - b_e01;
+    const REAL t122 = SELECT(t46, t121, (REAL)0);
+    const REAL t123 = t48 * t122;
+    const REAL t124 = t120 + t123;
+    const REAL t125 = a_e02 - b_e02;
+    const REAL t126 = SELECT(t46, t125, (REAL)0);
+    const REAL t127 = t51 * t126;
+    const REAL t128 = t124 - t127;
+    const REAL t129 = t58 * t128;
     const REAL t130 = t55 * t129;
-    const REAL t131 = t130 - t117;
-    const REAL t132 = t59 * t131;
+    const REAL t131 = t130 - t119;
+    const REAL t132 = t60 * t131;
     const REAL t133 = t45 * t132;
     const REAL t134 = t51 * t129;
-    const REAL t135 = t124 + t134;
-    const REAL t136 = t59 * t135;
-    const REAL t137 = t66 * t136;
-    const REAL t138 = t137 + t133;
+    const REAL t135 = t126 + t134;
+    const REAL t136 = t60 * t135;
+    const REAL t137 = t67 * t136;
+    const REAL t138 = t133 + t137;
     const REAL t139 = b_e12 * b_e12;
     const REAL t140 = b_e13 * b_e13;
     const REAL t141 = t139 + t140;
@@ -26358,23 +26439,23 @@ INLINE void NAME(motor_between_lines)(const REAL *a, const REAL *b, REAL *out)
     const REAL t147 = b_e13 * b_e03;
     const REAL t148 = t146 + t147;
     const REAL t149 = t145 * t148;
-    const REAL t150 = t66 * t149;
+    const REAL t150 = t67 * t149;
     const REAL t151 = b_e13 * b_e01;
     const REAL t152 = b_e23 * b_e02;
     const REAL t153 = t151 + t152;
     const REAL t154 = t145 * t153;
-    const REAL t155 = t62 * t154;
-    const REAL t156 = t155 + t150;
-    const REAL t157 = t67 * t156;
+    const REAL t155 = t63 * t154;
+    const REAL t156 = t150 + t155;
+    const REAL t157 = t68 * t156;
     const REAL t158 = t138 + t157;
     const REAL t159 = t45 * t149;
     const REAL t160 = b_e23 * b_e03;
     const REAL t161 = b_e12 * b_e01;
     const REAL t162 = t160 - t161;
     const REAL t163 = t145 * t162;
-    const REAL t164 = t62 * t163;
+    const REAL t164 = t63 * t163;
     const REAL t165 = t164 - t159;
-    const REAL t166 = t60 * t165;
+    const REAL t166 = t61 * t165;
     const REAL t167 = t158 + t166;
     const REAL t168 = a_e13 * b_e01;
     const REAL t169 = a_e23 * b_e02;
@@ -26384,7 +26465,7 @@ INLINE void NAME(motor_between_lines)(const REAL *a, const REAL *b, REAL *out)
     const REAL t173 = a_e02 * b_e23;
     const REAL t174 = t173 - t172;
     const REAL t175 = SELECT(t46, (REAL)0, t174);
-    const REAL t176 = t84 * t175;
+    const REAL t176 = t85 * t175;
     const REAL t177 = a_e02 * b_e12;
     const REAL t178 = a_e03 * b_e13;
     const REAL t179 = t177 + t178;
@@ -26393,7 +26474,7 @@ INLINE void NAME(motor_between_lines)(const REAL *a, const REAL *b, REAL *out)
     const REAL t182 = a_e13 * b_e03;
     const REAL t183 = t182 - t181;
     const REAL t184 = SELECT(t46, (REAL)0, t183);
-    const REAL t185 = t73 * t184;
+    const REAL t185 = t74 * t184;
     const REAL t186 = t176 + t185;
     const REAL t187 = a_e12 * b_e03;
     const REAL t188 = a_e23 * b_e01;
@@ -26407,7 +26488,7 @@ INLINE void NAME(motor_between_lines)(const REAL *a, const REAL *b, REAL *out)
     const REAL t196 = a_e02 * b_e13;
     const REAL t197 = t196 - t195;
     const REAL t198 = SELECT(t46, (REAL)0, t197);
-    const REAL t199 = t93 * t198;
+    const REAL t199 = t94 * t198;
     const REAL t200 = t186 - t199;
     const REAL t201 = a_e12 * b_e01;
     const REAL t202 = a_e03 * b_e23;
@@ -26417,69 +26498,67 @@ INLINE void NAME(motor_between_lines)(const REAL *a, const REAL *b, REAL *out)
     const REAL t206 = a_e01 * b_e12;
     const REAL t207 = t206 - t205;
     const REAL t208 = SELECT(t46, (REAL)0, t207);
-    const REAL t209 = t78 * t208;
+    const REAL t209 = t79 * t208;
     const REAL t210 = t200 - t209;
-    const REAL t211 = (REAL)2 * t210;
-    const REAL t212 = (REAL)0.5 * t211;
-    const REAL t213 = t212 / t95;
-    const REAL t214 = t73 * t213;
-    const REAL t215 = t214 - t184;
-    const REAL t216 = t97 * t215;
-    const REAL t217 = -t216;
-    const REAL t218 = SELECT(t46, t167, t217);
-    const REAL t219 = t45 * t154;
-    const REAL t220 = t66 * t163;
-    const REAL t221 = t219 + t220;
-    const REAL t222 = t67 * t221;
-    const REAL t223 = t62 * t132;
-    const REAL t224 = t223 - t222;
-    const REAL t225 = t48 * t129;
-    const REAL t226 = t225 - t120;
-    const REAL t227 = t59 * t226;
-    const REAL t228 = t66 * t227;
-    const REAL t229 = t224 - t228;
-    const REAL t230 = t63 * t165;
-    const REAL t231 = t230 - t229;
-    const REAL t232 = t78 * t213;
-    const REAL t233 = t208 + t232;
-    const REAL t234 = t97 * t233;
-    const REAL t235 = SELECT(t46, t231, t234);
-    const REAL t236 = t60 * t221;
-    const REAL t237 = t45 * t227;
-    const REAL t238 = t237 - t236;
-    const REAL t239 = t63 * t156;
+    const REAL t211 = t97 * t210;
+    const REAL t212 = t74 * t211;
+    const REAL t213 = t212 - t184;
+    const REAL t214 = t99 * t213;
+    const REAL t215 = -t214;
+    const REAL t216 = SELECT(t46, t167, t215);
+    const REAL t217 = t45 * t154;
+    const REAL t218 = t67 * t163;
+    const REAL t219 = t217 + t218;
+    const REAL t220 = t68 * t219;
+    const REAL t221 = t63 * t132;
+    const REAL t222 = t221 - t220;
+    const REAL t223 = t48 * t129;
+    const REAL t224 = t223 - t122;
+    const REAL t225 = t60 * t224;
+    const REAL t226 = t67 * t225;
+    const REAL t227 = t222 - t226;
+    const REAL t228 = t64 * t165;
+    const REAL t229 = t228 - t227;
+    const REAL t230 = t79 * t211;
+    const REAL t231 = t208 + t230;
+    const REAL t232 = t99 * t231;
+    const REAL t233 = SELECT(t46, t229, t232);
+    const REAL t234 = t61 * t219;
+    const REAL t235 = t45 * t225;
+    const REAL t236 = t235 - t234;
+    const REAL t237 = t64 * t156;
+    const REAL t238 = t236 + t237;
+    const REAL t239 = t63 * t136;
     const REAL t240 = t238 + t239;
-    const REAL t241 = t62 * t136;
-    const REAL t242 = t240 + t241;
-    const REAL t243 = -t242;
-    const REAL t244 = t84 * t213;
-    const REAL t245 = t244 - t175;
-    const REAL t246 = t97 * t245;
-    const REAL t247 = -t246;
-    const REAL t248 = SELECT(t46, t243, t247);
-    const REAL t249 = t45 * t136;
-    const REAL t250 = t62 * t227;
-    const REAL t251 = t250 - t249;
-    const REAL t252 = t66 * t132;
-    const REAL t253 = t251 + t252;
-    const REAL t254 = t63 * t221;
-    const REAL t255 = t253 - t254;
-    const REAL t256 = t67 * t165;
-    const REAL t257 = t255 + t256;
-    const REAL t258 = t60 * t156;
-    const REAL t259 = t258 - t257;
-    const REAL t260 = t93 * t213;
-    const REAL t261 = t198 + t260;
-    const REAL t262 = t97 * t261;
-    const REAL t263 = SELECT(t46, t259, t262);
-    out[0] = t99;
-    out[1] = t104;
-    out[2] = t109;
-    out[3] = t115;
-    out[4] = t218;
-    out[5] = t235;
-    out[6] = t248;
-    out[7] = t263;
+    const REAL t241 = -t240;
+    const REAL t242 = t85 * t211;
+    const REAL t243 = t242 - t175;
+    const REAL t244 = t99 * t243;
+    const REAL t245 = -t244;
+    const REAL t246 = SELECT(t46, t241, t245);
+    const REAL t247 = t45 * t136;
+    const REAL t248 = t63 * t225;
+    const REAL t249 = t248 - t247;
+    const REAL t250 = t67 * t132;
+    const REAL t251 = t249 + t250;
+    const REAL t252 = t64 * t219;
+    const REAL t253 = t251 - t252;
+    const REAL t254 = t68 * t165;
+    const REAL t255 = t253 + t254;
+    const REAL t256 = t61 * t156;
+    const REAL t257 = t256 - t255;
+    const REAL t258 = t94 * t211;
+    const REAL t259 = t198 + t258;
+    const REAL t260 = t99 * t259;
+    const REAL t261 = SELECT(t46, t257, t260);
+    out[0] = t101;
+    out[1] = t106;
+    out[2] = t111;
+    out[3] = t117;
+    out[4] = t216;
+    out[5] = t233;
+    out[6] = t246;
+    out[7] = t261;
 }
 
 static INLINE void NAME(motor_between_lines_block)(intptr_t n, char **args, const intptr_t *strides)
@@ -26542,7 +26621,7 @@ INLINE void NAME(motor_between_planes)(const REAL *a, const REAL *b, REAL *out)
     const REAL t19 = SELECT(t13, (REAL)1, (REAL)0);
     const REAL t20 = SELECT(t8, t19, t0);
     const REAL t21 = b_e1 * t20;
-    const REAL t22 = t21 + t18;
+    const REAL t22 = t18 + t21;
     const REAL t23 = SELECT(t14, (REAL)0, (REAL)1);
     const REAL t24 = SELECT(t13, (REAL)0, t23);
     const REAL t25 = SELECT(t8, t24, t5);
@@ -26554,7 +26633,7 @@ INLINE void NAME(motor_between_planes)(const REAL *a, const REAL *b, REAL *out)
     const REAL t31 = b_e1 * t27;
     const REAL t32 = t20 - t31;
     const REAL t33 = t32 * t32;
-    const REAL t34 = t33 + t30;
+    const REAL t34 = t30 + t33;
     const REAL t35 = b_e3 * t27;
     const REAL t36 = t25 - t35;
     const REAL t37 = t36 * t36;
@@ -26583,7 +26662,7 @@ INLINE void NAME(motor_between_planes)(const REAL *a, const REAL *b, REAL *out)
     const REAL t60 = t32 * t42;
     const REAL t61 = t53 * t57;
     const REAL t62 = t60 * t61;
-    const REAL t63 = t62 + t59;
+    const REAL t63 = t59 + t62;
     const REAL t64 = t36 * t42;
     const REAL t65 = t46 * t57;
     const REAL t66 = t64 * t65;
@@ -26614,79 +26693,78 @@ INLINE void NAME(motor_between_planes)(const REAL *a, const REAL *b, REAL *out)
     const REAL t91 = SELECT(t44, (REAL)1, t90);
     const REAL t92 = t91 * t91;
     const REAL t93 = t84 + t92;
-    const REAL t94 = SQRT(t93);
-    const REAL t95 = (REAL)1 / t94;
-    const REAL t96 = t91 * t95;
-    const REAL t97 = SELECT(t44, t67, t96);
-    const REAL t98 = t61 * t43;
-    const REAL t99 = t60 * t58;
-    const REAL t100 = t99 - t98;
-    const REAL t101 = t82 * t95;
-    const REAL t102 = SELECT(t44, t100, t101);
-    const REAL t103 = t61 * t64;
-    const REAL t104 = t60 * t65;
-    const REAL t105 = t104 - t103;
-    const REAL t106 = t76 * t95;
-    const REAL t107 = SELECT(t44, t105, t106);
-    const REAL t108 = t43 * t65;
-    const REAL t109 = t58 * t64;
-    const REAL t110 = t108 - t109;
-    const REAL t111 = t71 * t95;
-    const REAL t112 = SELECT(t44, t110, t111);
-    const REAL t113 = a_e0 - b_e0;
-    const REAL t114 = SELECT(t44, t113, (REAL)0);
-    const REAL t115 = t57 * t114;
-    const REAL t116 = t60 * t115;
-    const REAL t117 = -t116;
-    const REAL t118 = a_e0 * b_e3;
-    const REAL t119 = a_e3 * b_e0;
-    const REAL t120 = t119 - t118;
-    const REAL t121 = SELECT(t44, (REAL)0, t120);
-    const REAL t122 = t82 * t121;
-    const REAL t123 = a_e0 * b_e1;
-    const REAL t124 = a_e1 * b_e0;
-    const REAL t125 = t124 - t123;
-    const REAL t126 = SELECT(t44, (REAL)0, t125);
-    const REAL t127 = t71 * t126;
-    const REAL t128 = t122 + t127;
-    const REAL t129 = a_e0 * b_e2;
-    const REAL t130 = a_e2 * b_e0;
-    const REAL t131 = t130 - t129;
-    const REAL t132 = SELECT(t44, (REAL)0, t131);
-    const REAL t133 = t76 * t132;
-    const REAL t134 = t128 - t133;
-    const REAL t135 = t134 * (REAL)2;
-    const REAL t136 = t135 * (REAL)0.5;
-    const REAL t137 = t136 / t93;
-    const REAL t138 = t71 * t137;
-    const REAL t139 = t138 - t126;
-    const REAL t140 = t95 * t139;
-    const REAL t141 = -t140;
-    const REAL t142 = SELECT(t44, t117, t141);
-    const REAL t143 = t43 * t115;
-    const REAL t144 = -t143;
-    const REAL t145 = t76 * t137;
-    const REAL t146 = t132 + t145;
-    const REAL t147 = t95 * t146;
-    const REAL t148 = SELECT(t44, t144, t147);
-    const REAL t149 = t64 * t115;
-    const REAL t150 = -t149;
-    const REAL t151 = t82 * t137;
-    const REAL t152 = t151 - t121;
-    const REAL t153 = t95 * t152;
-    const REAL t154 = -t153;
-    const REAL t155 = SELECT(t44, t150, t154);
-    const REAL t156 = t91 * t137;
-    const REAL t157 = t95 * t156;
-    const REAL t158 = SELECT(t44, (REAL)0, t157);
-    out[0] = t97;
-    out[1] = t102;
-    out[2] = t107;
-    out[3] = t112;
-    out[4] = t142;
-    out[5] = t148;
-    out[6] = t155;
-    out[7] = t158;
+    const REAL t94 = (REAL)1 / t93;
+    const REAL t95 = SQRT(t93);
+    const REAL t96 = t95 * t94;
+    const REAL t97 = t91 * t96;
+    const REAL t98 = SELECT(t44, t67, t97);
+    const REAL t99 = t43 * t61;
+    const REAL t100 = t58 * t60;
+    const REAL t101 = t100 - t99;
+    const REAL t102 = t82 * t96;
+    const REAL t103 = SELECT(t44, t101, t102);
+    const REAL t104 = t61 * t64;
+    const REAL t105 = t60 * t65;
+    const REAL t106 = t105 - t104;
+    const REAL t107 = t76 * t96;
+    const REAL t108 = SELECT(t44, t106, t107);
+    const REAL t109 = t43 * t65;
+    const REAL t110 = t58 * t64;
+    const REAL t111 = t109 - t110;
+    const REAL t112 = t71 * t96;
+    const REAL t113 = SELECT(t44, t111, t112);
+    const REAL t114 = a_e0 - b_e0;
+    const REAL t115 = SELECT(t44, t114, (REAL)0);
+    const REAL t116 = t57 * t115;
+    const REAL t117 = t60 * t116;
+    const REAL t118 = -t117;
+    const REAL t119 = a_e0 * b_e3;
+    const REAL t120 = a_e3 * b_e0;
+    const REAL t121 = t120 - t119;
+    const REAL t122 = SELECT(t44, (REAL)0, t121);
+    const REAL t123 = t82 * t122;
+    const REAL t124 = a_e0 * b_e1;
+    const REAL t125 = a_e1 * b_e0;
+    const REAL t126 = t125 - t124;
+    const REAL t127 = SELECT(t44, (REAL)0, t126);
+    const REAL t128 = t71 * t127;
+    const REAL t129 = t123 + t128;
+    const REAL t130 = a_e0 * b_e2;
+    const REAL t131 = a_e2 * b_e0;
+    const REAL t132 = t131 - t130;
+    const REAL t133 = SELECT(t44, (REAL)0, t132);
+    const REAL t134 = t76 * t133;
+    const REAL t135 = t129 - t134;
+    const REAL t136 = t94 * t135;
+    const REAL t137 = t71 * t136;
+    const REAL t138 = t137 - t127;
+    const REAL t139 = t96 * t138;
+    const REAL t140 = -t139;
+    const REAL t141 = SELECT(t44, t118, t140);
+    const REAL t142 = t43 * t116;
+    const REAL t143 = -t142;
+    const REAL t144 = t76 * t136;
+    const REAL t145 = t133 + t144;
+    const REAL t146 = t96 * t145;
+    const REAL t147 = SELECT(t44, t143, t146);
+    const REAL t148 = t64 * t116;
+    const REAL t149 = -t148;
+    const REAL t150 = t82 * t136;
+    const REAL t151 = t150 - t122;
+    const REAL t152 = t96 * t151;
+    const REAL t153 = -t152;
+    const REAL t154 = SELECT(t44, t149, t153);
+    const REAL t155 = t91 * t136;
+    const REAL t156 = t96 * t155;
+    const REAL t157 = SELECT(t44, (REAL)0, t156);
+    out[0] = t98;
+    out[1] = t103;
+    out[2] = t108;
+    out[3] = t113;
+    out[4] = t141;
+    out[5] = t147;
+    out[6] = t154;
+    out[7] = t157;
 }
 
 static INLINE void NAME(motor_between_planes_block)(intptr_t n, char **args, const intptr_t *strides)
@@ -26997,70 +27075,69 @@ INLINE void NAME(bivector_to_screw)(const REAL *b, REAL *out_0, REAL *out_1, REA
     const REAL b_e01 = b[3];
     const REAL b_e02 = b[4];
     const REAL b_e03 = b[5];
-    const REAL t0 = b_e01 * b_e01;
-    const REAL t1 = b_e02 * b_e02;
+    const REAL t0 = b_e12 * b_e12;
+    const REAL t1 = b_e13 * b_e13;
     const REAL t2 = t0 + t1;
-    const REAL t3 = b_e03 * b_e03;
+    const REAL t3 = b_e23 * b_e23;
     const REAL t4 = t2 + t3;
-    const REAL t5 = SQRT(t4);
-    const REAL t6 = LESS_EQUAL(t5, (REAL)0);
-    const REAL t7 = SELECT(t6, (REAL)1, t5);
-    const REAL t8 = (REAL)1 / t7;
-    const REAL t9 = b_e03 * t8;
-    const REAL t10 = b_e12 * b_e12;
-    const REAL t11 = b_e13 * b_e13;
-    const REAL t12 = t10 + t11;
-    const REAL t13 = b_e23 * b_e23;
-    const REAL t14 = t12 + t13;
-    const REAL t15 = LESS((REAL)1e-60, t14);
-    const REAL t16 = SELECT(t15, t14, (REAL)1);
-    const REAL t17 = SQRT(t16);
-    const REAL t18 = (REAL)1 / t17;
-    const REAL t19 = b_e12 * t18;
-    const REAL t20 = SELECT(t15, t19, t9);
-    const REAL t21 = b_e02 * t8;
-    const REAL t22 = -t21;
-    const REAL t23 = b_e13 * t18;
-    const REAL t24 = SELECT(t15, t23, t22);
-    const REAL t25 = b_e01 * t8;
-    const REAL t26 = b_e23 * t18;
-    const REAL t27 = SELECT(t15, t26, t25);
-    const REAL t28 = b_e12 * b_e03;
-    const REAL t29 = b_e23 * b_e01;
-    const REAL t30 = t28 + t29;
-    const REAL t31 = b_e13 * b_e02;
-    const REAL t32 = t30 - t31;
-    const REAL t33 = t32 * (REAL)2;
-    const REAL t34 = t33 * (REAL)0.5;
-    const REAL t35 = t34 / t16;
-    const REAL t36 = b_e23 * t35;
-    const REAL t37 = t36 - b_e01;
-    const REAL t38 = t18 * t37;
-    const REAL t39 = -t38;
-    const REAL t40 = SELECT(t15, t39, (REAL)0);
-    const REAL t41 = b_e13 * t35;
-    const REAL t42 = b_e02 + t41;
-    const REAL t43 = t18 * t42;
-    const REAL t44 = SELECT(t15, t43, (REAL)0);
-    const REAL t45 = b_e12 * t35;
-    const REAL t46 = t45 - b_e03;
-    const REAL t47 = t18 * t46;
-    const REAL t48 = -t47;
-    const REAL t49 = SELECT(t15, t48, (REAL)0);
-    const REAL t50 = t18 * t34;
-    const REAL t51 = SELECT(t15, t50, t5);
-    const REAL t52 = SELECT(t15, t17, (REAL)0);
-    const REAL t53 = LESS_EQUAL(t52, (REAL)0);
-    const REAL t54 = SELECT(t53, t51, t52);
-    const REAL t55 = t51 / t52;
-    out_0[0] = t20;
-    out_0[1] = t24;
-    out_0[2] = t27;
-    out_0[3] = t40;
-    out_0[4] = t44;
-    out_0[5] = t49;
-    out_1[0] = t54;
-    out_2[0] = t55;
+    const REAL t5 = LESS((REAL)1e-60, t4);
+    const REAL t6 = SELECT(t5, t4, (REAL)1);
+    const REAL t7 = (REAL)1 / t6;
+    const REAL t8 = SQRT(t6);
+    const REAL t9 = t8 * t7;
+    const REAL t10 = b_e12 * t9;
+    const REAL t11 = b_e01 * b_e01;
+    const REAL t12 = b_e02 * b_e02;
+    const REAL t13 = t11 + t12;
+    const REAL t14 = b_e03 * b_e03;
+    const REAL t15 = t13 + t14;
+    const REAL t16 = SQRT(t15);
+    const REAL t17 = LESS_EQUAL(t16, (REAL)0);
+    const REAL t18 = SELECT(t17, (REAL)1, t16);
+    const REAL t19 = (REAL)1 / t18;
+    const REAL t20 = b_e03 * t19;
+    const REAL t21 = SELECT(t5, t10, t20);
+    const REAL t22 = b_e13 * t9;
+    const REAL t23 = b_e02 * t19;
+    const REAL t24 = -t23;
+    const REAL t25 = SELECT(t5, t22, t24);
+    const REAL t26 = b_e23 * t9;
+    const REAL t27 = b_e01 * t19;
+    const REAL t28 = SELECT(t5, t26, t27);
+    const REAL t29 = b_e12 * b_e03;
+    const REAL t30 = b_e23 * b_e01;
+    const REAL t31 = t29 + t30;
+    const REAL t32 = b_e13 * b_e02;
+    const REAL t33 = t31 - t32;
+    const REAL t34 = t7 * t33;
+    const REAL t35 = b_e23 * t34;
+    const REAL t36 = t35 - b_e01;
+    const REAL t37 = t9 * t36;
+    const REAL t38 = -t37;
+    const REAL t39 = SELECT(t5, t38, (REAL)0);
+    const REAL t40 = b_e13 * t34;
+    const REAL t41 = b_e02 + t40;
+    const REAL t42 = t9 * t41;
+    const REAL t43 = SELECT(t5, t42, (REAL)0);
+    const REAL t44 = b_e12 * t34;
+    const REAL t45 = t44 - b_e03;
+    const REAL t46 = t9 * t45;
+    const REAL t47 = -t46;
+    const REAL t48 = SELECT(t5, t47, (REAL)0);
+    const REAL t49 = t9 * t33;
+    const REAL t50 = SELECT(t5, t49, t16);
+    const REAL t51 = SELECT(t5, t8, (REAL)0);
+    const REAL t52 = LESS_EQUAL(t51, (REAL)0);
+    const REAL t53 = SELECT(t52, t50, t51);
+    const REAL t54 = t50 / t51;
+    out_0[0] = t21;
+    out_0[1] = t25;
+    out_0[2] = t28;
+    out_0[3] = t39;
+    out_0[4] = t43;
+    out_0[5] = t48;
+    out_1[0] = t53;
+    out_2[0] = t54;
 }
 
 static INLINE void NAME(bivector_to_screw_block)(intptr_t n, char **args, const intptr_t *strides)
@@ -27220,7 +27297,7 @@ void NAME(bivector_from_screw_loop)(char **args, const intptr_t *dimensions, con
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(motor_to_screw)(const REAL *m, REAL *out_0, REAL *out_1, REAL *out_2)
+static INLINE void NAME(motor_to_screw_within)(const REAL *m, REAL *out_0, REAL *out_1, REAL *out_2)
 {
     const REAL m_1 = m[0];
     const REAL m_e12 = m[1];
@@ -27234,105 +27311,113 @@ INLINE void NAME(motor_to_screw)(const REAL *m, REAL *out_0, REAL *out_1, REAL *
     const REAL t1 = (REAL)1 - t0;
     const REAL t2 = LESS(t1, (REAL)1e-18);
     const REAL t3 = SELECT(t2, (REAL)1, t1);
-    const REAL t4 = SQRT(t3);
-    const REAL t5 = ABS(m_1);
-    const REAL t6 = ATAN2(t4, t5);
-    const REAL t7 = t6 / t4;
-    const REAL t8 = SELECT(t2, (REAL)1, t7);
-    const REAL t9 = -t8;
-    const REAL t10 = LESS(m_1, (REAL)0);
-    const REAL t11 = SELECT(t10, t9, t8);
-    const REAL t12 = m_e01 * t11;
-    const REAL t13 = t5 * t8;
-    const REAL t14 = (REAL)1 - t13;
-    const REAL t15 = t14 / t3;
-    const REAL t16 = -t15;
-    const REAL t17 = SELECT(t2, (REAL)(-1.0 / 3.0), t16);
-    const REAL t18 = m_e0123 * t17;
-    const REAL t19 = m_e23 * t18;
-    const REAL t20 = t19 - t12;
-    const REAL t21 = t20 * t20;
+    const REAL t4 = (REAL)1 / t3;
+    const REAL t5 = SQRT(t3);
+    const REAL t6 = t5 * t4;
+    const REAL t7 = ABS(m_1);
+    const REAL t8 = ATAN2(t5, t7);
+    const REAL t9 = t8 * t6;
+    const REAL t10 = SELECT(t2, (REAL)1, t9);
+    const REAL t11 = -t10;
+    const REAL t12 = LESS(m_1, (REAL)0);
+    const REAL t13 = SELECT(t12, t11, t10);
+    const REAL t14 = m_e12 * t13;
+    const REAL t15 = t14 * t14;
+    const REAL t16 = m_e13 * t13;
+    const REAL t17 = t16 * t16;
+    const REAL t18 = t15 + t17;
+    const REAL t19 = m_e23 * t13;
+    const REAL t20 = t19 * t19;
+    const REAL t21 = t18 + t20;
     const REAL t22 = (REAL)4 * t21;
-    const REAL t23 = m_e02 * t11;
-    const REAL t24 = m_e13 * t18;
-    const REAL t25 = t23 + t24;
-    const REAL t26 = t25 * t25;
-    const REAL t27 = (REAL)4 * t26;
-    const REAL t28 = t22 + t27;
-    const REAL t29 = m_e03 * t11;
-    const REAL t30 = m_e12 * t18;
-    const REAL t31 = t30 - t29;
-    const REAL t32 = t31 * t31;
-    const REAL t33 = (REAL)4 * t32;
-    const REAL t34 = t28 + t33;
-    const REAL t35 = SQRT(t34);
-    const REAL t36 = LESS_EQUAL(t35, (REAL)0);
-    const REAL t37 = SELECT(t36, (REAL)1, t35);
-    const REAL t38 = (REAL)2 / t37;
-    const REAL t39 = t31 * t38;
-    const REAL t40 = m_e12 * t11;
-    const REAL t41 = t40 * t40;
-    const REAL t42 = m_e13 * t11;
-    const REAL t43 = t42 * t42;
-    const REAL t44 = t41 + t43;
-    const REAL t45 = m_e23 * t11;
-    const REAL t46 = t45 * t45;
-    const REAL t47 = t44 + t46;
-    const REAL t48 = t47 * (REAL)4;
-    const REAL t49 = LESS((REAL)1e-60, t48);
-    const REAL t50 = SELECT(t49, t48, (REAL)1);
-    const REAL t51 = SQRT(t50);
-    const REAL t52 = (REAL)1 / t51;
-    const REAL t53 = t52 * (REAL)2;
-    const REAL t54 = t40 * t53;
-    const REAL t55 = -t54;
-    const REAL t56 = SELECT(t49, t55, t39);
-    const REAL t57 = t25 * t38;
-    const REAL t58 = t42 * t53;
-    const REAL t59 = -t58;
-    const REAL t60 = SELECT(t49, t59, t57);
-    const REAL t61 = t20 * t38;
-    const REAL t62 = t45 * t53;
-    const REAL t63 = -t62;
-    const REAL t64 = SELECT(t49, t63, t61);
-    const REAL t65 = t42 * t25;
-    const REAL t66 = t40 * t31;
-    const REAL t67 = t65 + t66;
-    const REAL t68 = t45 * t20;
-    const REAL t69 = t67 + t68;
-    const REAL t70 = t69 * (REAL)8;
-    const REAL t71 = t70 * (REAL)0.5;
-    const REAL t72 = t71 / t50;
-    const REAL t73 = t45 * t72;
-    const REAL t74 = t73 - t20;
-    const REAL t75 = (REAL)2 * t74;
-    const REAL t76 = t52 * t75;
-    const REAL t77 = -t76;
-    const REAL t78 = SELECT(t49, t77, (REAL)0);
-    const REAL t79 = t42 * t72;
-    const REAL t80 = t25 - t79;
-    const REAL t81 = (REAL)2 * t80;
-    const REAL t82 = t52 * t81;
-    const REAL t83 = -t82;
-    const REAL t84 = SELECT(t49, t83, (REAL)0);
-    const REAL t85 = t40 * t72;
-    const REAL t86 = t85 - t31;
-    const REAL t87 = (REAL)2 * t86;
-    const REAL t88 = t52 * t87;
-    const REAL t89 = -t88;
-    const REAL t90 = SELECT(t49, t89, (REAL)0);
-    const REAL t91 = SELECT(t49, t51, (REAL)0);
-    const REAL t92 = t52 * t71;
-    const REAL t93 = -t92;
-    const REAL t94 = SELECT(t49, t93, t35);
-    out_0[0] = t56;
-    out_0[1] = t60;
-    out_0[2] = t64;
-    out_0[3] = t78;
-    out_0[4] = t84;
-    out_0[5] = t90;
-    out_1[0] = t91;
-    out_2[0] = t94;
+    const REAL t23 = LESS((REAL)1e-60, t22);
+    const REAL t24 = SELECT(t23, t22, (REAL)1);
+    const REAL t25 = (REAL)1 / t24;
+    const REAL t26 = SQRT(t24);
+    const REAL t27 = t26 * t25;
+    const REAL t28 = (REAL)2 * t27;
+    const REAL t29 = t14 * t28;
+    const REAL t30 = -t29;
+    const REAL t31 = m_e01 * t13;
+    const REAL t32 = t7 * t10;
+    const REAL t33 = (REAL)1 - t32;
+    const REAL t34 = t4 * t33;
+    const REAL t35 = -t34;
+    const REAL t36 = SELECT(t2, (REAL)(-1.0 / 3.0), t35);
+    const REAL t37 = m_e0123 * t36;
+    const REAL t38 = m_e23 * t37;
+    const REAL t39 = t38 - t31;
+    const REAL t40 = t39 * t39;
+    const REAL t41 = t40 * (REAL)4;
+    const REAL t42 = m_e02 * t13;
+    const REAL t43 = m_e13 * t37;
+    const REAL t44 = t42 + t43;
+    const REAL t45 = t44 * t44;
+    const REAL t46 = (REAL)4 * t45;
+    const REAL t47 = t41 + t46;
+    const REAL t48 = m_e03 * t13;
+    const REAL t49 = m_e12 * t37;
+    const REAL t50 = t49 - t48;
+    const REAL t51 = t50 * t50;
+    const REAL t52 = (REAL)4 * t51;
+    const REAL t53 = t47 + t52;
+    const REAL t54 = SQRT(t53);
+    const REAL t55 = LESS_EQUAL(t54, (REAL)0);
+    const REAL t56 = SELECT(t55, (REAL)1, t54);
+    const REAL t57 = (REAL)2 / t56;
+    const REAL t58 = t50 * t57;
+    const REAL t59 = SELECT(t23, t30, t58);
+    const REAL t60 = t16 * t28;
+    const REAL t61 = -t60;
+    const REAL t62 = t44 * t57;
+    const REAL t63 = SELECT(t23, t61, t62);
+    const REAL t64 = t19 * t28;
+    const REAL t65 = -t64;
+    const REAL t66 = t39 * t57;
+    const REAL t67 = SELECT(t23, t65, t66);
+    const REAL t68 = t44 * t16;
+    const REAL t69 = t50 * t14;
+    const REAL t70 = t68 + t69;
+    const REAL t71 = t39 * t19;
+    const REAL t72 = t70 + t71;
+    const REAL t73 = (REAL)4 * t72;
+    const REAL t74 = t25 * t73;
+    const REAL t75 = t19 * t74;
+    const REAL t76 = t75 - t39;
+    const REAL t77 = (REAL)2 * t76;
+    const REAL t78 = t27 * t77;
+    const REAL t79 = -t78;
+    const REAL t80 = SELECT(t23, t79, (REAL)0);
+    const REAL t81 = t16 * t74;
+    const REAL t82 = t44 - t81;
+    const REAL t83 = (REAL)2 * t82;
+    const REAL t84 = t27 * t83;
+    const REAL t85 = -t84;
+    const REAL t86 = SELECT(t23, t85, (REAL)0);
+    const REAL t87 = t14 * t74;
+    const REAL t88 = t87 - t50;
+    const REAL t89 = (REAL)2 * t88;
+    const REAL t90 = t27 * t89;
+    const REAL t91 = -t90;
+    const REAL t92 = SELECT(t23, t91, (REAL)0);
+    const REAL t93 = SELECT(t23, t26, (REAL)0);
+    const REAL t94 = t27 * t73;
+    const REAL t95 = -t94;
+    const REAL t96 = SELECT(t23, t95, t54);
+    out_0[0] = t59;
+    out_0[1] = t63;
+    out_0[2] = t67;
+    out_0[3] = t80;
+    out_0[4] = t86;
+    out_0[5] = t92;
+    out_1[0] = t93;
+    out_2[0] = t96;
+}
+
+FUSED(motor_to_screw, (const REAL *m, REAL *out_0, REAL *out_1, REAL *out_2), (m, out_0, out_1, out_2))
+void NAME(motor_to_screw)(const REAL *m, REAL *out_0, REAL *out_1, REAL *out_2)
+{
+    RUN(motor_to_screw, (m, out_0, out_1, out_2), (m, out_0, out_1, out_2));
 }
 
 static INLINE void NAME(motor_to_screw_block)(intptr_t n, char **args, const intptr_t *strides)
@@ -27350,7 +27435,7 @@ static INLINE void NAME(motor_to_screw_block)(intptr_t n, char **args, const int
         REAL x2[1];
         REAL x3[1];
         NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(motor_to_screw)(x0, x1, x2, x3);
+        NAME(motor_to_screw_within)(x0, x1, x2, x3);
         NAME(store_6)(a1 + i * w, c1a, x1);
         NAME(store_scalar)(a2 + i * w, x2);
         NAME(store_scalar)(a3 + i * w, x3);
@@ -27428,9 +27513,11 @@ static INLINE void NAME(motor_from_screw_pitch_within)(const REAL *line, REAL an
     out[7] = t42;
 }
 
-INLINE void NAME(motor_from_screw_pitch)(const REAL *line, REAL angle, REAL pitch, REAL *out)
+FUSED(motor_from_screw_pitch, (const REAL *line, REAL angle, REAL pitch, REAL *out), (line, angle, pitch, out,
+    NULL))
+void NAME(motor_from_screw_pitch)(const REAL *line, REAL angle, REAL pitch, REAL *out)
 {
-    NAME(motor_from_screw_pitch_within)(line, angle, pitch, out, NULL);
+    RUN(motor_from_screw_pitch, (line, angle, pitch, out), (line, angle, pitch, out, NULL));
 }
 
 static INLINE void NAME(motor_from_screw_pitch_prepare_line_angle)(const REAL *line, REAL angle, REAL *prepared,
@@ -27845,55 +27932,57 @@ static INLINE void NAME(motor_from_twist_within)(const REAL *v, REAL *out, WORD 
     const REAL t8 = SQRT(t7);
     const REAL t9 = COS(t8);
     const REAL t10 = SELECT(t6, (REAL)1, t9);
-    const REAL t11 = SIN(t8);
-    const REAL t12 = t11 / t8;
-    const REAL t13 = SELECT(t6, (REAL)1, t12);
-    const REAL t14 = t13 * (REAL)0.5;
-    const REAL t15 = v_e12 * t14;
-    const REAL t16 = -t15;
-    const REAL t17 = v_e13 * t14;
+    const REAL t11 = (REAL)1 / t7;
+    const REAL t12 = t8 * t11;
+    const REAL t13 = SIN(t8);
+    const REAL t14 = t13 * t12;
+    const REAL t15 = SELECT(t6, (REAL)1, t14);
+    const REAL t16 = t15 * (REAL)0.5;
+    const REAL t17 = v_e12 * t16;
     const REAL t18 = -t17;
-    const REAL t19 = v_e23 * t14;
+    const REAL t19 = v_e13 * t16;
     const REAL t20 = -t19;
-    const REAL t21 = t10 - t13;
-    const REAL t22 = t21 / t7;
-    const REAL t23 = -t22;
-    const REAL t24 = SELECT(t6, (REAL)(1.0 / 3.0), t23);
-    const REAL t25 = v_e13 * v_e02;
-    const REAL t26 = v_e12 * v_e03;
-    const REAL t27 = t25 - t26;
-    const REAL t28 = v_e23 * v_e01;
+    const REAL t21 = v_e23 * t16;
+    const REAL t22 = -t21;
+    const REAL t23 = t10 - t15;
+    const REAL t24 = t11 * t23;
+    const REAL t25 = -t24;
+    const REAL t26 = SELECT(t6, (REAL)(1.0 / 3.0), t25);
+    const REAL t27 = v_e13 * v_e02;
+    const REAL t28 = v_e12 * v_e03;
     const REAL t29 = t27 - t28;
-    const REAL t30 = (REAL)0.5 * t29;
-    const REAL t31 = t24 * t30;
+    const REAL t30 = v_e23 * v_e01;
+    const REAL t31 = t29 - t30;
     const REAL t32 = (REAL)0.5 * t31;
-    const REAL t33 = (REAL)0.5 * t32;
-    const REAL t34 = v_e23 * t33;
-    const REAL t35 = v_e01 * t14;
-    const REAL t36 = t35 + t34;
-    const REAL t37 = -t36;
-    const REAL t38 = v_e13 * t33;
-    const REAL t39 = v_e02 * t14;
-    const REAL t40 = t38 - t39;
-    const REAL t41 = v_e12 * t33;
-    const REAL t42 = v_e03 * t14;
-    const REAL t43 = t42 + t41;
-    const REAL t44 = -t43;
-    const REAL t45 = t14 * t30;
-    const REAL t46 = -t45;
+    const REAL t33 = t26 * t32;
+    const REAL t34 = (REAL)0.25 * t33;
+    const REAL t35 = v_e23 * t34;
+    const REAL t36 = v_e01 * t16;
+    const REAL t37 = t35 + t36;
+    const REAL t38 = -t37;
+    const REAL t39 = v_e13 * t34;
+    const REAL t40 = v_e02 * t16;
+    const REAL t41 = t39 - t40;
+    const REAL t42 = v_e12 * t34;
+    const REAL t43 = v_e03 * t16;
+    const REAL t44 = t42 + t43;
+    const REAL t45 = -t44;
+    const REAL t46 = t16 * t32;
+    const REAL t47 = -t46;
     out[0] = t10;
-    out[1] = t16;
-    out[2] = t18;
-    out[3] = t20;
-    out[4] = t37;
-    out[5] = t40;
-    out[6] = t44;
-    out[7] = t46;
+    out[1] = t18;
+    out[2] = t20;
+    out[3] = t22;
+    out[4] = t38;
+    out[5] = t41;
+    out[6] = t45;
+    out[7] = t47;
 }
 
-INLINE void NAME(motor_from_twist)(const REAL *v, REAL *out)
+FUSED(motor_from_twist, (const REAL *v, REAL *out), (v, out, NULL))
+void NAME(motor_from_twist)(const REAL *v, REAL *out)
 {
-    NAME(motor_from_twist_within)(v, out, NULL);
+    RUN(motor_from_twist, (v, out), (v, out, NULL));
 }
 
 static INLINE void NAME(motor_from_twist_block)(intptr_t n, char **args, const intptr_t *strides)
@@ -27932,7 +28021,7 @@ void NAME(motor_from_twist_loop)(char **args, const intptr_t *dimensions, const 
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(motor_to_twist)(const REAL *m, REAL *out)
+static INLINE void NAME(motor_to_twist_within)(const REAL *m, REAL *out)
 {
     const REAL m_1 = m[0];
     const REAL m_e12 = m[1];
@@ -27946,48 +28035,56 @@ INLINE void NAME(motor_to_twist)(const REAL *m, REAL *out)
     const REAL t1 = (REAL)1 - t0;
     const REAL t2 = LESS(t1, (REAL)1e-18);
     const REAL t3 = SELECT(t2, (REAL)1, t1);
-    const REAL t4 = SQRT(t3);
-    const REAL t5 = ABS(m_1);
-    const REAL t6 = ATAN2(t4, t5);
-    const REAL t7 = t6 / t4;
-    const REAL t8 = SELECT(t2, (REAL)1, t7);
-    const REAL t9 = -t8;
-    const REAL t10 = LESS(m_1, (REAL)0);
-    const REAL t11 = SELECT(t10, t9, t8);
-    const REAL t12 = m_e12 * t11;
-    const REAL t13 = t12 * (REAL)2;
-    const REAL t14 = -t13;
-    const REAL t15 = m_e13 * t11;
-    const REAL t16 = (REAL)2 * t15;
-    const REAL t17 = -t16;
-    const REAL t18 = m_e23 * t11;
-    const REAL t19 = (REAL)2 * t18;
-    const REAL t20 = -t19;
-    const REAL t21 = m_e01 * t11;
-    const REAL t22 = t5 * t8;
-    const REAL t23 = (REAL)1 - t22;
-    const REAL t24 = t23 / t3;
-    const REAL t25 = -t24;
-    const REAL t26 = SELECT(t2, (REAL)(-1.0 / 3.0), t25);
-    const REAL t27 = m_e0123 * t26;
-    const REAL t28 = m_e23 * t27;
-    const REAL t29 = t28 - t21;
-    const REAL t30 = (REAL)2 * t29;
-    const REAL t31 = m_e02 * t11;
-    const REAL t32 = m_e13 * t27;
-    const REAL t33 = t31 + t32;
-    const REAL t34 = (REAL)2 * t33;
-    const REAL t35 = -t34;
-    const REAL t36 = m_e03 * t11;
-    const REAL t37 = m_e12 * t27;
-    const REAL t38 = t37 - t36;
-    const REAL t39 = (REAL)2 * t38;
-    out[0] = t14;
-    out[1] = t17;
-    out[2] = t20;
-    out[3] = t30;
-    out[4] = t35;
-    out[5] = t39;
+    const REAL t4 = (REAL)1 / t3;
+    const REAL t5 = SQRT(t3);
+    const REAL t6 = t5 * t4;
+    const REAL t7 = ABS(m_1);
+    const REAL t8 = ATAN2(t5, t7);
+    const REAL t9 = t8 * t6;
+    const REAL t10 = SELECT(t2, (REAL)1, t9);
+    const REAL t11 = -t10;
+    const REAL t12 = LESS(m_1, (REAL)0);
+    const REAL t13 = SELECT(t12, t11, t10);
+    const REAL t14 = m_e12 * t13;
+    const REAL t15 = t14 * (REAL)2;
+    const REAL t16 = -t15;
+    const REAL t17 = m_e13 * t13;
+    const REAL t18 = (REAL)2 * t17;
+    const REAL t19 = -t18;
+    const REAL t20 = m_e23 * t13;
+    const REAL t21 = (REAL)2 * t20;
+    const REAL t22 = -t21;
+    const REAL t23 = m_e01 * t13;
+    const REAL t24 = t7 * t10;
+    const REAL t25 = (REAL)1 - t24;
+    const REAL t26 = t4 * t25;
+    const REAL t27 = -t26;
+    const REAL t28 = SELECT(t2, (REAL)(-1.0 / 3.0), t27);
+    const REAL t29 = m_e0123 * t28;
+    const REAL t30 = m_e23 * t29;
+    const REAL t31 = t30 - t23;
+    const REAL t32 = (REAL)2 * t31;
+    const REAL t33 = m_e02 * t13;
+    const REAL t34 = m_e13 * t29;
+    const REAL t35 = t33 + t34;
+    const REAL t36 = (REAL)2 * t35;
+    const REAL t37 = -t36;
+    const REAL t38 = m_e03 * t13;
+    const REAL t39 = m_e12 * t29;
+    const REAL t40 = t39 - t38;
+    const REAL t41 = (REAL)2 * t40;
+    out[0] = t16;
+    out[1] = t19;
+    out[2] = t22;
+    out[3] = t32;
+    out[4] = t37;
+    out[5] = t41;
+}
+
+FUSED(motor_to_twist, (const REAL *m, REAL *out), (m, out))
+void NAME(motor_to_twist)(const REAL *m, REAL *out)
+{
+    RUN(motor_to_twist, (m, out), (m, out));
 }
 
 static INLINE void NAME(motor_to_twist_block)(intptr_t n, char **args, const intptr_t *strides)
@@ -28001,7 +28098,7 @@ static INLINE void NAME(motor_to_twist_block)(intptr_t n, char **args, const int
         REAL x0[8];
         REAL x1[6];
         NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(motor_to_twist)(x0, x1);
+        NAME(motor_to_twist_within)(x0, x1);
         NAME(store_6)(a1 + i * w, c1a, x1);
     }
 }
@@ -28997,7 +29094,7 @@ void NAME(acceleration_of_point_loop)(char **args, const intptr_t *dimensions, c
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(rotor_to_rotation_vector)(const REAL *r, REAL *out)
+static INLINE void NAME(rotor_to_rotation_vector_within)(const REAL *r, REAL *out)
 {
     const REAL r_1 = r[0];
     const REAL r_e12 = r[1];
@@ -29026,6 +29123,12 @@ INLINE void NAME(rotor_to_rotation_vector)(const REAL *r, REAL *out)
     out[2] = t17;
 }
 
+FUSED(rotor_to_rotation_vector, (const REAL *r, REAL *out), (r, out))
+void NAME(rotor_to_rotation_vector)(const REAL *r, REAL *out)
+{
+    RUN(rotor_to_rotation_vector, (r, out), (r, out));
+}
+
 static INLINE void NAME(rotor_to_rotation_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -29037,7 +29140,7 @@ static INLINE void NAME(rotor_to_rotation_vector_block)(intptr_t n, char **args,
         REAL x0[4];
         REAL x1[3];
         NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(rotor_to_rotation_vector)(x0, x1);
+        NAME(rotor_to_rotation_vector_within)(x0, x1);
         NAME(store_3)(a1 + i * w, c1a, x1);
     }
 }
@@ -29051,7 +29154,7 @@ void NAME(rotor_to_rotation_vector_loop)(char **args, const intptr_t *dimensions
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(rotor_to_axis_angle)(const REAL *r, REAL *out_0, REAL *out_1)
+static INLINE void NAME(rotor_to_axis_angle_within)(const REAL *r, REAL *out_0, REAL *out_1)
 {
     const REAL r_1 = r[0];
     const REAL r_e12 = r[1];
@@ -29085,6 +29188,12 @@ INLINE void NAME(rotor_to_axis_angle)(const REAL *r, REAL *out_0, REAL *out_1)
     out_1[0] = t21;
 }
 
+FUSED(rotor_to_axis_angle, (const REAL *r, REAL *out_0, REAL *out_1), (r, out_0, out_1))
+void NAME(rotor_to_axis_angle)(const REAL *r, REAL *out_0, REAL *out_1)
+{
+    RUN(rotor_to_axis_angle, (r, out_0, out_1), (r, out_0, out_1));
+}
+
 static INLINE void NAME(rotor_to_axis_angle_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -29098,7 +29207,7 @@ static INLINE void NAME(rotor_to_axis_angle_block)(intptr_t n, char **args, cons
         REAL x1[3];
         REAL x2[1];
         NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(rotor_to_axis_angle)(x0, x1, x2);
+        NAME(rotor_to_axis_angle_within)(x0, x1, x2);
         NAME(store_3)(a1 + i * w, c1a, x1);
         NAME(store_scalar)(a2 + i * w, x2);
     }
@@ -29175,9 +29284,10 @@ static INLINE void NAME(motor_from_rotation_vector_translation_within)(const REA
     out[7] = t42;
 }
 
-INLINE void NAME(motor_from_rotation_vector_translation)(const REAL *v, const REAL *t, REAL *out)
+FUSED(motor_from_rotation_vector_translation, (const REAL *v, const REAL *t, REAL *out), (v, t, out, NULL))
+void NAME(motor_from_rotation_vector_translation)(const REAL *v, const REAL *t, REAL *out)
 {
-    NAME(motor_from_rotation_vector_translation_within)(v, t, out, NULL);
+    RUN(motor_from_rotation_vector_translation, (v, t, out), (v, t, out, NULL));
 }
 
 static INLINE void NAME(motor_from_rotation_vector_translation_prepare_v)(const REAL *v, REAL *prepared, WORD *far)
@@ -29364,7 +29474,7 @@ void NAME(motor_from_rotation_vector_translation_loop)(char **args, const intptr
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(motor_to_rotation_vector_translation)(const REAL *m, REAL *out_0, REAL *out_1)
+static INLINE void NAME(motor_to_rotation_vector_translation_within)(const REAL *m, REAL *out_0, REAL *out_1)
 {
     const REAL m_1 = m[0];
     const REAL m_e12 = m[1];
@@ -29432,6 +29542,12 @@ INLINE void NAME(motor_to_rotation_vector_translation)(const REAL *m, REAL *out_
     out_1[2] = t49;
 }
 
+FUSED(motor_to_rotation_vector_translation, (const REAL *m, REAL *out_0, REAL *out_1), (m, out_0, out_1))
+void NAME(motor_to_rotation_vector_translation)(const REAL *m, REAL *out_0, REAL *out_1)
+{
+    RUN(motor_to_rotation_vector_translation, (m, out_0, out_1), (m, out_0, out_1));
+}
+
 static INLINE void NAME(motor_to_rotation_vector_translation_block)(intptr_t n, char **args, const intptr_t
     *strides)
 {
@@ -29446,7 +29562,7 @@ static INLINE void NAME(motor_to_rotation_vector_translation_block)(intptr_t n, 
         REAL x1[3];
         REAL x2[3];
         NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(motor_to_rotation_vector_translation)(x0, x1, x2);
+        NAME(motor_to_rotation_vector_translation_within)(x0, x1, x2);
         NAME(store_3)(a1 + i * w, c1a, x1);
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
@@ -30021,19 +30137,19 @@ INLINE void NAME(motor_from_adjoint)(const REAL *matrix, REAL *out)
     const REAL t49 = t34 * t45;
     const REAL t50 = t21 * t45;
     const REAL t51 = -t50;
-    const REAL t52 = matrix_2_2 * matrix_4_2;
-    const REAL t53 = matrix_2_1 * matrix_4_1;
+    const REAL t52 = matrix_0_2 * matrix_3_2;
+    const REAL t53 = matrix_0_1 * matrix_3_1;
     const REAL t54 = t52 + t53;
-    const REAL t55 = matrix_2_0 * matrix_4_0;
+    const REAL t55 = matrix_0_0 * matrix_3_0;
     const REAL t56 = t54 + t55;
-    const REAL t57 = matrix_1_2 * matrix_3_2;
-    const REAL t58 = matrix_1_1 * matrix_3_1;
+    const REAL t57 = matrix_2_2 * matrix_5_2;
+    const REAL t58 = matrix_2_1 * matrix_5_1;
     const REAL t59 = t57 + t58;
-    const REAL t60 = matrix_1_0 * matrix_3_0;
+    const REAL t60 = matrix_2_0 * matrix_5_0;
     const REAL t61 = t59 + t60;
-    const REAL t62 = t56 + t61;
-    const REAL t63 = t62 * (REAL)0.25;
-    const REAL t64 = t49 * t63;
+    const REAL t62 = t56 - t61;
+    const REAL t63 = (REAL)0.25 * t62;
+    const REAL t64 = t63 * t47;
     const REAL t65 = matrix_1_2 * matrix_5_2;
     const REAL t66 = matrix_1_1 * matrix_5_1;
     const REAL t67 = t65 + t66;
@@ -30045,39 +30161,39 @@ INLINE void NAME(motor_from_adjoint)(const REAL *matrix, REAL *out)
     const REAL t73 = matrix_0_0 * matrix_4_0;
     const REAL t74 = t72 + t73;
     const REAL t75 = t69 + t74;
-    const REAL t76 = (REAL)0.25 * t75;
-    const REAL t77 = t46 * t76;
-    const REAL t78 = t64 + t77;
-    const REAL t79 = matrix_0_2 * matrix_3_2;
-    const REAL t80 = matrix_0_1 * matrix_3_1;
+    const REAL t76 = t75 * (REAL)0.25;
+    const REAL t77 = t76 * t46;
+    const REAL t78 = t64 - t77;
+    const REAL t79 = matrix_2_2 * matrix_4_2;
+    const REAL t80 = matrix_2_1 * matrix_4_1;
     const REAL t81 = t79 + t80;
-    const REAL t82 = matrix_0_0 * matrix_3_0;
+    const REAL t82 = matrix_2_0 * matrix_4_0;
     const REAL t83 = t81 + t82;
-    const REAL t84 = matrix_2_2 * matrix_5_2;
-    const REAL t85 = matrix_2_1 * matrix_5_1;
+    const REAL t84 = matrix_1_2 * matrix_3_2;
+    const REAL t85 = matrix_1_1 * matrix_3_1;
     const REAL t86 = t84 + t85;
-    const REAL t87 = matrix_2_0 * matrix_5_0;
+    const REAL t87 = matrix_1_0 * matrix_3_0;
     const REAL t88 = t86 + t87;
-    const REAL t89 = t83 - t88;
+    const REAL t89 = t83 + t88;
     const REAL t90 = (REAL)0.25 * t89;
-    const REAL t91 = t47 * t90;
-    const REAL t92 = t78 - t91;
-    const REAL t93 = t47 * t76;
-    const REAL t94 = t46 * t90;
+    const REAL t91 = t90 * t49;
+    const REAL t92 = t91 - t78;
+    const REAL t93 = t76 * t47;
+    const REAL t94 = t63 * t46;
     const REAL t95 = t93 + t94;
-    const REAL t96 = t50 * t63;
+    const REAL t96 = t90 * t50;
     const REAL t97 = t95 + t96;
     const REAL t98 = -t97;
-    const REAL t99 = t50 * t90;
-    const REAL t100 = t46 * t63;
-    const REAL t101 = t99 - t100;
-    const REAL t102 = t49 * t76;
-    const REAL t103 = t101 + t102;
-    const REAL t104 = t49 * t90;
-    const REAL t105 = t47 * t63;
-    const REAL t106 = t105 + t104;
-    const REAL t107 = t50 * t76;
-    const REAL t108 = t106 - t107;
+    const REAL t99 = t76 * t49;
+    const REAL t100 = t63 * t50;
+    const REAL t101 = t99 + t100;
+    const REAL t102 = t90 * t46;
+    const REAL t103 = t101 - t102;
+    const REAL t104 = t63 * t49;
+    const REAL t105 = t76 * t50;
+    const REAL t106 = t105 - t104;
+    const REAL t107 = t90 * t47;
+    const REAL t108 = t107 - t106;
     out[0] = t46;
     out[1] = t48;
     out[2] = t49;
@@ -30563,73 +30679,72 @@ INLINE void NAME(blend_motors)(const REAL *a, const REAL *b, REAL t, REAL *out)
     const REAL t10 = b_1 * t9;
     const REAL t11 = (REAL)1 - t;
     const REAL t12 = a_1 * t11;
-    const REAL t13 = t12 + t10;
+    const REAL t13 = t10 + t12;
     const REAL t14 = t13 * t13;
     const REAL t15 = b_e12 * t9;
     const REAL t16 = a_e12 * t11;
-    const REAL t17 = t16 + t15;
+    const REAL t17 = t15 + t16;
     const REAL t18 = t17 * t17;
     const REAL t19 = t14 + t18;
     const REAL t20 = b_e13 * t9;
     const REAL t21 = a_e13 * t11;
-    const REAL t22 = t21 + t20;
+    const REAL t22 = t20 + t21;
     const REAL t23 = t22 * t22;
     const REAL t24 = t19 + t23;
     const REAL t25 = b_e23 * t9;
     const REAL t26 = a_e23 * t11;
-    const REAL t27 = t26 + t25;
+    const REAL t27 = t25 + t26;
     const REAL t28 = t27 * t27;
     const REAL t29 = t24 + t28;
-    const REAL t30 = SQRT(t29);
-    const REAL t31 = (REAL)1 / t30;
-    const REAL t32 = t13 * t31;
-    const REAL t33 = t17 * t31;
-    const REAL t34 = t22 * t31;
-    const REAL t35 = t27 * t31;
-    const REAL t36 = b_e0123 * t9;
-    const REAL t37 = a_e0123 * t11;
-    const REAL t38 = t37 + t36;
-    const REAL t39 = t13 * t38;
-    const REAL t40 = b_e02 * t9;
-    const REAL t41 = a_e02 * t11;
-    const REAL t42 = t41 + t40;
-    const REAL t43 = t22 * t42;
-    const REAL t44 = t39 + t43;
-    const REAL t45 = b_e03 * t9;
-    const REAL t46 = a_e03 * t11;
-    const REAL t47 = t46 + t45;
-    const REAL t48 = t17 * t47;
-    const REAL t49 = t48 - t44;
-    const REAL t50 = b_e01 * t9;
-    const REAL t51 = a_e01 * t11;
-    const REAL t52 = t51 + t50;
-    const REAL t53 = t27 * t52;
-    const REAL t54 = t49 + t53;
-    const REAL t55 = t54 * (REAL)2;
-    const REAL t56 = t55 * (REAL)0.5;
-    const REAL t57 = t56 / t29;
-    const REAL t58 = t27 * t57;
-    const REAL t59 = t58 - t52;
-    const REAL t60 = t31 * t59;
-    const REAL t61 = -t60;
-    const REAL t62 = t22 * t57;
-    const REAL t63 = t42 + t62;
-    const REAL t64 = t31 * t63;
-    const REAL t65 = t17 * t57;
-    const REAL t66 = t65 - t47;
-    const REAL t67 = t31 * t66;
-    const REAL t68 = -t67;
-    const REAL t69 = t13 * t57;
-    const REAL t70 = t38 + t69;
-    const REAL t71 = t31 * t70;
-    out[0] = t32;
-    out[1] = t33;
-    out[2] = t34;
-    out[3] = t35;
-    out[4] = t61;
-    out[5] = t64;
-    out[6] = t68;
-    out[7] = t71;
+    const REAL t30 = (REAL)1 / t29;
+    const REAL t31 = SQRT(t29);
+    const REAL t32 = t31 * t30;
+    const REAL t33 = t13 * t32;
+    const REAL t34 = t17 * t32;
+    const REAL t35 = t22 * t32;
+    const REAL t36 = t27 * t32;
+    const REAL t37 = b_e0123 * t9;
+    const REAL t38 = a_e0123 * t11;
+    const REAL t39 = t37 + t38;
+    const REAL t40 = t13 * t39;
+    const REAL t41 = b_e02 * t9;
+    const REAL t42 = a_e02 * t11;
+    const REAL t43 = t41 + t42;
+    const REAL t44 = t22 * t43;
+    const REAL t45 = t40 + t44;
+    const REAL t46 = b_e03 * t9;
+    const REAL t47 = a_e03 * t11;
+    const REAL t48 = t46 + t47;
+    const REAL t49 = t17 * t48;
+    const REAL t50 = t49 - t45;
+    const REAL t51 = b_e01 * t9;
+    const REAL t52 = a_e01 * t11;
+    const REAL t53 = t51 + t52;
+    const REAL t54 = t27 * t53;
+    const REAL t55 = t50 + t54;
+    const REAL t56 = t30 * t55;
+    const REAL t57 = t27 * t56;
+    const REAL t58 = t57 - t53;
+    const REAL t59 = t32 * t58;
+    const REAL t60 = -t59;
+    const REAL t61 = t22 * t56;
+    const REAL t62 = t43 + t61;
+    const REAL t63 = t32 * t62;
+    const REAL t64 = t17 * t56;
+    const REAL t65 = t64 - t48;
+    const REAL t66 = t32 * t65;
+    const REAL t67 = -t66;
+    const REAL t68 = t13 * t56;
+    const REAL t69 = t39 + t68;
+    const REAL t70 = t32 * t69;
+    out[0] = t33;
+    out[1] = t34;
+    out[2] = t35;
+    out[3] = t36;
+    out[4] = t60;
+    out[5] = t63;
+    out[6] = t67;
+    out[7] = t70;
 }
 
 static INLINE void NAME(blend_motors_block)(intptr_t n, char **args, const intptr_t *strides)
@@ -31133,10 +31248,11 @@ static INLINE void NAME(rotor_from_euler_angles_within)(const REAL *a, const REA
     out[3] = t73;
 }
 
-INLINE void NAME(rotor_from_euler_angles)(const REAL *a, const REAL *b, const REAL *c, const REAL *angles, REAL
-    *out)
+FUSED(rotor_from_euler_angles, (const REAL *a, const REAL *b, const REAL *c, const REAL *angles, REAL *out), (a, b,
+    c, angles, out, NULL))
+void NAME(rotor_from_euler_angles)(const REAL *a, const REAL *b, const REAL *c, const REAL *angles, REAL *out)
 {
-    NAME(rotor_from_euler_angles_within)(a, b, c, angles, out, NULL);
+    RUN(rotor_from_euler_angles, (a, b, c, angles, out), (a, b, c, angles, out, NULL));
 }
 
 static INLINE void NAME(rotor_from_euler_angles_prepare_a_b_angles)(const REAL *a, const REAL *b, const REAL
@@ -31791,7 +31907,7 @@ void NAME(rotor_from_euler_angles_loop)(char **args, const intptr_t *dimensions,
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(rotor_to_proper_euler_angles)(const REAL *r, const REAL *a, const REAL *b, REAL *out)
+static INLINE void NAME(rotor_to_proper_euler_angles_within)(const REAL *r, const REAL *a, const REAL *b, REAL *out)
 {
     const REAL r_1 = r[0];
     const REAL r_e12 = r[1];
@@ -31868,6 +31984,12 @@ INLINE void NAME(rotor_to_proper_euler_angles)(const REAL *r, const REAL *a, con
     out[2] = t59;
 }
 
+FUSED(rotor_to_proper_euler_angles, (const REAL *r, const REAL *a, const REAL *b, REAL *out), (r, a, b, out))
+void NAME(rotor_to_proper_euler_angles)(const REAL *r, const REAL *a, const REAL *b, REAL *out)
+{
+    RUN(rotor_to_proper_euler_angles, (r, a, b, out), (r, a, b, out));
+}
+
 static INLINE void NAME(rotor_to_proper_euler_angles_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -31885,7 +32007,7 @@ static INLINE void NAME(rotor_to_proper_euler_angles_block)(intptr_t n, char **a
         NAME(load_4)(x0, a0 + i * w, c0a);
         NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(load_3)(x2, a2 + i * w, c2a);
-        NAME(rotor_to_proper_euler_angles)(x0, x1, x2, x3);
+        NAME(rotor_to_proper_euler_angles_within)(x0, x1, x2, x3);
         NAME(store_3)(a3 + i * w, c3a, x3);
     }
 }
@@ -31899,7 +32021,7 @@ void NAME(rotor_to_proper_euler_angles_loop)(char **args, const intptr_t *dimens
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(rotor_to_tait_bryan_angles)(const REAL *r, const REAL *a, const REAL *b, REAL *out)
+static INLINE void NAME(rotor_to_tait_bryan_angles_within)(const REAL *r, const REAL *a, const REAL *b, REAL *out)
 {
     const REAL r_1 = r[0];
     const REAL r_e12 = r[1];
@@ -31986,6 +32108,12 @@ INLINE void NAME(rotor_to_tait_bryan_angles)(const REAL *r, const REAL *a, const
     out[2] = t69;
 }
 
+FUSED(rotor_to_tait_bryan_angles, (const REAL *r, const REAL *a, const REAL *b, REAL *out), (r, a, b, out))
+void NAME(rotor_to_tait_bryan_angles)(const REAL *r, const REAL *a, const REAL *b, REAL *out)
+{
+    RUN(rotor_to_tait_bryan_angles, (r, a, b, out), (r, a, b, out));
+}
+
 static INLINE void NAME(rotor_to_tait_bryan_angles_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -32003,7 +32131,7 @@ static INLINE void NAME(rotor_to_tait_bryan_angles_block)(intptr_t n, char **arg
         NAME(load_4)(x0, a0 + i * w, c0a);
         NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(load_3)(x2, a2 + i * w, c2a);
-        NAME(rotor_to_tait_bryan_angles)(x0, x1, x2, x3);
+        NAME(rotor_to_tait_bryan_angles_within)(x0, x1, x2, x3);
         NAME(store_3)(a3 + i * w, c3a, x3);
     }
 }

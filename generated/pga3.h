@@ -2,7 +2,7 @@
 // command: gac generate --all pga3
 // spec: 5ff9daa919aa8689
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 35440a8fb4efffcf2e50166cb51cc67dadf3323d5c033bc01bff2b920a644390
+// body: 248fb0cbb357fcc2848a7397a23c18be6a690cd4aacdb4f3e402b2d9879966e0
 /* pga3
    Euclidean space by plane-based geometric algebra G(3,0,1): points, lines, planes and rigid motions.
    
@@ -681,7 +681,7 @@ void pga3_closest_points_of_lines_loop_f32(char **args, const intptr_t *dimensio
      a[6]  PGA3.LINE: e12, e13, e23, e01, e02, e03.
      b[6]  PGA3.LINE: e12, e13, e23, e01, e02, e03.
      out[6]  PGA3.LINE: e12, e13, e23, e01, e02, e03.
-   Costs 80 mul, 42 add, 5 div, 2 sqrt, 9 choice.
+   Costs 80 mul, 42 add, 4 div, 2 sqrt, 9 choice.
    Error: 8.8 ulp of the largest coefficient, 64 random inputs. */
 void pga3_common_perpendicular_f64(const double *a, const double *b, double *out);
 void pga3_common_perpendicular_f32(const float *a, const float *b, float *out);
@@ -1298,8 +1298,8 @@ void pga3_even_inverse_loop_f32(char **args, const intptr_t *dimensions, const i
    and a motor times any dual number gives the motor back. The rotational part must not be 0.
      x[8]  PGA3.EVEN: 1, e12, e13, e23, e01, e02, e03, e0123.
      out[8]  PGA3.MOTOR: 1, e12, e13, e23, e01, e02, e03, e0123; unit.
-   Costs 20 mul, 10 add, 2 div, 1 sqrt.
-   Error: 1.7 ulp of the largest coefficient, 64 random inputs. */
+   Costs 22 mul, 10 add, 1 div, 1 sqrt.
+   Error: 2.2 ulp of the largest coefficient, 64 random inputs. */
 void pga3_normalize_motor_f64(const double *x, double *out);
 void pga3_normalize_motor_f32(const float *x, float *out);
 void pga3_normalize_motor_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);
@@ -1620,8 +1620,8 @@ void pga3_motor_from_modified_denavit_hartenberg_loop_f32(char **args, const int
 /* ``exp(b)`` of any bivector; ``exp(-angle/2 line)`` is a rotation. Smooth at 0 and for pure translations.
      b[6]  PGA3.LINE: e12, e13, e23, e01, e02, e03.
      out[8]  PGA3.MOTOR: 1, e12, e13, e23, e01, e02, e03, e0123; unit.
-   Costs 19 mul, 8 add, 2 div, 1 sqrt, 2 call, 5 choice.
-   Error: 4.6 ulp of the largest coefficient, 64 random inputs. */
+   Costs 20 mul, 8 add, 1 div, 1 sqrt, 2 call, 5 choice.
+   Error: 2.8 ulp of the largest coefficient, 64 random inputs. */
 void pga3_motor_exponential_f64(const double *b, double *out);
 void pga3_motor_exponential_f32(const float *b, float *out);
 void pga3_motor_exponential_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);
@@ -1634,8 +1634,8 @@ void pga3_motor_exponential_loop_f32(char **args, const intptr_t *dimensions, co
      m[8]  PGA3.MOTOR: 1, e12, e13, e23, e01, e02, e03, e0123; unit.
      out[6]  PGA3.LINE: e12, e13, e23, e01, e02, e03.
    Assumes ``m ~m = 1``.
-   Costs 12 mul, 5 add, 2 div, 1 sqrt, 1 call, 7 choice.
-   Error: 1.3 ulp of the largest coefficient, 64 random inputs. */
+   Costs 15 mul, 5 add, 1 div, 1 sqrt, 1 call, 7 choice.
+   Error: 2.4 ulp of the largest coefficient, 64 random inputs. */
 void pga3_motor_logarithm_f64(const double *m, double *out);
 void pga3_motor_logarithm_f32(const float *m, float *out);
 void pga3_motor_logarithm_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);
@@ -1645,8 +1645,8 @@ void pga3_motor_logarithm_loop_f32(char **args, const intptr_t *dimensions, cons
      m[8]  PGA3.MOTOR: 1, e12, e13, e23, e01, e02, e03, e0123; unit.
      out[8]  PGA3.MOTOR: 1, e12, e13, e23, e01, e02, e03, e0123; unit.
    Assumes ``m ~m = 1``.
-   Costs 23 mul, 6 add, 2 div, 1 sqrt, 3 choice.
-   Error: 1.5 ulp of the largest coefficient, 64 random inputs. */
+   Costs 23 mul, 6 add, 1 div, 1 sqrt, 3 choice.
+   Error: 1.8 ulp of the largest coefficient, 64 random inputs. */
 void pga3_motor_square_root_f64(const double *m, double *out);
 void pga3_motor_square_root_f32(const float *m, float *out);
 void pga3_motor_square_root_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);
@@ -1659,10 +1659,10 @@ void pga3_motor_square_root_loop_f32(char **args, const intptr_t *dimensions, co
      t  SCALAR.
      out[8]  PGA3.MOTOR: 1, e12, e13, e23, e01, e02, e03, e0123; unit.
    Assumes ``m ~m = 1``.
-   Costs 37 mul, 13 add, 4 div, 2 sqrt, 3 call, 12 choice.
-   Where `m` stay the same for 2 elements or more: 12 mul, 5 add, 2 div, 1 sqrt, 1 call, 7 choice once, then 25
-   mul, 8 add, 2 div, 1 sqrt, 2 call, 5 choice for each.
-   Error: 3.3 ulp of the largest coefficient, 64 random inputs. */
+   Costs 41 mul, 13 add, 2 div, 2 sqrt, 3 call, 12 choice.
+   Where `m` stay the same for 2 elements or more: 15 mul, 5 add, 1 div, 1 sqrt, 1 call, 7 choice once, then 26
+   mul, 8 add, 1 div, 1 sqrt, 2 call, 5 choice for each.
+   Error: 4.3 ulp of the largest coefficient, 64 random inputs. */
 void pga3_motor_power_f64(const double *m, double t, double *out);
 void pga3_motor_power_f32(const float *m, float t, float *out);
 void pga3_motor_power_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);
@@ -1674,10 +1674,10 @@ void pga3_motor_power_loop_f32(char **args, const intptr_t *dimensions, const in
      t  SCALAR.
      out[8]  PGA3.MOTOR: 1, e12, e13, e23, e01, e02, e03, e0123; unit.
    Assumes ``a ~a = 1``, ``b ~b = 1``.
-   Costs 133 mul, 93 add, 4 div, 2 sqrt, 3 call, 12 choice.
-   Where `a` and `b` stay the same for 2 elements or more: 60 mul, 45 add, 2 div, 1 sqrt, 1 call, 7 choice once,
-   then 73 mul, 48 add, 2 div, 1 sqrt, 2 call, 5 choice for each.
-   Error: 4.5 ulp of the largest coefficient, 64 random inputs. */
+   Costs 137 mul, 93 add, 2 div, 2 sqrt, 3 call, 12 choice.
+   Where `a` and `b` stay the same for 2 elements or more: 63 mul, 45 add, 1 div, 1 sqrt, 1 call, 7 choice once,
+   then 74 mul, 48 add, 1 div, 1 sqrt, 2 call, 5 choice for each.
+   Error: 10.4 ulp of the largest coefficient, 64 random inputs. */
 void pga3_interpolate_motors_f64(const double *a, const double *b, double t, double *out);
 void pga3_interpolate_motors_f32(const float *a, const float *b, float t, float *out);
 void pga3_interpolate_motors_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);
@@ -1691,7 +1691,7 @@ void pga3_interpolate_motors_loop_f32(char **args, const intptr_t *dimensions, c
      a[6]  PGA3.LINE: e12, e13, e23, e01, e02, e03.
      b[6]  PGA3.LINE: e12, e13, e23, e01, e02, e03.
      out[8]  PGA3.MOTOR: 1, e12, e13, e23, e01, e02, e03, e0123; unit.
-   Costs 126 mul, 82 add, 6 div, 3 sqrt, 40 choice.
+   Costs 126 mul, 82 add, 4 div, 3 sqrt, 40 choice.
    Error: 3.6 ulp of the largest coefficient, 64 random inputs. */
 void pga3_motor_between_lines_f64(const double *a, const double *b, double *out);
 void pga3_motor_between_lines_f32(const float *a, const float *b, float *out);
@@ -1706,8 +1706,8 @@ void pga3_motor_between_lines_loop_f32(char **args, const intptr_t *dimensions, 
      a[4]  PGA3.PLANE: e1, e2, e3, e0.
      b[4]  PGA3.PLANE: e1, e2, e3, e0.
      out[8]  PGA3.MOTOR: 1, e12, e13, e23, e01, e02, e03, e0123; unit.
-   Costs 70 mul, 40 add, 4 div, 3 sqrt, 37 choice.
-   Error: 2.2 ulp of the largest coefficient, 64 random inputs. */
+   Costs 70 mul, 40 add, 3 div, 3 sqrt, 37 choice.
+   Error: 2.0 ulp of the largest coefficient, 64 random inputs. */
 void pga3_motor_between_planes_f64(const double *a, const double *b, double *out);
 void pga3_motor_between_planes_f32(const float *a, const float *b, float *out);
 void pga3_motor_between_planes_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);
@@ -1748,8 +1748,8 @@ void pga3_motor_equation_loop_f32(char **args, const intptr_t *dimensions, const
      out_0[6]  PGA3.LINE: e12, e13, e23, e01, e02, e03.
      out_1[1]  SCALAR.
      out_2[1]  SCALAR.
-   Costs 24 mul, 9 add, 4 div, 2 sqrt, 14 choice.
-   Error: 1.6 ulp of the largest coefficient, 64 random inputs. */
+   Costs 24 mul, 9 add, 3 div, 2 sqrt, 14 choice.
+   Error: 1.9 ulp of the largest coefficient, 64 random inputs. */
 void pga3_bivector_to_screw_f64(const double *b, double *out_0, double *out_1, double *out_2);
 void pga3_bivector_to_screw_f32(const float *b, float *out_0, float *out_1, float *out_2);
 void pga3_bivector_to_screw_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);
@@ -1777,8 +1777,8 @@ void pga3_bivector_from_screw_loop_f32(char **args, const intptr_t *dimensions, 
      out_1[1]  SCALAR.
      out_2[1]  SCALAR.
    Assumes ``m ~m = 1``.
-   Costs 44 mul, 14 add, 5 div, 3 sqrt, 1 call, 19 choice.
-   Error: 20.3 ulp of the largest coefficient, 64 random inputs. */
+   Costs 48 mul, 14 add, 3 div, 3 sqrt, 1 call, 19 choice.
+   Error: 29.0 ulp of the largest coefficient, 64 random inputs. */
 void pga3_motor_to_screw_f64(const double *m, double *out_0, double *out_1, double *out_2);
 void pga3_motor_to_screw_f32(const float *m, float *out_0, float *out_1, float *out_2);
 void pga3_motor_to_screw_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);
@@ -1805,8 +1805,8 @@ void pga3_motor_from_screw_pitch_loop_f32(char **args, const intptr_t *dimension
 /* The motor of a twist kept for the unit of time: ``exp(-v/2)``.
      v[6]  PGA3.LINE: e12, e13, e23, e01, e02, e03.
      out[8]  PGA3.MOTOR: 1, e12, e13, e23, e01, e02, e03, e0123; unit.
-   Costs 22 mul, 8 add, 2 div, 1 sqrt, 2 call, 5 choice.
-   Error: 1.6 ulp of the largest coefficient, 64 random inputs. */
+   Costs 24 mul, 8 add, 1 div, 1 sqrt, 2 call, 5 choice.
+   Error: 2.5 ulp of the largest coefficient, 64 random inputs. */
 void pga3_motor_from_twist_f64(const double *v, double *out);
 void pga3_motor_from_twist_f32(const float *v, float *out);
 void pga3_motor_from_twist_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);
@@ -1816,8 +1816,8 @@ void pga3_motor_from_twist_loop_f32(char **args, const intptr_t *dimensions, con
      m[8]  PGA3.MOTOR: 1, e12, e13, e23, e01, e02, e03, e0123; unit.
      out[6]  PGA3.LINE: e12, e13, e23, e01, e02, e03.
    Assumes ``m ~m = 1``.
-   Costs 18 mul, 5 add, 2 div, 1 sqrt, 1 call, 7 choice.
-   Error: 1.3 ulp of the largest coefficient, 64 random inputs. */
+   Costs 21 mul, 5 add, 1 div, 1 sqrt, 1 call, 7 choice.
+   Error: 2.4 ulp of the largest coefficient, 64 random inputs. */
 void pga3_motor_to_twist_f64(const double *m, double *out);
 void pga3_motor_to_twist_f32(const float *m, float *out);
 void pga3_motor_to_twist_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);
@@ -2015,7 +2015,7 @@ void pga3_motor_to_dual_quaternion_scalar_last_loop_f32(char **args, const intpt
      matrix[36]  SCALAR.
      out[8]  PGA3.MOTOR: 1, e12, e13, e23, e01, e02, e03, e0123; unit.
    Costs 41 mul, 42 add, 1 div, 1 sqrt, 19 choice.
-   Error: 3.0 ulp of the largest coefficient, 64 random inputs. */
+   Error: 2.5 ulp of the largest coefficient, 64 random inputs. */
 void pga3_motor_from_adjoint_f64(const double *matrix, double *out);
 void pga3_motor_from_adjoint_f32(const float *matrix, float *out);
 void pga3_motor_from_adjoint_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);
@@ -2065,8 +2065,8 @@ void pga3_motor_relative_loop_f32(char **args, const intptr_t *dimensions, const
      t  SCALAR.
      out[8]  PGA3.MOTOR: 1, e12, e13, e23, e01, e02, e03, e0123; unit.
    Assumes ``a ~a = 1``, ``b ~b = 1``.
-   Costs 42 mul, 22 add, 2 div, 1 sqrt, 2 choice.
-   Error: 3.1 ulp of the largest coefficient, 64 random inputs. */
+   Costs 42 mul, 22 add, 1 div, 1 sqrt, 2 choice.
+   Error: 2.5 ulp of the largest coefficient, 64 random inputs. */
 void pga3_blend_motors_f64(const double *a, const double *b, double t, double *out);
 void pga3_blend_motors_f32(const float *a, const float *b, float t, float *out);
 void pga3_blend_motors_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);

@@ -2,7 +2,7 @@
 // command: gac generate --all projective3
 // spec: b8100e20257c1954
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: e58d96236436a515dd8644e651e78f81ee0f86441f1d7bd55c88ca74f6b64b53
+// body: 57abc9b74dc945d1b3c711a500a44a5d1873d16aaefc04fd76b856cd7a74da15
 
 #ifndef REAL
 #include "projective3.h"
@@ -30,13 +30,27 @@
 #define NOT_UNROLLED
 #endif
 
-// The widest vectors of the machine that runs the loops: on x86-64 there is each for AVX2 and for AVX-512, and machines
-// that have neither run one element after the other; on others there is one.
-#if defined(__GNUC__) && __GNUC__ >= 12 && !defined(__clang__) && defined(__x86_64__) && defined(__GLIBC__)
-#define WIDE __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
-#define ON(level) __attribute__((target("arch=x86-64-" level)))
+// The widest vectors of the machine that runs the loops: on x86-64 there is each for AVX2 (v3) and for AVX-512 (v4),
+// and machines that have neither run one element after the other; on others there is one.
+#if defined(__x86_64__) && defined(__clang__)
+#define ON_v3 __attribute__((target("avx2,fma,bmi2")))
+#define ON_v4 __attribute__((target("avx2,fma,bmi2,avx512f,avx512bw,avx512dq,avx512vl")))
+#define FINDS(feature) __builtin_cpu_supports(feature)
+#if defined(__AVX2__) && defined(__FMA__) && defined(__BMI2__)
+#define HAS_v3 1
+#else
+#define HAS_v3 (FINDS("avx2") && FINDS("fma") && FINDS("bmi2"))
+#endif
+#define HAS_v4 (FINDS("avx512f") && FINDS("avx512bw") && FINDS("avx512dq") && FINDS("avx512vl"))
+#elif defined(__x86_64__) && defined(__GNUC__) && __GNUC__ >= 12
+#define ON_v3 __attribute__((target("arch=x86-64-v3")))
+#define ON_v4 __attribute__((target("arch=x86-64-v4")))
+#define HAS_v3 __builtin_cpu_supports("x86-64-v3")
+#define HAS_v4 __builtin_cpu_supports("x86-64-v4")
+#endif
+#ifdef ON_v3
 #define ONE(name, level)                                                                        \
-    ON(#level) static void NAME(name##_##level)(intptr_t n, char **args, const intptr_t *strides) \
+    ON_##level static void NAME(name##_##level)(intptr_t n, char **args, const intptr_t *strides) \
     {                                                                                           \
         NAME(name)(n, args, strides);                                                           \
     }
@@ -44,14 +58,34 @@
 #define LOOPS(name) ONE(name, v3) ONE(name, v4)
 #define WIDTH(name) {NAME(name##_v3), NAME(name##_v3)}
 #define WIDTHS(name) {NAME(name##_v3), NAME(name##_v4)}
-#define CHOSEN (__builtin_cpu_supports("x86-64-v4") ? 1 : __builtin_cpu_supports("x86-64-v3") ? 0 : -1)
+#define CHOSEN (HAS_v4 ? 1 : HAS_v3 ? 0 : -1)
 #else
-#define WIDE
 #define LOOP(name)
 #define LOOPS(name)
 #define WIDTH(name) {NAME(name)}
 #define WIDTHS(name) {NAME(name)}
 #define CHOSEN 0
+#endif
+#if defined(ON_v3) && defined(__GLIBC__) && !defined(__clang__)
+#define WIDE __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
+#else
+#define WIDE
+#endif
+
+// A plain function whose body, elsewhere for loops, has sines or their kin: these round products and sums together,
+// which is an instruction of machines with AVX2, and a call on others.
+#ifdef ON_v3
+#define FUSED(name, parameters, within) ON_v3 static void NAME(name##_v3) parameters { NAME(name##_within) within; }
+#define RUN(name, arguments, within)        \
+    do {                                    \
+        if (HAS_v3)                         \
+            NAME(name##_v3) arguments;      \
+        else                                \
+            NAME(name##_within) within;     \
+    } while (0)
+#else
+#define FUSED(name, parameters, within)
+#define RUN(name, arguments, within) NAME(name##_within) within
 #endif
 
 // Loops run over whole vectors: a block is padded to a multiple of this many elements.
@@ -68,7 +102,7 @@
 #define ALONE 2
 
 // A vector of neighbours in memory, where the compiler turns such of 32 bytes well.
-#if defined(__has_builtin) && (defined(ON) || defined(__clang__))
+#if defined(__has_builtin) && (defined(ON_v3) || defined(__clang__))
 #if __has_builtin(__builtin_shufflevector)
 #define SHUFFLE __builtin_shufflevector
 #define VECTOR(n) __attribute__((vector_size((n) * sizeof(REAL)), aligned(sizeof(REAL)), may_alias))
@@ -91,9 +125,9 @@ static intptr_t offset_of(const struct part *part, intptr_t k, const intptr_t *s
 
 // What no cache holds goes to memory past them: whole lines, of which nothing is fetched first.
 enum { LINE = 64 };
-#ifdef ON
+#if defined(ON_v3) && !defined(__clang__)
 #define PASSES(bytes) ((bytes) > 1 << 25)
-ON("v3") static void stream(char *to, const char *from, intptr_t bytes)
+ON_v3 static void stream(char *to, const char *from, intptr_t bytes)
 {
     typedef double half __attribute__((vector_size(LINE / 2), aligned(4), may_alias));
     const intptr_t start = -(intptr_t)to & (LINE - 1);
@@ -13500,66 +13534,67 @@ INLINE void NAME(sampson_distance_gradient)(const REAL *fundamental, const REAL 
     const REAL t20 = fundamental_2_1 + t19;
     const REAL t21 = t20 * t20;
     const REAL t22 = t16 + t21;
-    const REAL t23 = partner_0 * t3;
-    const REAL t24 = partner_1 * t8;
-    const REAL t25 = t23 + t24;
-    const REAL t26 = fundamental_2_0 * pixel_0;
-    const REAL t27 = fundamental_2_1 * pixel_1;
+    const REAL t23 = (REAL)1 / t22;
+    const REAL t24 = SQRT(t22);
+    const REAL t25 = t23 * t24;
+    const REAL t26 = partner_0 * t3;
+    const REAL t27 = partner_1 * t8;
     const REAL t28 = t26 + t27;
-    const REAL t29 = fundamental_2_2 + t28;
-    const REAL t30 = t25 + t29;
-    const REAL t31 = t30 / t22;
-    const REAL t32 = pixel_0 * t3;
-    const REAL t33 = partner_0 * t14;
-    const REAL t34 = t32 + t33;
-    const REAL t35 = t31 * t34;
-    const REAL t36 = pixel_0 * partner_0;
-    const REAL t37 = t36 - t35;
-    const REAL t38 = SQRT(t22);
-    const REAL t39 = (REAL)1 / t38;
-    const REAL t40 = t39 * t37;
-    const REAL t41 = pixel_1 * t3;
-    const REAL t42 = partner_0 * t20;
-    const REAL t43 = t41 + t42;
-    const REAL t44 = t31 * t43;
-    const REAL t45 = pixel_1 * partner_0;
-    const REAL t46 = t45 - t44;
-    const REAL t47 = t39 * t46;
-    const REAL t48 = t3 * t31;
-    const REAL t49 = partner_0 - t48;
-    const REAL t50 = t39 * t49;
-    const REAL t51 = pixel_0 * t8;
-    const REAL t52 = partner_1 * t14;
-    const REAL t53 = t51 + t52;
-    const REAL t54 = t31 * t53;
-    const REAL t55 = pixel_0 * partner_1;
-    const REAL t56 = t55 - t54;
-    const REAL t57 = t39 * t56;
-    const REAL t58 = pixel_1 * t8;
-    const REAL t59 = partner_1 * t20;
-    const REAL t60 = t58 + t59;
-    const REAL t61 = t31 * t60;
-    const REAL t62 = pixel_1 * partner_1;
-    const REAL t63 = t62 - t61;
-    const REAL t64 = t39 * t63;
-    const REAL t65 = t8 * t31;
-    const REAL t66 = partner_1 - t65;
-    const REAL t67 = t39 * t66;
-    const REAL t68 = t14 * t31;
-    const REAL t69 = pixel_0 - t68;
-    const REAL t70 = t39 * t69;
-    const REAL t71 = t20 * t31;
-    const REAL t72 = pixel_1 - t71;
-    const REAL t73 = t39 * t72;
-    out[0] = t40;
-    out[1] = t47;
-    out[2] = t50;
-    out[3] = t57;
-    out[4] = t64;
-    out[5] = t67;
-    out[6] = t70;
-    out[7] = t73;
-    out[8] = t39;
+    const REAL t29 = fundamental_2_0 * pixel_0;
+    const REAL t30 = fundamental_2_1 * pixel_1;
+    const REAL t31 = t29 + t30;
+    const REAL t32 = fundamental_2_2 + t31;
+    const REAL t33 = t28 + t32;
+    const REAL t34 = t33 * t23;
+    const REAL t35 = pixel_0 * t3;
+    const REAL t36 = partner_0 * t14;
+    const REAL t37 = t35 + t36;
+    const REAL t38 = t34 * t37;
+    const REAL t39 = pixel_0 * partner_0;
+    const REAL t40 = t39 - t38;
+    const REAL t41 = t40 * t25;
+    const REAL t42 = pixel_1 * t3;
+    const REAL t43 = partner_0 * t20;
+    const REAL t44 = t42 + t43;
+    const REAL t45 = t34 * t44;
+    const REAL t46 = pixel_1 * partner_0;
+    const REAL t47 = t46 - t45;
+    const REAL t48 = t25 * t47;
+    const REAL t49 = t3 * t34;
+    const REAL t50 = partner_0 - t49;
+    const REAL t51 = t25 * t50;
+    const REAL t52 = pixel_0 * t8;
+    const REAL t53 = partner_1 * t14;
+    const REAL t54 = t52 + t53;
+    const REAL t55 = t34 * t54;
+    const REAL t56 = pixel_0 * partner_1;
+    const REAL t57 = t56 - t55;
+    const REAL t58 = t25 * t57;
+    const REAL t59 = pixel_1 * t8;
+    const REAL t60 = partner_1 * t20;
+    const REAL t61 = t59 + t60;
+    const REAL t62 = t34 * t61;
+    const REAL t63 = pixel_1 * partner_1;
+    const REAL t64 = t63 - t62;
+    const REAL t65 = t25 * t64;
+    const REAL t66 = t8 * t34;
+    const REAL t67 = partner_1 - t66;
+    const REAL t68 = t25 * t67;
+    const REAL t69 = t14 * t34;
+    const REAL t70 = pixel_0 - t69;
+    const REAL t71 = t25 * t70;
+    const REAL t72 = t20 * t34;
+    const REAL t73 = pixel_1 - t72;
+    const REAL t74 = t25 * t73;
+    out[0] = t41;
+    out[1] = t48;
+    out[2] = t51;
+    out[3] = t58;
+    out[4] = t65;
+    out[5] = t68;
+    out[6] = t71;
+    out[7] = t74;
+    out[8] = t25;
 }
 
 static INLINE void NAME(sampson_distance_gradient_prepare_fundamental_pixel)(const REAL *fundamental, const REAL
@@ -13587,14 +13622,14 @@ static INLINE void NAME(sampson_distance_gradient_prepare_fundamental_pixel)(con
     const REAL t8 = fundamental_1_2 + t7;
     const REAL t9 = t8 * t8;
     const REAL t10 = t4 + t9;
-    const REAL t26 = fundamental_2_0 * pixel_0;
-    const REAL t27 = fundamental_2_1 * pixel_1;
-    const REAL t28 = t26 + t27;
-    const REAL t29 = fundamental_2_2 + t28;
-    const REAL t32 = pixel_0 * t3;
-    const REAL t41 = pixel_1 * t3;
-    const REAL t51 = pixel_0 * t8;
-    const REAL t58 = pixel_1 * t8;
+    const REAL t29 = fundamental_2_0 * pixel_0;
+    const REAL t30 = fundamental_2_1 * pixel_1;
+    const REAL t31 = t29 + t30;
+    const REAL t32 = fundamental_2_2 + t31;
+    const REAL t35 = pixel_0 * t3;
+    const REAL t42 = pixel_1 * t3;
+    const REAL t52 = pixel_0 * t8;
+    const REAL t59 = pixel_1 * t8;
     prepared[0] = fundamental_0_0;
     prepared[1] = fundamental_1_0;
     prepared[2] = fundamental_2_0;
@@ -13604,13 +13639,13 @@ static INLINE void NAME(sampson_distance_gradient_prepare_fundamental_pixel)(con
     prepared[6] = fundamental_2_1;
     prepared[7] = t3;
     prepared[8] = t8;
-    prepared[9] = t29;
-    prepared[10] = t32;
+    prepared[9] = t32;
+    prepared[10] = t35;
     prepared[11] = pixel_0;
-    prepared[12] = t41;
+    prepared[12] = t42;
     prepared[13] = pixel_1;
-    prepared[14] = t51;
-    prepared[15] = t58;
+    prepared[14] = t52;
+    prepared[15] = t59;
 }
 
 static INLINE void NAME(sampson_distance_gradient_apply_fundamental_pixel)(const REAL *prepared, const REAL
@@ -13625,13 +13660,13 @@ static INLINE void NAME(sampson_distance_gradient_apply_fundamental_pixel)(const
     const REAL fundamental_2_1 = prepared[6];
     const REAL t3 = prepared[7];
     const REAL t8 = prepared[8];
-    const REAL t29 = prepared[9];
-    const REAL t32 = prepared[10];
+    const REAL t32 = prepared[9];
+    const REAL t35 = prepared[10];
     const REAL pixel_0 = prepared[11];
-    const REAL t41 = prepared[12];
+    const REAL t42 = prepared[12];
     const REAL pixel_1 = prepared[13];
-    const REAL t51 = prepared[14];
-    const REAL t58 = prepared[15];
+    const REAL t52 = prepared[14];
+    const REAL t59 = prepared[15];
     const REAL partner_0 = partner[0];
     const REAL partner_1 = partner[1];
     const REAL t11 = fundamental_0_0 * partner_0;
@@ -13646,58 +13681,59 @@ static INLINE void NAME(sampson_distance_gradient_apply_fundamental_pixel)(const
     const REAL t20 = fundamental_2_1 + t19;
     const REAL t21 = t20 * t20;
     const REAL t22 = t16 + t21;
-    const REAL t23 = partner_0 * t3;
-    const REAL t24 = partner_1 * t8;
-    const REAL t25 = t23 + t24;
-    const REAL t30 = t25 + t29;
-    const REAL t31 = t30 / t22;
-    const REAL t33 = partner_0 * t14;
-    const REAL t34 = t32 + t33;
-    const REAL t35 = t31 * t34;
-    const REAL t36 = pixel_0 * partner_0;
-    const REAL t37 = t36 - t35;
-    const REAL t38 = SQRT(t22);
-    const REAL t39 = (REAL)1 / t38;
-    const REAL t40 = t39 * t37;
-    const REAL t42 = partner_0 * t20;
-    const REAL t43 = t41 + t42;
-    const REAL t44 = t31 * t43;
-    const REAL t45 = pixel_1 * partner_0;
-    const REAL t46 = t45 - t44;
-    const REAL t47 = t39 * t46;
-    const REAL t48 = t3 * t31;
-    const REAL t49 = partner_0 - t48;
-    const REAL t50 = t39 * t49;
-    const REAL t52 = partner_1 * t14;
-    const REAL t53 = t51 + t52;
-    const REAL t54 = t31 * t53;
-    const REAL t55 = pixel_0 * partner_1;
-    const REAL t56 = t55 - t54;
-    const REAL t57 = t39 * t56;
-    const REAL t59 = partner_1 * t20;
-    const REAL t60 = t58 + t59;
-    const REAL t61 = t31 * t60;
-    const REAL t62 = pixel_1 * partner_1;
-    const REAL t63 = t62 - t61;
-    const REAL t64 = t39 * t63;
-    const REAL t65 = t8 * t31;
-    const REAL t66 = partner_1 - t65;
-    const REAL t67 = t39 * t66;
-    const REAL t68 = t14 * t31;
-    const REAL t69 = pixel_0 - t68;
-    const REAL t70 = t39 * t69;
-    const REAL t71 = t20 * t31;
-    const REAL t72 = pixel_1 - t71;
-    const REAL t73 = t39 * t72;
-    out[0] = t40;
-    out[1] = t47;
-    out[2] = t50;
-    out[3] = t57;
-    out[4] = t64;
-    out[5] = t67;
-    out[6] = t70;
-    out[7] = t73;
-    out[8] = t39;
+    const REAL t23 = (REAL)1 / t22;
+    const REAL t24 = SQRT(t22);
+    const REAL t25 = t23 * t24;
+    const REAL t26 = partner_0 * t3;
+    const REAL t27 = partner_1 * t8;
+    const REAL t28 = t26 + t27;
+    const REAL t33 = t28 + t32;
+    const REAL t34 = t33 * t23;
+    const REAL t36 = partner_0 * t14;
+    const REAL t37 = t35 + t36;
+    const REAL t38 = t34 * t37;
+    const REAL t39 = pixel_0 * partner_0;
+    const REAL t40 = t39 - t38;
+    const REAL t41 = t40 * t25;
+    const REAL t43 = partner_0 * t20;
+    const REAL t44 = t42 + t43;
+    const REAL t45 = t34 * t44;
+    const REAL t46 = pixel_1 * partner_0;
+    const REAL t47 = t46 - t45;
+    const REAL t48 = t25 * t47;
+    const REAL t49 = t3 * t34;
+    const REAL t50 = partner_0 - t49;
+    const REAL t51 = t25 * t50;
+    const REAL t53 = partner_1 * t14;
+    const REAL t54 = t52 + t53;
+    const REAL t55 = t34 * t54;
+    const REAL t56 = pixel_0 * partner_1;
+    const REAL t57 = t56 - t55;
+    const REAL t58 = t25 * t57;
+    const REAL t60 = partner_1 * t20;
+    const REAL t61 = t59 + t60;
+    const REAL t62 = t34 * t61;
+    const REAL t63 = pixel_1 * partner_1;
+    const REAL t64 = t63 - t62;
+    const REAL t65 = t25 * t64;
+    const REAL t66 = t8 * t34;
+    const REAL t67 = partner_1 - t66;
+    const REAL t68 = t25 * t67;
+    const REAL t69 = t14 * t34;
+    const REAL t70 = pixel_0 - t69;
+    const REAL t71 = t25 * t70;
+    const REAL t72 = t20 * t34;
+    const REAL t73 = pixel_1 - t72;
+    const REAL t74 = t25 * t73;
+    out[0] = t41;
+    out[1] = t48;
+    out[2] = t51;
+    out[3] = t58;
+    out[4] = t65;
+    out[5] = t68;
+    out[6] = t71;
+    out[7] = t74;
+    out[8] = t25;
 }
 
 static INLINE void NAME(sampson_distance_gradient_block_fundamental_pixel)(intptr_t n, char **args, const intptr_t

@@ -2,7 +2,7 @@
 // command: gac generate --all spacetime
 // spec: 1b4f06fa4d30b0e9
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 81e29f1b64d819815f80f7c5d790f80c5446aa04e962ec34caa1d09440bf37ce
+// body: b14964a9ff81d26ed3913b6ee49eaf69e8b88103ddcf34428e699f8d10f6c9f5
 
 #ifndef REAL
 #include "spacetime.h"
@@ -30,13 +30,27 @@
 #define NOT_UNROLLED
 #endif
 
-// The widest vectors of the machine that runs the loops: on x86-64 there is each for AVX2 and for AVX-512, and machines
-// that have neither run one element after the other; on others there is one.
-#if defined(__GNUC__) && __GNUC__ >= 12 && !defined(__clang__) && defined(__x86_64__) && defined(__GLIBC__)
-#define WIDE __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
-#define ON(level) __attribute__((target("arch=x86-64-" level)))
+// The widest vectors of the machine that runs the loops: on x86-64 there is each for AVX2 (v3) and for AVX-512 (v4),
+// and machines that have neither run one element after the other; on others there is one.
+#if defined(__x86_64__) && defined(__clang__)
+#define ON_v3 __attribute__((target("avx2,fma,bmi2")))
+#define ON_v4 __attribute__((target("avx2,fma,bmi2,avx512f,avx512bw,avx512dq,avx512vl")))
+#define FINDS(feature) __builtin_cpu_supports(feature)
+#if defined(__AVX2__) && defined(__FMA__) && defined(__BMI2__)
+#define HAS_v3 1
+#else
+#define HAS_v3 (FINDS("avx2") && FINDS("fma") && FINDS("bmi2"))
+#endif
+#define HAS_v4 (FINDS("avx512f") && FINDS("avx512bw") && FINDS("avx512dq") && FINDS("avx512vl"))
+#elif defined(__x86_64__) && defined(__GNUC__) && __GNUC__ >= 12
+#define ON_v3 __attribute__((target("arch=x86-64-v3")))
+#define ON_v4 __attribute__((target("arch=x86-64-v4")))
+#define HAS_v3 __builtin_cpu_supports("x86-64-v3")
+#define HAS_v4 __builtin_cpu_supports("x86-64-v4")
+#endif
+#ifdef ON_v3
 #define ONE(name, level)                                                                        \
-    ON(#level) static void NAME(name##_##level)(intptr_t n, char **args, const intptr_t *strides) \
+    ON_##level static void NAME(name##_##level)(intptr_t n, char **args, const intptr_t *strides) \
     {                                                                                           \
         NAME(name)(n, args, strides);                                                           \
     }
@@ -44,14 +58,34 @@
 #define LOOPS(name) ONE(name, v3) ONE(name, v4)
 #define WIDTH(name) {NAME(name##_v3), NAME(name##_v3)}
 #define WIDTHS(name) {NAME(name##_v3), NAME(name##_v4)}
-#define CHOSEN (__builtin_cpu_supports("x86-64-v4") ? 1 : __builtin_cpu_supports("x86-64-v3") ? 0 : -1)
+#define CHOSEN (HAS_v4 ? 1 : HAS_v3 ? 0 : -1)
 #else
-#define WIDE
 #define LOOP(name)
 #define LOOPS(name)
 #define WIDTH(name) {NAME(name)}
 #define WIDTHS(name) {NAME(name)}
 #define CHOSEN 0
+#endif
+#if defined(ON_v3) && defined(__GLIBC__) && !defined(__clang__)
+#define WIDE __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
+#else
+#define WIDE
+#endif
+
+// A plain function whose body, elsewhere for loops, has sines or their kin: these round products and sums together,
+// which is an instruction of machines with AVX2, and a call on others.
+#ifdef ON_v3
+#define FUSED(name, parameters, within) ON_v3 static void NAME(name##_v3) parameters { NAME(name##_within) within; }
+#define RUN(name, arguments, within)        \
+    do {                                    \
+        if (HAS_v3)                         \
+            NAME(name##_v3) arguments;      \
+        else                                \
+            NAME(name##_within) within;     \
+    } while (0)
+#else
+#define FUSED(name, parameters, within)
+#define RUN(name, arguments, within) NAME(name##_within) within
 #endif
 
 // Loops run over whole vectors: a block is padded to a multiple of this many elements.
@@ -68,7 +102,7 @@
 #define ALONE 2
 
 // A vector of neighbours in memory, where the compiler turns such of 32 bytes well.
-#if defined(__has_builtin) && (defined(ON) || defined(__clang__))
+#if defined(__has_builtin) && (defined(ON_v3) || defined(__clang__))
 #if __has_builtin(__builtin_shufflevector)
 #define SHUFFLE __builtin_shufflevector
 #define VECTOR(n) __attribute__((vector_size((n) * sizeof(REAL)), aligned(sizeof(REAL)), may_alias))
@@ -91,9 +125,9 @@ static intptr_t offset_of(const struct part *part, intptr_t k, const intptr_t *s
 
 // What no cache holds goes to memory past them: whole lines, of which nothing is fetched first.
 enum { LINE = 64 };
-#ifdef ON
+#if defined(ON_v3) && !defined(__clang__)
 #define PASSES(bytes) ((bytes) > 1 << 25)
-ON("v3") static void stream(char *to, const char *from, intptr_t bytes)
+ON_v3 static void stream(char *to, const char *from, intptr_t bytes)
 {
     typedef double half __attribute__((vector_size(LINE / 2), aligned(4), may_alias));
     const intptr_t start = -(intptr_t)to & (LINE - 1);
@@ -158,111 +192,113 @@ enum { PARTS = 8, CORES = 7, NUMBERS = 53, SPACE = 4096, PREPARED = 16, SIZES = 
 static INLINE double spacetime_sin_polynomial_f64(double z)
 {
     const double y = z * z;
-    const double even = -0.16666666666666666 + y * (-0.00019841269836758574 + y * (-2.5051131845003624e-08));
-    const double odd = 0.008333333333330948 + y * (2.755731610255244e-06 + y * (1.5918129294866608e-10));
-    return even + z * odd;
+    const double even = fma(y, fma(y, -2.5051131845003624e-08, -0.00019841269836758574), -0.16666666666666666);
+    const double odd = fma(y, fma(y, 1.5918129294866608e-10, 2.755731610255244e-06), 0.008333333333330948);
+    return fma(z, odd, even);
 }
 
 static INLINE double spacetime_cos_polynomial_f64(double z)
 {
     const double y = z * z;
-    const double even = 0.041666666666666664 + y * (2.480158729876569e-05 + y * (2.08761462684032e-09));
-    const double odd = -0.0013888888888887398 + y * (-2.7557317271729793e-07 + y * (-1.1382632425521717e-11));
-    return even + z * odd;
+    const double even = fma(y, fma(y, 2.08761462684032e-09, 2.480158729876569e-05), 0.041666666666666664);
+    const double odd = fma(y, fma(y, -1.1382632425521717e-11, -2.7557317271729793e-07), -0.0013888888888887398);
+    return fma(z, odd, even);
 }
 
 static INLINE double spacetime_exp_polynomial_f64(double z)
 {
     const double y = z * z;
-    const double even = 0.5000000000000001 + y * (0.041666666666624164 + y * (0.0013888888917196719 + y *
-        (2.4801521322368692e-05 + y * (2.7620075879983367e-07))));
-    const double odd = 0.16666666666666669 + y * (0.008333333333330065 + y * (0.00019841269863040545 + y *
-        (2.7557268480310024e-06 + y * (2.5100375832561234e-08))));
-    return even + z * odd;
+    const double even = fma(y, fma(y, fma(y, fma(y, 2.7620075879983367e-07, 2.4801521322368692e-05),
+        0.0013888888917196719), 0.041666666666624164), 0.5000000000000001);
+    const double odd = fma(y, fma(y, fma(y, fma(y, 2.5100375832561234e-08, 2.7557268480310024e-06),
+        0.00019841269863040545), 0.008333333333330065), 0.16666666666666669);
+    return fma(z, odd, even);
 }
 
 static INLINE double spacetime_log_polynomial_f64(double z)
 {
     const double y = z * z;
-    const double even = 0.666666666666667 + y * (0.28571428625975487 + y * (0.18182889125261723 + y *
-        (0.14616449685043406)));
-    const double odd = 0.39999999999899505 + y * (0.2222221113479508 + y * (0.15331721600556042));
-    return even + z * odd;
+    const double even = fma(y, fma(y, fma(y, 0.14616449685043406, 0.18182889125261723), 0.28571428625975487),
+        0.666666666666667);
+    const double odd = fma(y, fma(y, 0.15331721600556042, 0.2222221113479508), 0.39999999999899505);
+    return fma(z, odd, even);
 }
 
 static INLINE double spacetime_atan_polynomial_f64(double z)
 {
     const double y = z * z;
-    const double even = -0.3333333333333333 + y * (-0.14285714285654572 + y * (-0.09090908863985787 + y *
-        (-0.06666560334352166 + y * (-0.05252496695434043 + y * (-0.04071743212322443 + y *
-        (-0.01839325882379991))))));
-    const double odd = 0.19999999999999724 + y * (0.11111111106023758 + y * (0.07692301604813975 + y *
-        (0.05881083654057798 + y * (0.04697897173031055 + y * (0.03147747598887358 + y *
-        (0.005746109253696299))))));
-    return even + z * odd;
+    const double even = fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, -2.8373324902198374e-05,
+        -3.504433556095341e-05), -0.00010789905799306997), -0.0002713884068435811), -0.000712529877324769),
+        -0.0019209389488175712), -0.005394792734515503), -0.016172974900145312), -0.054814840604579904),
+        -0.2591604972657936);
+    const double odd = fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, 1.806195461861215e-05,
+        2.2095024431396628e-05), 6.77580169120214e-05), 0.00016895422802807932), 0.0004387712318266148),
+        0.0011650648417818904), 0.0031991751955030576), 0.009243096224092707), 0.029135862645225958),
+        0.11081482513071414);
+    return fma(z, odd, even);
 }
 
 static INLINE double spacetime_asin_polynomial_f64(double z)
 {
     const double y = z * z;
-    const double even = 0.16666666666666669 + y * (0.04464285714635543 + y * (0.02237217294214989 + y *
-        (0.013971212973552933 + y * (0.01032281435018578 + y * (0.01740087944269402 + y *
-        (0.028757851367421566))))));
-    const double odd = 0.07499999999998433 + y * (0.030381944138531247 + y * (0.017352392720869973 + y *
-        (0.011479177415184906 + y * (0.005457506718640358 + y * (-0.014851887071247204)))));
-    return even + z * odd;
+    const double even = fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, 0.028757851367421566, 0.01740087944269402),
+        0.01032281435018578), 0.013971212973552933), 0.02237217294214989), 0.04464285714635543),
+        0.16666666666666669);
+    const double odd = fma(y, fma(y, fma(y, fma(y, fma(y, -0.014851887071247204, 0.005457506718640358),
+        0.011479177415184906), 0.017352392720869973), 0.030381944138531247), 0.07499999999998433);
+    return fma(z, odd, even);
 }
 
 static INLINE float spacetime_sin_polynomial_f32(float z)
 {
     const float y = z * z;
-    const float even = (float)-0.166666641831398 + y * ((float)-0.00019587890710681677);
+    const float even = fmaf(y, (float)-0.00019587890710681677, (float)-0.166666641831398);
     const float odd = (float)0.008332747966051102;
-    return even + z * odd;
+    return fmaf(z, odd, even);
 }
 
 static INLINE float spacetime_cos_polynomial_f32(float z)
 {
     const float y = z * z;
-    const float even = (float)0.0416666641831398 + y * ((float)2.454794230288826e-05);
+    const float even = fmaf(y, (float)2.454794230288826e-05, (float)0.0416666641831398);
     const float odd = (float)-0.001388830249197781;
-    return even + z * odd;
+    return fmaf(z, odd, even);
 }
 
 static INLINE float spacetime_exp_polynomial_f32(float z)
 {
     const float y = z * z;
-    const float even = (float)0.5 + y * ((float)0.041666556149721146 + y * ((float)0.0013926175888627768));
-    const float odd = (float)0.16666577756404877 + y * ((float)0.008363173343241215);
-    return even + z * odd;
+    const float even = fmaf(y, fmaf(y, (float)0.0013926175888627768, (float)0.041666556149721146), (float)0.5);
+    const float odd = fmaf(y, (float)0.008363173343241215, (float)0.16666577756404877);
+    return fmaf(z, odd, even);
 }
 
 static INLINE float spacetime_log_polynomial_f32(float z)
 {
     const float y = z * z;
-    const float even = (float)0.6666668653488159 + y * ((float)0.29579949378967285);
+    const float even = fmaf(y, (float)0.29579949378967285, (float)0.6666668653488159);
     const float odd = (float)0.3998878002166748;
-    return even + z * odd;
+    return fmaf(z, odd, even);
 }
 
 static INLINE float spacetime_atan_polynomial_f32(float z)
 {
     const float y = z * z;
-    const float even = (float)-0.3333333432674408 + y * ((float)-0.14284485578536987 + y *
-        ((float)-0.08842379599809647 + y * ((float)-0.028579968959093094)));
-    const float odd = (float)0.19999976456165314 + y * ((float)0.11086060851812363 + y *
-        ((float)0.06374502927064896));
-    return even + z * odd;
+    const float even = fmaf(y, fmaf(y, fmaf(y, fmaf(y, (float)-0.0023869972210377455, (float)-0.00530332000926137),
+        (float)-0.01617945171892643), (float)-0.054814718663692474), (float)-0.25916048884391785);
+    const float odd = fmaf(y, fmaf(y, fmaf(y, (float)0.00395978195592761, (float)0.009093896485865116),
+        (float)0.029146425426006317), (float)0.11081462353467941);
+    return fmaf(z, odd, even);
 }
 
 static INLINE float spacetime_asin_polynomial_f32(float z)
 {
     const float y = z * z;
-    const float even = (float)0.1666666567325592 + y * ((float)0.04459940269589424 + y *
-        ((float)0.017149237915873528));
-    const float odd = (float)0.07500094175338745 + y * ((float)0.031100662425160408 + y *
-        ((float)0.03369084745645523));
-    return even + z * odd;
+    const float even = fmaf(y, fmaf(y, (float)0.017149237915873528, (float)0.04459940269589424),
+        (float)0.1666666567325592);
+    const float odd = fmaf(y, fmaf(y, (float)0.03369084745645523, (float)0.031100662425160408),
+        (float)0.07500094175338745);
+    return fmaf(z, odd, even);
 }
 
 // The kernels are written once, below; this file includes itself for each precision.
@@ -318,44 +354,42 @@ static INLINE REAL NAME(chosen_by)(WORD where, REAL a, REAL b)
 
 // A number so large that the bits of what is added to it, up to half a million, are its last.
 #define SHIFT PRECISION(6755399441055744.0, 12582912.0f)
+#define QUARTER_0 PRECISION(1.5707963267948966, 1.5707963705062866f)
+#define QUARTER_1 PRECISION(6.123233995736766e-17, -4.371138828673793e-08f)
+#define LOG_0 PRECISION(0.6931471805599453, 0.6931471824645996f)
+#define LOG_1 PRECISION(2.3190468138462996e-17, -1.9046542121259336e-09f)
 
-// How many quarter turns an angle has, modulo 4, and what is left in two parts, up to an eighth of a turn.
-static INLINE WORD NAME(quarters_of)(REAL x, REAL *rest, REAL *low)
+// A product and a sum that are rounded once, together.
+#define FMA(a, b, c) FUNCTION(fma)(a, b, c)
+
+// How many quarter turns an angle has, modulo 4, and what is left, up to an eighth of a turn: the first difference is
+// exact, so what the three parts of a quarter turn leave is rounded where it is small.
+static INLINE WORD NAME(quarters_of)(REAL x, REAL *rest)
 {
-    const double shift = 6755399441055744.0, shifted = x * 0.6366197723675814 + shift, k = shifted - shift;
-    const double a = x - k * 1.5707963267923333, b = k * 2.5633441515839558e-12;
-#if PRECISION(1, 0)
-    const double sum = a - b, back = a - sum;
-    const double error = ((back - b) + (a - (sum + back))) - k * 1.0562999066987428e-23;
-    *rest = sum + error;
-    *low = (sum - *rest) + error;
+    const REAL shifted = FMA(x, PRECISION(0.6366197723675814, 0.6366197466850281f), SHIFT), k = SHIFT - shifted;
+    *rest = FMA(k, PRECISION(-1.4973849048591698e-33, -1.7151245100058819e-15f), FMA(k, QUARTER_1, FMA(k, QUARTER_0, x)));
     return NAME(bits_of)(shifted);
-#else
-    *rest = (float)(a - b);
-    *low = 0;
-    return NAME(bits_of)((float)k + SHIFT);
-#endif
 }
 
-static INLINE REAL NAME(sin_of_rest)(REAL x, REAL low)
+static INLINE REAL NAME(sin_of_rest)(REAL x)
 {
     const REAL z = x * x;
-    return x + (x * (z * NAME(sin_polynomial)(z)) + low);
+    return FMA(x * z, NAME(sin_polynomial)(z), x);
 }
 
-static INLINE REAL NAME(cos_of_rest)(REAL x, REAL low)
+static INLINE REAL NAME(cos_of_rest)(REAL x)
 {
-    const REAL z = x * x, half = z / 2, one = 1 - half;
-    return one + (((1 - one) - half) + (z * z * NAME(cos_polynomial)(z) - x * low));
+    const REAL z = x * x;
+    return FMA(z, FMA(z, NAME(cos_polynomial)(z), (REAL)-0.5), 1);
 }
 
 // Beyond 65536 the C library's; a caller that has a place for it is told so instead.
 static INLINE REAL NAME(sin_of)(REAL x, WORD *far)
 {
-    REAL rest, low;
-    const WORD n = NAME(quarters_of)(FUNCTION(fabs)(x), &rest, &low);
+    REAL rest;
+    const WORD n = NAME(quarters_of)(FUNCTION(fabs)(x), &rest);
     const WORD is_far = WHERE(FUNCTION(fabs)(x) > 65536), sign = (NAME(bits_of)(x) ^ n << (SIGN_BIT - 1)) & SIGN;
-    const REAL s = NAME(sin_of_rest)(rest, low), c = NAME(cos_of_rest)(rest, low);
+    const REAL s = NAME(sin_of_rest)(rest), c = NAME(cos_of_rest)(rest);
     const REAL y = NAME(of_bits)(NAME(bits_of)(NAME(chosen_by)(WHERE(n & 1), c, s)) ^ sign);
     if (far == NULL)
         return is_far ? FUNCTION(sin)(x) : y;
@@ -365,10 +399,10 @@ static INLINE REAL NAME(sin_of)(REAL x, WORD *far)
 
 static INLINE REAL NAME(cos_of)(REAL x, WORD *far)
 {
-    REAL rest, low;
-    const WORD n = NAME(quarters_of)(FUNCTION(fabs)(x), &rest, &low);
+    REAL rest;
+    const WORD n = NAME(quarters_of)(FUNCTION(fabs)(x), &rest);
     const WORD is_far = WHERE(FUNCTION(fabs)(x) > 65536), sign = (n + 1) << (SIGN_BIT - 1) & SIGN;
-    const REAL s = NAME(sin_of_rest)(rest, low), c = NAME(cos_of_rest)(rest, low);
+    const REAL s = NAME(sin_of_rest)(rest), c = NAME(cos_of_rest)(rest);
     const REAL y = NAME(of_bits)(NAME(bits_of)(NAME(chosen_by)(WHERE(n & 1), s, c)) ^ sign);
     if (far == NULL)
         return is_far ? FUNCTION(cos)(x) : y;
@@ -378,19 +412,17 @@ static INLINE REAL NAME(cos_of)(REAL x, WORD *far)
 
 #define FRACTION_BITS PRECISION(52, 23)
 #define BIAS PRECISION(1023, 127)
-#define LOG_HIGH PRECISION(0.693147180559663, 0.693145751953125f)
-#define LOG_LOW PRECISION(2.8235290563031577e-13, 1.428606765330187e-06f)
 
 // The power of 2 comes in two factors, so that the largest and the smallest results are reached.
 static INLINE REAL NAME(exp_of)(REAL x)
 {
     const REAL most = PRECISION(710, 89), least = PRECISION(-746, -105);
     const REAL y = NAME(chosen_by)(WHERE(x > most), most, NAME(chosen_by)(WHERE(x < least), least, x));
-    const REAL shifted = y * PRECISION(1.4426950408889634, 1.4426950216293335f) + SHIFT, k = shifted - SHIFT;
-    const REAL z = (y - k * LOG_HIGH) - k * LOG_LOW;
+    const REAL shifted = FMA(y, PRECISION(1.4426950408889634, 1.4426950216293335f), SHIFT), k = SHIFT - shifted;
+    const REAL z = FMA(k, LOG_1, FMA(k, LOG_0, y)), above = FMA(z * z, NAME(exp_polynomial)(z), z);
     const WORD n = NAME(bits_of)(shifted) - NAME(bits_of)(SHIFT), half = ((n + 2 * BIAS) >> 1) - BIAS;
     const REAL a = NAME(of_bits)((half + BIAS) << FRACTION_BITS), b = NAME(of_bits)((n - half + BIAS) << FRACTION_BITS);
-    return (1 + (z + z * z * NAME(exp_polynomial)(z))) * a * b;
+    return FMA(above, a, a) * b;
 }
 
 static INLINE REAL NAME(log_of)(REAL x)
@@ -403,33 +435,23 @@ static INLINE REAL NAME(log_of)(REAL x)
     const REAL shift = (WORD)1 << FRACTION_BITS, bias = NAME(chosen_by)(tiny, BIAS + FRACTION_BITS + 2, BIAS);
     const REAL k = NAME(of_bits)((n >> FRACTION_BITS) + NAME(bits_of)(shift)) - (shift + bias);
     const REAL f = NAME(of_bits)((n & fraction) + root) - 1, half = f * f / 2, s = f / (2 + f), z = s * s;
-    const REAL low = s * (half + z * NAME(log_polynomial)(z)) + k * LOG_LOW;
-    const REAL finite = k * LOG_HIGH - ((half - low) - f);
+    const REAL low = FMA(s, FMA(z, NAME(log_polynomial)(z), half), k * LOG_1);
+    const REAL finite = FMA(k, LOG_0, f - (half - low));
     const REAL other = NAME(chosen_by)(WHERE(x == 0), -INFINITY, NAME(chosen_by)(WHERE(x > 0), x, NAN));
     return NAME(chosen_by)(WHERE(x > 0) & WHERE(x < INFINITY), finite, other);
 }
-
-#define EIGHTH_HIGH PRECISION(0.7853981633974456, 0.7853975296020508f)
-#define EIGHTH_LOW PRECISION(2.6951514290790595e-15, 6.337954232549237e-07f)
 
 static INLINE REAL NAME(atan2_of)(REAL y, REAL x)
 {
     const REAL u = FUNCTION(fabs)(x), v = FUNCTION(fabs)(y);
     const WORD swapped = WHERE(v > u), left = WHERE(NAME(bits_of)(x) >> SIGN_BIT);
     const REAL most = NAME(chosen_by)(swapped, v, u), least = NAME(chosen_by)(swapped, u, v);
-    // Sums of the largest numbers would overflow; two zeros, and two infinities, have the ratio 0 and 1.
-    const WORD same = WHERE(u == INFINITY) & WHERE(v == INFINITY), none = WHERE(most == 0);
-    const REAL scale = NAME(chosen_by)(WHERE(most > PRECISION(DBL_MAX, FLT_MAX) / 64), (REAL)1 / 64, 1);
-    const REAL big = NAME(chosen_by)(same | none, 1, most * scale), small = NAME(chosen_by)(same, 1, least * scale);
-    // Above 0.55 an eighth of a turn is taken away: results below 1/2 come from one division. The factor 16 is for
-    // the smallest numbers, whose products are rounded to few bits.
-    const WORD upper = WHERE(16 * small > (REAL)8.8 * big);
-    const REAL t = (small - NAME(chosen_by)(upper, big, 0)) / (big + NAME(chosen_by)(upper, small, 0)), z = t * t;
-    const REAL angle = t + t * (z * NAME(atan_polynomial)(z));
-    const REAL near = NAME(chosen_by)(upper, 1, 0), first = NAME(chosen_by)(swapped, 2 - near, near);
-    const REAL eighths = NAME(chosen_by)(left, 4 - first, first);
+    // Two infinities have the ratio 1, two zeros 0.
+    const REAL same = NAME(chosen_by)(WHERE(u > 0), 1, 0), t = NAME(chosen_by)(WHERE(u == v), same, least / most);
+    const REAL z = t * t, angle = FMA(t * z, NAME(atan_polynomial)(z - (REAL)0.5), t);
+    const REAL quarters = NAME(chosen_by)(swapped, 1, NAME(chosen_by)(left, 2, 0));
     const REAL turned = NAME(of_bits)(NAME(bits_of)(angle) ^ ((left ^ swapped) & SIGN));
-    const REAL whole = eighths * EIGHTH_HIGH + (eighths * EIGHTH_LOW + turned);
+    const REAL whole = FMA(quarters, QUARTER_0, FMA(quarters, QUARTER_1, turned));
     return NAME(of_bits)(NAME(bits_of)(whole) ^ (NAME(bits_of)(y) & SIGN));
 }
 
@@ -439,8 +461,8 @@ static INLINE REAL NAME(acos_of)(REAL x)
     const WORD large = WHERE(u > (REAL)0.5);
     const REAL z = NAME(chosen_by)(large, (1 - u) / 2, x * x), s = NAME(chosen_by)(large, FUNCTION(sqrt)(z), x);
     const REAL more = s * (z * NAME(asin_polynomial)(z));
-    const REAL middle = 2 * EIGHTH_HIGH - (s - (2 * EIGHTH_LOW - more));
-    const REAL right = 2 * (s + more), left = 4 * EIGHTH_HIGH - (right - 4 * EIGHTH_LOW);
+    const REAL middle = QUARTER_0 - (s - (QUARTER_1 - more));
+    const REAL right = 2 * (s + more), left = 2 * QUARTER_0 - (right - 2 * QUARTER_1);
     return NAME(chosen_by)(large, NAME(chosen_by)(WHERE(x < 0), left, right), middle);
 }
 
@@ -3959,9 +3981,11 @@ static INLINE void NAME(electromagnetic_wave_within)(const REAL *k, const REAL *
     out[5] = t38;
 }
 
-INLINE void NAME(electromagnetic_wave)(const REAL *k, const REAL *a, const REAL *b, const REAL *x, REAL *out)
+FUSED(electromagnetic_wave, (const REAL *k, const REAL *a, const REAL *b, const REAL *x, REAL *out), (k, a, b, x,
+    out, NULL))
+void NAME(electromagnetic_wave)(const REAL *k, const REAL *a, const REAL *b, const REAL *x, REAL *out)
 {
-    NAME(electromagnetic_wave_within)(k, a, b, x, out, NULL);
+    RUN(electromagnetic_wave, (k, a, b, x, out), (k, a, b, x, out, NULL));
 }
 
 static INLINE void NAME(electromagnetic_wave_prepare_k_a_x)(const REAL *k, const REAL *a, const REAL *x, REAL
@@ -5584,86 +5608,82 @@ static INLINE void NAME(precession_step_within)(const REAL *psi, const REAL *fir
     const REAL second_e1 = second[0];
     const REAL second_e2 = second[1];
     const REAL second_e3 = second[2];
-    const REAL t0 = first_e2 * (REAL)0.5;
-    const REAL t1 = second_e1 * (REAL)0.5;
-    const REAL t2 = t0 * t1;
-    const REAL t3 = first_e1 * (REAL)0.5;
-    const REAL t4 = second_e2 * (REAL)0.5;
-    const REAL t5 = t3 * t4;
-    const REAL t6 = t2 - t5;
-    const REAL t7 = (REAL)0.28867513459481287 * t6;
-    const REAL t8 = first_e3 * (REAL)0.5;
-    const REAL t9 = second_e3 * (REAL)0.5;
-    const REAL t10 = t8 + t9;
-    const REAL t11 = (REAL)0.5 * t10;
-    const REAL t12 = t11 - t7;
-    const REAL t13 = t12 * t12;
-    const REAL t14 = t8 * t1;
-    const REAL t15 = t3 * t9;
-    const REAL t16 = t14 - t15;
-    const REAL t17 = (REAL)0.28867513459481287 * t16;
-    const REAL t18 = t0 + t4;
-    const REAL t19 = (REAL)0.5 * t18;
-    const REAL t20 = t19 + t17;
-    const REAL t21 = t20 * t20;
-    const REAL t22 = t13 + t21;
-    const REAL t23 = t8 * t4;
-    const REAL t24 = t0 * t9;
-    const REAL t25 = t23 - t24;
-    const REAL t26 = (REAL)0.28867513459481287 * t25;
-    const REAL t27 = t3 + t1;
-    const REAL t28 = (REAL)0.5 * t27;
-    const REAL t29 = t28 - t26;
-    const REAL t30 = t29 * t29;
-    const REAL t31 = t22 + t30;
-    const REAL t32 = LESS(t31, (REAL)1e-18);
-    const REAL t33 = SELECT(t32, (REAL)1, t31);
-    const REAL t34 = SQRT(t33);
-    const REAL t35 = SIN(t34);
-    const REAL t36 = t35 / t34;
-    const REAL t37 = SELECT(t32, (REAL)1, t36);
-    const REAL t38 = t12 * t37;
-    const REAL t39 = psi_e12 * t38;
-    const REAL t40 = COS(t34);
-    const REAL t41 = SELECT(t32, (REAL)1, t40);
-    const REAL t42 = psi_1 * t41;
-    const REAL t43 = t42 - t39;
-    const REAL t44 = t20 * t37;
-    const REAL t45 = psi_e13 * t44;
-    const REAL t46 = t43 + t45;
-    const REAL t47 = t29 * t37;
-    const REAL t48 = psi_e23 * t47;
-    const REAL t49 = t46 - t48;
-    const REAL t50 = psi_1 * t38;
-    const REAL t51 = psi_e12 * t41;
-    const REAL t52 = t51 + t50;
-    const REAL t53 = psi_e23 * t44;
-    const REAL t54 = t52 + t53;
-    const REAL t55 = psi_e13 * t47;
-    const REAL t56 = t54 + t55;
-    const REAL t57 = psi_e23 * t38;
-    const REAL t58 = psi_e13 * t41;
-    const REAL t59 = t58 + t57;
-    const REAL t60 = psi_1 * t44;
-    const REAL t61 = t59 - t60;
-    const REAL t62 = psi_e12 * t47;
-    const REAL t63 = t61 - t62;
-    const REAL t64 = psi_e13 * t38;
-    const REAL t65 = psi_e23 * t41;
-    const REAL t66 = t65 - t64;
-    const REAL t67 = psi_e12 * t44;
-    const REAL t68 = t66 - t67;
-    const REAL t69 = psi_1 * t47;
-    const REAL t70 = t68 + t69;
-    out[0] = t49;
-    out[1] = t56;
-    out[2] = t63;
-    out[3] = t70;
+    const REAL t0 = first_e2 * second_e1;
+    const REAL t1 = first_e1 * second_e2;
+    const REAL t2 = t0 - t1;
+    const REAL t3 = t2 * (REAL)0.07216878364870322;
+    const REAL t4 = first_e3 + second_e3;
+    const REAL t5 = t4 * (REAL)0.25;
+    const REAL t6 = t5 - t3;
+    const REAL t7 = t6 * t6;
+    const REAL t8 = first_e3 * second_e1;
+    const REAL t9 = first_e1 * second_e3;
+    const REAL t10 = t8 - t9;
+    const REAL t11 = (REAL)0.07216878364870322 * t10;
+    const REAL t12 = first_e2 + second_e2;
+    const REAL t13 = (REAL)0.25 * t12;
+    const REAL t14 = t13 + t11;
+    const REAL t15 = t14 * t14;
+    const REAL t16 = t7 + t15;
+    const REAL t17 = first_e3 * second_e2;
+    const REAL t18 = first_e2 * second_e3;
+    const REAL t19 = t17 - t18;
+    const REAL t20 = (REAL)0.07216878364870322 * t19;
+    const REAL t21 = first_e1 + second_e1;
+    const REAL t22 = (REAL)0.25 * t21;
+    const REAL t23 = t22 - t20;
+    const REAL t24 = t23 * t23;
+    const REAL t25 = t16 + t24;
+    const REAL t26 = LESS(t25, (REAL)1e-18);
+    const REAL t27 = SELECT(t26, (REAL)1, t25);
+    const REAL t28 = SQRT(t27);
+    const REAL t29 = SIN(t28);
+    const REAL t30 = t29 / t28;
+    const REAL t31 = SELECT(t26, (REAL)1, t30);
+    const REAL t32 = t6 * t31;
+    const REAL t33 = psi_e12 * t32;
+    const REAL t34 = COS(t28);
+    const REAL t35 = SELECT(t26, (REAL)1, t34);
+    const REAL t36 = psi_1 * t35;
+    const REAL t37 = t36 - t33;
+    const REAL t38 = t14 * t31;
+    const REAL t39 = psi_e13 * t38;
+    const REAL t40 = t37 + t39;
+    const REAL t41 = t23 * t31;
+    const REAL t42 = psi_e23 * t41;
+    const REAL t43 = t40 - t42;
+    const REAL t44 = psi_1 * t32;
+    const REAL t45 = psi_e12 * t35;
+    const REAL t46 = t45 + t44;
+    const REAL t47 = psi_e13 * t41;
+    const REAL t48 = t46 + t47;
+    const REAL t49 = psi_e23 * t38;
+    const REAL t50 = t48 + t49;
+    const REAL t51 = psi_1 * t38;
+    const REAL t52 = psi_e13 * t35;
+    const REAL t53 = t52 - t51;
+    const REAL t54 = psi_e23 * t32;
+    const REAL t55 = t53 + t54;
+    const REAL t56 = psi_e12 * t41;
+    const REAL t57 = t55 - t56;
+    const REAL t58 = psi_1 * t41;
+    const REAL t59 = psi_e23 * t35;
+    const REAL t60 = t59 + t58;
+    const REAL t61 = psi_e12 * t38;
+    const REAL t62 = t60 - t61;
+    const REAL t63 = psi_e13 * t32;
+    const REAL t64 = t62 - t63;
+    out[0] = t43;
+    out[1] = t50;
+    out[2] = t57;
+    out[3] = t64;
 }
 
-INLINE void NAME(precession_step)(const REAL *psi, const REAL *first, const REAL *second, REAL *out)
+FUSED(precession_step, (const REAL *psi, const REAL *first, const REAL *second, REAL *out), (psi, first, second,
+    out, NULL))
+void NAME(precession_step)(const REAL *psi, const REAL *first, const REAL *second, REAL *out)
 {
-    NAME(precession_step_within)(psi, first, second, out, NULL);
+    RUN(precession_step, (psi, first, second, out), (psi, first, second, out, NULL));
 }
 
 static INLINE void NAME(precession_step_prepare_first_second)(const REAL *first, const REAL *second, REAL *prepared,
@@ -5675,97 +5695,91 @@ static INLINE void NAME(precession_step_prepare_first_second)(const REAL *first,
     const REAL second_e1 = second[0];
     const REAL second_e2 = second[1];
     const REAL second_e3 = second[2];
-    const REAL t0 = first_e2 * (REAL)0.5;
-    const REAL t1 = second_e1 * (REAL)0.5;
-    const REAL t2 = t0 * t1;
-    const REAL t3 = first_e1 * (REAL)0.5;
-    const REAL t4 = second_e2 * (REAL)0.5;
-    const REAL t5 = t3 * t4;
-    const REAL t6 = t2 - t5;
-    const REAL t7 = (REAL)0.28867513459481287 * t6;
-    const REAL t8 = first_e3 * (REAL)0.5;
-    const REAL t9 = second_e3 * (REAL)0.5;
-    const REAL t10 = t8 + t9;
-    const REAL t11 = (REAL)0.5 * t10;
-    const REAL t12 = t11 - t7;
-    const REAL t13 = t12 * t12;
-    const REAL t14 = t8 * t1;
-    const REAL t15 = t3 * t9;
-    const REAL t16 = t14 - t15;
-    const REAL t17 = (REAL)0.28867513459481287 * t16;
-    const REAL t18 = t0 + t4;
-    const REAL t19 = (REAL)0.5 * t18;
-    const REAL t20 = t19 + t17;
-    const REAL t21 = t20 * t20;
-    const REAL t22 = t13 + t21;
-    const REAL t23 = t8 * t4;
-    const REAL t24 = t0 * t9;
-    const REAL t25 = t23 - t24;
-    const REAL t26 = (REAL)0.28867513459481287 * t25;
-    const REAL t27 = t3 + t1;
-    const REAL t28 = (REAL)0.5 * t27;
-    const REAL t29 = t28 - t26;
-    const REAL t30 = t29 * t29;
-    const REAL t31 = t22 + t30;
-    const REAL t32 = LESS(t31, (REAL)1e-18);
-    const REAL t33 = SELECT(t32, (REAL)1, t31);
-    const REAL t34 = SQRT(t33);
-    const REAL t35 = SIN(t34);
-    const REAL t36 = t35 / t34;
-    const REAL t37 = SELECT(t32, (REAL)1, t36);
-    const REAL t38 = t12 * t37;
-    const REAL t40 = COS(t34);
-    const REAL t41 = SELECT(t32, (REAL)1, t40);
-    const REAL t44 = t20 * t37;
-    const REAL t47 = t29 * t37;
-    prepared[0] = t38;
-    prepared[1] = t41;
-    prepared[2] = t44;
-    prepared[3] = t47;
+    const REAL t0 = first_e2 * second_e1;
+    const REAL t1 = first_e1 * second_e2;
+    const REAL t2 = t0 - t1;
+    const REAL t3 = t2 * (REAL)0.07216878364870322;
+    const REAL t4 = first_e3 + second_e3;
+    const REAL t5 = t4 * (REAL)0.25;
+    const REAL t6 = t5 - t3;
+    const REAL t7 = t6 * t6;
+    const REAL t8 = first_e3 * second_e1;
+    const REAL t9 = first_e1 * second_e3;
+    const REAL t10 = t8 - t9;
+    const REAL t11 = (REAL)0.07216878364870322 * t10;
+    const REAL t12 = first_e2 + second_e2;
+    const REAL t13 = (REAL)0.25 * t12;
+    const REAL t14 = t13 + t11;
+    const REAL t15 = t14 * t14;
+    const REAL t16 = t7 + t15;
+    const REAL t17 = first_e3 * second_e2;
+    const REAL t18 = first_e2 * second_e3;
+    const REAL t19 = t17 - t18;
+    const REAL t20 = (REAL)0.07216878364870322 * t19;
+    const REAL t21 = first_e1 + second_e1;
+    const REAL t22 = (REAL)0.25 * t21;
+    const REAL t23 = t22 - t20;
+    const REAL t24 = t23 * t23;
+    const REAL t25 = t16 + t24;
+    const REAL t26 = LESS(t25, (REAL)1e-18);
+    const REAL t27 = SELECT(t26, (REAL)1, t25);
+    const REAL t28 = SQRT(t27);
+    const REAL t29 = SIN(t28);
+    const REAL t30 = t29 / t28;
+    const REAL t31 = SELECT(t26, (REAL)1, t30);
+    const REAL t32 = t6 * t31;
+    const REAL t34 = COS(t28);
+    const REAL t35 = SELECT(t26, (REAL)1, t34);
+    const REAL t38 = t14 * t31;
+    const REAL t41 = t23 * t31;
+    prepared[0] = t32;
+    prepared[1] = t35;
+    prepared[2] = t38;
+    prepared[3] = t41;
 }
 
 static INLINE void NAME(precession_step_apply_first_second)(const REAL *prepared, const REAL *psi, REAL *out)
 {
-    const REAL t38 = prepared[0];
-    const REAL t41 = prepared[1];
-    const REAL t44 = prepared[2];
-    const REAL t47 = prepared[3];
+    const REAL t32 = prepared[0];
+    const REAL t35 = prepared[1];
+    const REAL t38 = prepared[2];
+    const REAL t41 = prepared[3];
     const REAL psi_1 = psi[0];
     const REAL psi_e12 = psi[1];
     const REAL psi_e13 = psi[2];
     const REAL psi_e23 = psi[3];
-    const REAL t39 = psi_e12 * t38;
-    const REAL t42 = psi_1 * t41;
-    const REAL t43 = t42 - t39;
-    const REAL t45 = psi_e13 * t44;
-    const REAL t46 = t43 + t45;
-    const REAL t48 = psi_e23 * t47;
-    const REAL t49 = t46 - t48;
-    const REAL t50 = psi_1 * t38;
-    const REAL t51 = psi_e12 * t41;
-    const REAL t52 = t51 + t50;
-    const REAL t53 = psi_e23 * t44;
-    const REAL t54 = t52 + t53;
-    const REAL t55 = psi_e13 * t47;
-    const REAL t56 = t54 + t55;
-    const REAL t57 = psi_e23 * t38;
-    const REAL t58 = psi_e13 * t41;
-    const REAL t59 = t58 + t57;
-    const REAL t60 = psi_1 * t44;
-    const REAL t61 = t59 - t60;
-    const REAL t62 = psi_e12 * t47;
-    const REAL t63 = t61 - t62;
-    const REAL t64 = psi_e13 * t38;
-    const REAL t65 = psi_e23 * t41;
-    const REAL t66 = t65 - t64;
-    const REAL t67 = psi_e12 * t44;
-    const REAL t68 = t66 - t67;
-    const REAL t69 = psi_1 * t47;
-    const REAL t70 = t68 + t69;
-    out[0] = t49;
-    out[1] = t56;
-    out[2] = t63;
-    out[3] = t70;
+    const REAL t33 = psi_e12 * t32;
+    const REAL t36 = psi_1 * t35;
+    const REAL t37 = t36 - t33;
+    const REAL t39 = psi_e13 * t38;
+    const REAL t40 = t37 + t39;
+    const REAL t42 = psi_e23 * t41;
+    const REAL t43 = t40 - t42;
+    const REAL t44 = psi_1 * t32;
+    const REAL t45 = psi_e12 * t35;
+    const REAL t46 = t45 + t44;
+    const REAL t47 = psi_e13 * t41;
+    const REAL t48 = t46 + t47;
+    const REAL t49 = psi_e23 * t38;
+    const REAL t50 = t48 + t49;
+    const REAL t51 = psi_1 * t38;
+    const REAL t52 = psi_e13 * t35;
+    const REAL t53 = t52 - t51;
+    const REAL t54 = psi_e23 * t32;
+    const REAL t55 = t53 + t54;
+    const REAL t56 = psi_e12 * t41;
+    const REAL t57 = t55 - t56;
+    const REAL t58 = psi_1 * t41;
+    const REAL t59 = psi_e23 * t35;
+    const REAL t60 = t59 + t58;
+    const REAL t61 = psi_e12 * t38;
+    const REAL t62 = t60 - t61;
+    const REAL t63 = psi_e13 * t32;
+    const REAL t64 = t62 - t63;
+    out[0] = t43;
+    out[1] = t50;
+    out[2] = t57;
+    out[3] = t64;
 }
 
 static INLINE void NAME(precession_step_block_first_second)(intptr_t n, char **args, const intptr_t *strides)
@@ -6430,9 +6444,10 @@ static INLINE void NAME(dirac_wave_within)(const REAL *p, const REAL *spin, cons
     out[7] = t63;
 }
 
-INLINE void NAME(dirac_wave)(const REAL *p, const REAL *spin, const REAL *x, REAL *out)
+FUSED(dirac_wave, (const REAL *p, const REAL *spin, const REAL *x, REAL *out), (p, spin, x, out, NULL))
+void NAME(dirac_wave)(const REAL *p, const REAL *spin, const REAL *x, REAL *out)
 {
-    NAME(dirac_wave_within)(p, spin, x, out, NULL);
+    RUN(dirac_wave, (p, spin, x, out), (p, spin, x, out, NULL));
 }
 
 static INLINE void NAME(dirac_wave_prepare_p_x)(const REAL *p, const REAL *x, REAL *prepared, WORD *far)
@@ -7035,9 +7050,10 @@ static INLINE void NAME(dirac_antiparticle_wave_within)(const REAL *p, const REA
     out[7] = t63;
 }
 
-INLINE void NAME(dirac_antiparticle_wave)(const REAL *p, const REAL *spin, const REAL *x, REAL *out)
+FUSED(dirac_antiparticle_wave, (const REAL *p, const REAL *spin, const REAL *x, REAL *out), (p, spin, x, out, NULL))
+void NAME(dirac_antiparticle_wave)(const REAL *p, const REAL *spin, const REAL *x, REAL *out)
 {
-    NAME(dirac_antiparticle_wave_within)(p, spin, x, out, NULL);
+    RUN(dirac_antiparticle_wave, (p, spin, x, out), (p, spin, x, out, NULL));
 }
 
 static INLINE void NAME(dirac_antiparticle_wave_prepare_p_x)(const REAL *p, const REAL *x, REAL *prepared, WORD

@@ -2,7 +2,7 @@
 // command: gac generate --all spacetime
 // spec: 1b4f06fa4d30b0e9
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 79ada9807809286c4a2e1bfe632605ceebff11685d60ba6f06bf33834435c6a4
+// body: d63ddcaa9088694e5474fe3f7e90ef4bb0701ab85e545ca0c13d0569a67224a1
 /* spacetime
    Fields and spinors of space and spacetime: steps of Maxwell's equations, plane waves, Pauli and Dirac spinors.
    
@@ -219,10 +219,10 @@ void spacetime_pauli_spin_loop_f32(char **args, const intptr_t *dimensions, cons
      first[3]  VGA3.VECTOR: e1, e2, e3.
      second[3]  VGA3.VECTOR: e1, e2, e3.
      out[4]  VGA3.EVEN: 1, e12, e13, e23.
-   Costs 40 mul, 23 add, 1 div, 1 sqrt, 2 call, 4 choice.
-   Where `first` and `second` stay the same for 2 elements or more: 24 mul, 11 add, 1 div, 1 sqrt, 2 call, 4
+   Costs 34 mul, 23 add, 1 div, 1 sqrt, 2 call, 4 choice.
+   Where `first` and `second` stay the same for 2 elements or more: 18 mul, 11 add, 1 div, 1 sqrt, 2 call, 4
    choice once, then 16 mul, 12 add for each.
-   Error: 1.7 ulp of the largest coefficient, 64 random inputs. */
+   Error: 1.6 ulp of the largest coefficient, 64 random inputs. */
 void spacetime_precession_step_f64(const double *psi, const double *first, const double *second, double *out);
 void spacetime_precession_step_f32(const float *psi, const float *first, const float *second, float *out);
 void spacetime_precession_step_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);

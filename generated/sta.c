@@ -2,7 +2,7 @@
 // command: gac generate --all sta
 // spec: 65db12e5bb2360c0
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: afb8951c591f72698c9fc21ca0e32ca8310da9d39055e74d5f33bd72ba0eff18
+// body: 159e78ffccbaf1b1df59f878d70042ce9d24558dfd2b3bf36af9c7c708019fc4
 
 #ifndef REAL
 #include "sta.h"
@@ -30,13 +30,27 @@
 #define NOT_UNROLLED
 #endif
 
-// The widest vectors of the machine that runs the loops: on x86-64 there is each for AVX2 and for AVX-512, and machines
-// that have neither run one element after the other; on others there is one.
-#if defined(__GNUC__) && __GNUC__ >= 12 && !defined(__clang__) && defined(__x86_64__) && defined(__GLIBC__)
-#define WIDE __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
-#define ON(level) __attribute__((target("arch=x86-64-" level)))
+// The widest vectors of the machine that runs the loops: on x86-64 there is each for AVX2 (v3) and for AVX-512 (v4),
+// and machines that have neither run one element after the other; on others there is one.
+#if defined(__x86_64__) && defined(__clang__)
+#define ON_v3 __attribute__((target("avx2,fma,bmi2")))
+#define ON_v4 __attribute__((target("avx2,fma,bmi2,avx512f,avx512bw,avx512dq,avx512vl")))
+#define FINDS(feature) __builtin_cpu_supports(feature)
+#if defined(__AVX2__) && defined(__FMA__) && defined(__BMI2__)
+#define HAS_v3 1
+#else
+#define HAS_v3 (FINDS("avx2") && FINDS("fma") && FINDS("bmi2"))
+#endif
+#define HAS_v4 (FINDS("avx512f") && FINDS("avx512bw") && FINDS("avx512dq") && FINDS("avx512vl"))
+#elif defined(__x86_64__) && defined(__GNUC__) && __GNUC__ >= 12
+#define ON_v3 __attribute__((target("arch=x86-64-v3")))
+#define ON_v4 __attribute__((target("arch=x86-64-v4")))
+#define HAS_v3 __builtin_cpu_supports("x86-64-v3")
+#define HAS_v4 __builtin_cpu_supports("x86-64-v4")
+#endif
+#ifdef ON_v3
 #define ONE(name, level)                                                                        \
-    ON(#level) static void NAME(name##_##level)(intptr_t n, char **args, const intptr_t *strides) \
+    ON_##level static void NAME(name##_##level)(intptr_t n, char **args, const intptr_t *strides) \
     {                                                                                           \
         NAME(name)(n, args, strides);                                                           \
     }
@@ -44,14 +58,34 @@
 #define LOOPS(name) ONE(name, v3) ONE(name, v4)
 #define WIDTH(name) {NAME(name##_v3), NAME(name##_v3)}
 #define WIDTHS(name) {NAME(name##_v3), NAME(name##_v4)}
-#define CHOSEN (__builtin_cpu_supports("x86-64-v4") ? 1 : __builtin_cpu_supports("x86-64-v3") ? 0 : -1)
+#define CHOSEN (HAS_v4 ? 1 : HAS_v3 ? 0 : -1)
 #else
-#define WIDE
 #define LOOP(name)
 #define LOOPS(name)
 #define WIDTH(name) {NAME(name)}
 #define WIDTHS(name) {NAME(name)}
 #define CHOSEN 0
+#endif
+#if defined(ON_v3) && defined(__GLIBC__) && !defined(__clang__)
+#define WIDE __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
+#else
+#define WIDE
+#endif
+
+// A plain function whose body, elsewhere for loops, has sines or their kin: these round products and sums together,
+// which is an instruction of machines with AVX2, and a call on others.
+#ifdef ON_v3
+#define FUSED(name, parameters, within) ON_v3 static void NAME(name##_v3) parameters { NAME(name##_within) within; }
+#define RUN(name, arguments, within)        \
+    do {                                    \
+        if (HAS_v3)                         \
+            NAME(name##_v3) arguments;      \
+        else                                \
+            NAME(name##_within) within;     \
+    } while (0)
+#else
+#define FUSED(name, parameters, within)
+#define RUN(name, arguments, within) NAME(name##_within) within
 #endif
 
 // Loops run over whole vectors: a block is padded to a multiple of this many elements.
@@ -68,7 +102,7 @@
 #define ALONE 2
 
 // A vector of neighbours in memory, where the compiler turns such of 32 bytes well.
-#if defined(__has_builtin) && (defined(ON) || defined(__clang__))
+#if defined(__has_builtin) && (defined(ON_v3) || defined(__clang__))
 #if __has_builtin(__builtin_shufflevector)
 #define SHUFFLE __builtin_shufflevector
 #define VECTOR(n) __attribute__((vector_size((n) * sizeof(REAL)), aligned(sizeof(REAL)), may_alias))
@@ -91,9 +125,9 @@ static intptr_t offset_of(const struct part *part, intptr_t k, const intptr_t *s
 
 // What no cache holds goes to memory past them: whole lines, of which nothing is fetched first.
 enum { LINE = 64 };
-#ifdef ON
+#if defined(ON_v3) && !defined(__clang__)
 #define PASSES(bytes) ((bytes) > 1 << 25)
-ON("v3") static void stream(char *to, const char *from, intptr_t bytes)
+ON_v3 static void stream(char *to, const char *from, intptr_t bytes)
 {
     typedef double half __attribute__((vector_size(LINE / 2), aligned(4), may_alias));
     const intptr_t start = -(intptr_t)to & (LINE - 1);
@@ -163,111 +197,113 @@ enum { PARTS = 9, CORES = 9, NUMBERS = 48, SPACE = 4096, PREPARED = 18, SIZES = 
 static INLINE double sta_sin_polynomial_f64(double z)
 {
     const double y = z * z;
-    const double even = -0.16666666666666666 + y * (-0.00019841269836758574 + y * (-2.5051131845003624e-08));
-    const double odd = 0.008333333333330948 + y * (2.755731610255244e-06 + y * (1.5918129294866608e-10));
-    return even + z * odd;
+    const double even = fma(y, fma(y, -2.5051131845003624e-08, -0.00019841269836758574), -0.16666666666666666);
+    const double odd = fma(y, fma(y, 1.5918129294866608e-10, 2.755731610255244e-06), 0.008333333333330948);
+    return fma(z, odd, even);
 }
 
 static INLINE double sta_cos_polynomial_f64(double z)
 {
     const double y = z * z;
-    const double even = 0.041666666666666664 + y * (2.480158729876569e-05 + y * (2.08761462684032e-09));
-    const double odd = -0.0013888888888887398 + y * (-2.7557317271729793e-07 + y * (-1.1382632425521717e-11));
-    return even + z * odd;
+    const double even = fma(y, fma(y, 2.08761462684032e-09, 2.480158729876569e-05), 0.041666666666666664);
+    const double odd = fma(y, fma(y, -1.1382632425521717e-11, -2.7557317271729793e-07), -0.0013888888888887398);
+    return fma(z, odd, even);
 }
 
 static INLINE double sta_exp_polynomial_f64(double z)
 {
     const double y = z * z;
-    const double even = 0.5000000000000001 + y * (0.041666666666624164 + y * (0.0013888888917196719 + y *
-        (2.4801521322368692e-05 + y * (2.7620075879983367e-07))));
-    const double odd = 0.16666666666666669 + y * (0.008333333333330065 + y * (0.00019841269863040545 + y *
-        (2.7557268480310024e-06 + y * (2.5100375832561234e-08))));
-    return even + z * odd;
+    const double even = fma(y, fma(y, fma(y, fma(y, 2.7620075879983367e-07, 2.4801521322368692e-05),
+        0.0013888888917196719), 0.041666666666624164), 0.5000000000000001);
+    const double odd = fma(y, fma(y, fma(y, fma(y, 2.5100375832561234e-08, 2.7557268480310024e-06),
+        0.00019841269863040545), 0.008333333333330065), 0.16666666666666669);
+    return fma(z, odd, even);
 }
 
 static INLINE double sta_log_polynomial_f64(double z)
 {
     const double y = z * z;
-    const double even = 0.666666666666667 + y * (0.28571428625975487 + y * (0.18182889125261723 + y *
-        (0.14616449685043406)));
-    const double odd = 0.39999999999899505 + y * (0.2222221113479508 + y * (0.15331721600556042));
-    return even + z * odd;
+    const double even = fma(y, fma(y, fma(y, 0.14616449685043406, 0.18182889125261723), 0.28571428625975487),
+        0.666666666666667);
+    const double odd = fma(y, fma(y, 0.15331721600556042, 0.2222221113479508), 0.39999999999899505);
+    return fma(z, odd, even);
 }
 
 static INLINE double sta_atan_polynomial_f64(double z)
 {
     const double y = z * z;
-    const double even = -0.3333333333333333 + y * (-0.14285714285654572 + y * (-0.09090908863985787 + y *
-        (-0.06666560334352166 + y * (-0.05252496695434043 + y * (-0.04071743212322443 + y *
-        (-0.01839325882379991))))));
-    const double odd = 0.19999999999999724 + y * (0.11111111106023758 + y * (0.07692301604813975 + y *
-        (0.05881083654057798 + y * (0.04697897173031055 + y * (0.03147747598887358 + y *
-        (0.005746109253696299))))));
-    return even + z * odd;
+    const double even = fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, -2.8373324902198374e-05,
+        -3.504433556095341e-05), -0.00010789905799306997), -0.0002713884068435811), -0.000712529877324769),
+        -0.0019209389488175712), -0.005394792734515503), -0.016172974900145312), -0.054814840604579904),
+        -0.2591604972657936);
+    const double odd = fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, 1.806195461861215e-05,
+        2.2095024431396628e-05), 6.77580169120214e-05), 0.00016895422802807932), 0.0004387712318266148),
+        0.0011650648417818904), 0.0031991751955030576), 0.009243096224092707), 0.029135862645225958),
+        0.11081482513071414);
+    return fma(z, odd, even);
 }
 
 static INLINE double sta_asin_polynomial_f64(double z)
 {
     const double y = z * z;
-    const double even = 0.16666666666666669 + y * (0.04464285714635543 + y * (0.02237217294214989 + y *
-        (0.013971212973552933 + y * (0.01032281435018578 + y * (0.01740087944269402 + y *
-        (0.028757851367421566))))));
-    const double odd = 0.07499999999998433 + y * (0.030381944138531247 + y * (0.017352392720869973 + y *
-        (0.011479177415184906 + y * (0.005457506718640358 + y * (-0.014851887071247204)))));
-    return even + z * odd;
+    const double even = fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, 0.028757851367421566, 0.01740087944269402),
+        0.01032281435018578), 0.013971212973552933), 0.02237217294214989), 0.04464285714635543),
+        0.16666666666666669);
+    const double odd = fma(y, fma(y, fma(y, fma(y, fma(y, -0.014851887071247204, 0.005457506718640358),
+        0.011479177415184906), 0.017352392720869973), 0.030381944138531247), 0.07499999999998433);
+    return fma(z, odd, even);
 }
 
 static INLINE float sta_sin_polynomial_f32(float z)
 {
     const float y = z * z;
-    const float even = (float)-0.166666641831398 + y * ((float)-0.00019587890710681677);
+    const float even = fmaf(y, (float)-0.00019587890710681677, (float)-0.166666641831398);
     const float odd = (float)0.008332747966051102;
-    return even + z * odd;
+    return fmaf(z, odd, even);
 }
 
 static INLINE float sta_cos_polynomial_f32(float z)
 {
     const float y = z * z;
-    const float even = (float)0.0416666641831398 + y * ((float)2.454794230288826e-05);
+    const float even = fmaf(y, (float)2.454794230288826e-05, (float)0.0416666641831398);
     const float odd = (float)-0.001388830249197781;
-    return even + z * odd;
+    return fmaf(z, odd, even);
 }
 
 static INLINE float sta_exp_polynomial_f32(float z)
 {
     const float y = z * z;
-    const float even = (float)0.5 + y * ((float)0.041666556149721146 + y * ((float)0.0013926175888627768));
-    const float odd = (float)0.16666577756404877 + y * ((float)0.008363173343241215);
-    return even + z * odd;
+    const float even = fmaf(y, fmaf(y, (float)0.0013926175888627768, (float)0.041666556149721146), (float)0.5);
+    const float odd = fmaf(y, (float)0.008363173343241215, (float)0.16666577756404877);
+    return fmaf(z, odd, even);
 }
 
 static INLINE float sta_log_polynomial_f32(float z)
 {
     const float y = z * z;
-    const float even = (float)0.6666668653488159 + y * ((float)0.29579949378967285);
+    const float even = fmaf(y, (float)0.29579949378967285, (float)0.6666668653488159);
     const float odd = (float)0.3998878002166748;
-    return even + z * odd;
+    return fmaf(z, odd, even);
 }
 
 static INLINE float sta_atan_polynomial_f32(float z)
 {
     const float y = z * z;
-    const float even = (float)-0.3333333432674408 + y * ((float)-0.14284485578536987 + y *
-        ((float)-0.08842379599809647 + y * ((float)-0.028579968959093094)));
-    const float odd = (float)0.19999976456165314 + y * ((float)0.11086060851812363 + y *
-        ((float)0.06374502927064896));
-    return even + z * odd;
+    const float even = fmaf(y, fmaf(y, fmaf(y, fmaf(y, (float)-0.0023869972210377455, (float)-0.00530332000926137),
+        (float)-0.01617945171892643), (float)-0.054814718663692474), (float)-0.25916048884391785);
+    const float odd = fmaf(y, fmaf(y, fmaf(y, (float)0.00395978195592761, (float)0.009093896485865116),
+        (float)0.029146425426006317), (float)0.11081462353467941);
+    return fmaf(z, odd, even);
 }
 
 static INLINE float sta_asin_polynomial_f32(float z)
 {
     const float y = z * z;
-    const float even = (float)0.1666666567325592 + y * ((float)0.04459940269589424 + y *
-        ((float)0.017149237915873528));
-    const float odd = (float)0.07500094175338745 + y * ((float)0.031100662425160408 + y *
-        ((float)0.03369084745645523));
-    return even + z * odd;
+    const float even = fmaf(y, fmaf(y, (float)0.017149237915873528, (float)0.04459940269589424),
+        (float)0.1666666567325592);
+    const float odd = fmaf(y, fmaf(y, (float)0.03369084745645523, (float)0.031100662425160408),
+        (float)0.07500094175338745);
+    return fmaf(z, odd, even);
 }
 
 // The kernels are written once, below; this file includes itself for each precision.
@@ -323,44 +359,42 @@ static INLINE REAL NAME(chosen_by)(WORD where, REAL a, REAL b)
 
 // A number so large that the bits of what is added to it, up to half a million, are its last.
 #define SHIFT PRECISION(6755399441055744.0, 12582912.0f)
+#define QUARTER_0 PRECISION(1.5707963267948966, 1.5707963705062866f)
+#define QUARTER_1 PRECISION(6.123233995736766e-17, -4.371138828673793e-08f)
+#define LOG_0 PRECISION(0.6931471805599453, 0.6931471824645996f)
+#define LOG_1 PRECISION(2.3190468138462996e-17, -1.9046542121259336e-09f)
 
-// How many quarter turns an angle has, modulo 4, and what is left in two parts, up to an eighth of a turn.
-static INLINE WORD NAME(quarters_of)(REAL x, REAL *rest, REAL *low)
+// A product and a sum that are rounded once, together.
+#define FMA(a, b, c) FUNCTION(fma)(a, b, c)
+
+// How many quarter turns an angle has, modulo 4, and what is left, up to an eighth of a turn: the first difference is
+// exact, so what the three parts of a quarter turn leave is rounded where it is small.
+static INLINE WORD NAME(quarters_of)(REAL x, REAL *rest)
 {
-    const double shift = 6755399441055744.0, shifted = x * 0.6366197723675814 + shift, k = shifted - shift;
-    const double a = x - k * 1.5707963267923333, b = k * 2.5633441515839558e-12;
-#if PRECISION(1, 0)
-    const double sum = a - b, back = a - sum;
-    const double error = ((back - b) + (a - (sum + back))) - k * 1.0562999066987428e-23;
-    *rest = sum + error;
-    *low = (sum - *rest) + error;
+    const REAL shifted = FMA(x, PRECISION(0.6366197723675814, 0.6366197466850281f), SHIFT), k = SHIFT - shifted;
+    *rest = FMA(k, PRECISION(-1.4973849048591698e-33, -1.7151245100058819e-15f), FMA(k, QUARTER_1, FMA(k, QUARTER_0, x)));
     return NAME(bits_of)(shifted);
-#else
-    *rest = (float)(a - b);
-    *low = 0;
-    return NAME(bits_of)((float)k + SHIFT);
-#endif
 }
 
-static INLINE REAL NAME(sin_of_rest)(REAL x, REAL low)
+static INLINE REAL NAME(sin_of_rest)(REAL x)
 {
     const REAL z = x * x;
-    return x + (x * (z * NAME(sin_polynomial)(z)) + low);
+    return FMA(x * z, NAME(sin_polynomial)(z), x);
 }
 
-static INLINE REAL NAME(cos_of_rest)(REAL x, REAL low)
+static INLINE REAL NAME(cos_of_rest)(REAL x)
 {
-    const REAL z = x * x, half = z / 2, one = 1 - half;
-    return one + (((1 - one) - half) + (z * z * NAME(cos_polynomial)(z) - x * low));
+    const REAL z = x * x;
+    return FMA(z, FMA(z, NAME(cos_polynomial)(z), (REAL)-0.5), 1);
 }
 
 // Beyond 65536 the C library's; a caller that has a place for it is told so instead.
 static INLINE REAL NAME(sin_of)(REAL x, WORD *far)
 {
-    REAL rest, low;
-    const WORD n = NAME(quarters_of)(FUNCTION(fabs)(x), &rest, &low);
+    REAL rest;
+    const WORD n = NAME(quarters_of)(FUNCTION(fabs)(x), &rest);
     const WORD is_far = WHERE(FUNCTION(fabs)(x) > 65536), sign = (NAME(bits_of)(x) ^ n << (SIGN_BIT - 1)) & SIGN;
-    const REAL s = NAME(sin_of_rest)(rest, low), c = NAME(cos_of_rest)(rest, low);
+    const REAL s = NAME(sin_of_rest)(rest), c = NAME(cos_of_rest)(rest);
     const REAL y = NAME(of_bits)(NAME(bits_of)(NAME(chosen_by)(WHERE(n & 1), c, s)) ^ sign);
     if (far == NULL)
         return is_far ? FUNCTION(sin)(x) : y;
@@ -370,10 +404,10 @@ static INLINE REAL NAME(sin_of)(REAL x, WORD *far)
 
 static INLINE REAL NAME(cos_of)(REAL x, WORD *far)
 {
-    REAL rest, low;
-    const WORD n = NAME(quarters_of)(FUNCTION(fabs)(x), &rest, &low);
+    REAL rest;
+    const WORD n = NAME(quarters_of)(FUNCTION(fabs)(x), &rest);
     const WORD is_far = WHERE(FUNCTION(fabs)(x) > 65536), sign = (n + 1) << (SIGN_BIT - 1) & SIGN;
-    const REAL s = NAME(sin_of_rest)(rest, low), c = NAME(cos_of_rest)(rest, low);
+    const REAL s = NAME(sin_of_rest)(rest), c = NAME(cos_of_rest)(rest);
     const REAL y = NAME(of_bits)(NAME(bits_of)(NAME(chosen_by)(WHERE(n & 1), s, c)) ^ sign);
     if (far == NULL)
         return is_far ? FUNCTION(cos)(x) : y;
@@ -383,19 +417,17 @@ static INLINE REAL NAME(cos_of)(REAL x, WORD *far)
 
 #define FRACTION_BITS PRECISION(52, 23)
 #define BIAS PRECISION(1023, 127)
-#define LOG_HIGH PRECISION(0.693147180559663, 0.693145751953125f)
-#define LOG_LOW PRECISION(2.8235290563031577e-13, 1.428606765330187e-06f)
 
 // The power of 2 comes in two factors, so that the largest and the smallest results are reached.
 static INLINE REAL NAME(exp_of)(REAL x)
 {
     const REAL most = PRECISION(710, 89), least = PRECISION(-746, -105);
     const REAL y = NAME(chosen_by)(WHERE(x > most), most, NAME(chosen_by)(WHERE(x < least), least, x));
-    const REAL shifted = y * PRECISION(1.4426950408889634, 1.4426950216293335f) + SHIFT, k = shifted - SHIFT;
-    const REAL z = (y - k * LOG_HIGH) - k * LOG_LOW;
+    const REAL shifted = FMA(y, PRECISION(1.4426950408889634, 1.4426950216293335f), SHIFT), k = SHIFT - shifted;
+    const REAL z = FMA(k, LOG_1, FMA(k, LOG_0, y)), above = FMA(z * z, NAME(exp_polynomial)(z), z);
     const WORD n = NAME(bits_of)(shifted) - NAME(bits_of)(SHIFT), half = ((n + 2 * BIAS) >> 1) - BIAS;
     const REAL a = NAME(of_bits)((half + BIAS) << FRACTION_BITS), b = NAME(of_bits)((n - half + BIAS) << FRACTION_BITS);
-    return (1 + (z + z * z * NAME(exp_polynomial)(z))) * a * b;
+    return FMA(above, a, a) * b;
 }
 
 static INLINE REAL NAME(log_of)(REAL x)
@@ -408,33 +440,23 @@ static INLINE REAL NAME(log_of)(REAL x)
     const REAL shift = (WORD)1 << FRACTION_BITS, bias = NAME(chosen_by)(tiny, BIAS + FRACTION_BITS + 2, BIAS);
     const REAL k = NAME(of_bits)((n >> FRACTION_BITS) + NAME(bits_of)(shift)) - (shift + bias);
     const REAL f = NAME(of_bits)((n & fraction) + root) - 1, half = f * f / 2, s = f / (2 + f), z = s * s;
-    const REAL low = s * (half + z * NAME(log_polynomial)(z)) + k * LOG_LOW;
-    const REAL finite = k * LOG_HIGH - ((half - low) - f);
+    const REAL low = FMA(s, FMA(z, NAME(log_polynomial)(z), half), k * LOG_1);
+    const REAL finite = FMA(k, LOG_0, f - (half - low));
     const REAL other = NAME(chosen_by)(WHERE(x == 0), -INFINITY, NAME(chosen_by)(WHERE(x > 0), x, NAN));
     return NAME(chosen_by)(WHERE(x > 0) & WHERE(x < INFINITY), finite, other);
 }
-
-#define EIGHTH_HIGH PRECISION(0.7853981633974456, 0.7853975296020508f)
-#define EIGHTH_LOW PRECISION(2.6951514290790595e-15, 6.337954232549237e-07f)
 
 static INLINE REAL NAME(atan2_of)(REAL y, REAL x)
 {
     const REAL u = FUNCTION(fabs)(x), v = FUNCTION(fabs)(y);
     const WORD swapped = WHERE(v > u), left = WHERE(NAME(bits_of)(x) >> SIGN_BIT);
     const REAL most = NAME(chosen_by)(swapped, v, u), least = NAME(chosen_by)(swapped, u, v);
-    // Sums of the largest numbers would overflow; two zeros, and two infinities, have the ratio 0 and 1.
-    const WORD same = WHERE(u == INFINITY) & WHERE(v == INFINITY), none = WHERE(most == 0);
-    const REAL scale = NAME(chosen_by)(WHERE(most > PRECISION(DBL_MAX, FLT_MAX) / 64), (REAL)1 / 64, 1);
-    const REAL big = NAME(chosen_by)(same | none, 1, most * scale), small = NAME(chosen_by)(same, 1, least * scale);
-    // Above 0.55 an eighth of a turn is taken away: results below 1/2 come from one division. The factor 16 is for
-    // the smallest numbers, whose products are rounded to few bits.
-    const WORD upper = WHERE(16 * small > (REAL)8.8 * big);
-    const REAL t = (small - NAME(chosen_by)(upper, big, 0)) / (big + NAME(chosen_by)(upper, small, 0)), z = t * t;
-    const REAL angle = t + t * (z * NAME(atan_polynomial)(z));
-    const REAL near = NAME(chosen_by)(upper, 1, 0), first = NAME(chosen_by)(swapped, 2 - near, near);
-    const REAL eighths = NAME(chosen_by)(left, 4 - first, first);
+    // Two infinities have the ratio 1, two zeros 0.
+    const REAL same = NAME(chosen_by)(WHERE(u > 0), 1, 0), t = NAME(chosen_by)(WHERE(u == v), same, least / most);
+    const REAL z = t * t, angle = FMA(t * z, NAME(atan_polynomial)(z - (REAL)0.5), t);
+    const REAL quarters = NAME(chosen_by)(swapped, 1, NAME(chosen_by)(left, 2, 0));
     const REAL turned = NAME(of_bits)(NAME(bits_of)(angle) ^ ((left ^ swapped) & SIGN));
-    const REAL whole = eighths * EIGHTH_HIGH + (eighths * EIGHTH_LOW + turned);
+    const REAL whole = FMA(quarters, QUARTER_0, FMA(quarters, QUARTER_1, turned));
     return NAME(of_bits)(NAME(bits_of)(whole) ^ (NAME(bits_of)(y) & SIGN));
 }
 
@@ -444,8 +466,8 @@ static INLINE REAL NAME(acos_of)(REAL x)
     const WORD large = WHERE(u > (REAL)0.5);
     const REAL z = NAME(chosen_by)(large, (1 - u) / 2, x * x), s = NAME(chosen_by)(large, FUNCTION(sqrt)(z), x);
     const REAL more = s * (z * NAME(asin_polynomial)(z));
-    const REAL middle = 2 * EIGHTH_HIGH - (s - (2 * EIGHTH_LOW - more));
-    const REAL right = 2 * (s + more), left = 4 * EIGHTH_HIGH - (right - 4 * EIGHTH_LOW);
+    const REAL middle = QUARTER_0 - (s - (QUARTER_1 - more));
+    const REAL right = 2 * (s + more), left = 2 * QUARTER_0 - (right - 2 * QUARTER_1);
     return NAME(chosen_by)(large, NAME(chosen_by)(WHERE(x < 0), left, right), middle);
 }
 
@@ -4511,51 +4533,50 @@ INLINE void NAME(normalize_rotor)(const REAL *x, REAL *out)
     const REAL t27 = t14 + t26;
     const REAL t28 = t27 * (REAL)0.5;
     const REAL t29 = SQRT(t28);
-    const REAL t30 = t23 * (REAL)0.5;
-    const REAL t31 = t30 / t29;
-    const REAL t32 = x_g0123 * t31;
-    const REAL t33 = x_1 * t29;
-    const REAL t34 = t33 + t32;
-    const REAL t35 = (REAL)1 / t26;
-    const REAL t36 = t35 * t34;
-    const REAL t37 = x_g23 * t31;
-    const REAL t38 = x_g10 * t29;
-    const REAL t39 = t37 - t38;
-    const REAL t40 = t35 * t39;
-    const REAL t41 = -t40;
-    const REAL t42 = x_g13 * t31;
-    const REAL t43 = x_g20 * t29;
-    const REAL t44 = t43 + t42;
-    const REAL t45 = t35 * t44;
-    const REAL t46 = x_g12 * t31;
-    const REAL t47 = x_g30 * t29;
-    const REAL t48 = t46 - t47;
-    const REAL t49 = t35 * t48;
-    const REAL t50 = -t49;
-    const REAL t51 = x_g30 * t31;
-    const REAL t52 = x_g12 * t29;
-    const REAL t53 = t52 + t51;
-    const REAL t54 = t35 * t53;
-    const REAL t55 = x_g20 * t31;
-    const REAL t56 = x_g13 * t29;
-    const REAL t57 = t56 - t55;
-    const REAL t58 = t35 * t57;
-    const REAL t59 = x_g10 * t31;
-    const REAL t60 = x_g23 * t29;
-    const REAL t61 = t60 + t59;
-    const REAL t62 = t35 * t61;
-    const REAL t63 = x_1 * t31;
-    const REAL t64 = x_g0123 * t29;
-    const REAL t65 = t64 - t63;
-    const REAL t66 = t35 * t65;
-    out[0] = t36;
-    out[1] = t41;
-    out[2] = t45;
-    out[3] = t50;
-    out[4] = t54;
-    out[5] = t58;
-    out[6] = t62;
-    out[7] = t66;
+    const REAL t30 = t22 / t29;
+    const REAL t31 = x_g0123 * t30;
+    const REAL t32 = x_1 * t29;
+    const REAL t33 = t32 + t31;
+    const REAL t34 = (REAL)1 / t26;
+    const REAL t35 = t34 * t33;
+    const REAL t36 = x_g23 * t30;
+    const REAL t37 = x_g10 * t29;
+    const REAL t38 = t36 - t37;
+    const REAL t39 = t34 * t38;
+    const REAL t40 = -t39;
+    const REAL t41 = x_g13 * t30;
+    const REAL t42 = x_g20 * t29;
+    const REAL t43 = t42 + t41;
+    const REAL t44 = t34 * t43;
+    const REAL t45 = x_g12 * t30;
+    const REAL t46 = x_g30 * t29;
+    const REAL t47 = t45 - t46;
+    const REAL t48 = t34 * t47;
+    const REAL t49 = -t48;
+    const REAL t50 = x_g30 * t30;
+    const REAL t51 = x_g12 * t29;
+    const REAL t52 = t51 + t50;
+    const REAL t53 = t34 * t52;
+    const REAL t54 = x_g20 * t30;
+    const REAL t55 = x_g13 * t29;
+    const REAL t56 = t55 - t54;
+    const REAL t57 = t34 * t56;
+    const REAL t58 = x_g10 * t30;
+    const REAL t59 = x_g23 * t29;
+    const REAL t60 = t59 + t58;
+    const REAL t61 = t34 * t60;
+    const REAL t62 = x_1 * t30;
+    const REAL t63 = x_g0123 * t29;
+    const REAL t64 = t63 - t62;
+    const REAL t65 = t34 * t64;
+    out[0] = t35;
+    out[1] = t40;
+    out[2] = t44;
+    out[3] = t49;
+    out[4] = t53;
+    out[5] = t57;
+    out[6] = t61;
+    out[7] = t65;
 }
 
 static INLINE void NAME(normalize_rotor_block)(intptr_t n, char **args, const intptr_t *strides)
@@ -5452,7 +5473,7 @@ void NAME(transform_bivector_loop)(char **args, const intptr_t *dimensions, cons
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(boost_from_rapidity)(const REAL *direction, REAL rapidity, REAL *out)
+static INLINE void NAME(boost_from_rapidity_within)(const REAL *direction, REAL rapidity, REAL *out)
 {
     const REAL direction_0 = direction[0];
     const REAL direction_1 = direction[1];
@@ -5483,6 +5504,12 @@ INLINE void NAME(boost_from_rapidity)(const REAL *direction, REAL rapidity, REAL
     out[5] = (REAL)0;
     out[6] = (REAL)0;
     out[7] = (REAL)0;
+}
+
+FUSED(boost_from_rapidity, (const REAL *direction, REAL rapidity, REAL *out), (direction, rapidity, out))
+void NAME(boost_from_rapidity)(const REAL *direction, REAL rapidity, REAL *out)
+{
+    RUN(boost_from_rapidity, (direction, rapidity, out), (direction, rapidity, out));
 }
 
 static INLINE void NAME(boost_from_rapidity_prepare_rapidity)(REAL rapidity, REAL *prepared)
@@ -5590,7 +5617,7 @@ static INLINE void NAME(boost_from_rapidity_block)(intptr_t n, char **args, cons
         REAL x2[8];
         NAME(load_3)(x0, a0 + i * w, c0a);
         NAME(load_scalar)(x1, a1 + i * w);
-        NAME(boost_from_rapidity)(x0, x1[0], x2);
+        NAME(boost_from_rapidity_within)(x0, x1[0], x2);
         NAME(store_8)(a2 + i * w, c2a, x2);
     }
 }
@@ -5828,9 +5855,10 @@ static INLINE void NAME(rotor_from_axis_angle_within)(const REAL *axis, REAL ang
     out[7] = (REAL)0;
 }
 
-INLINE void NAME(rotor_from_axis_angle)(const REAL *axis, REAL angle, REAL *out)
+FUSED(rotor_from_axis_angle, (const REAL *axis, REAL angle, REAL *out), (axis, angle, out, NULL))
+void NAME(rotor_from_axis_angle)(const REAL *axis, REAL angle, REAL *out)
 {
-    NAME(rotor_from_axis_angle_within)(axis, angle, out, NULL);
+    RUN(rotor_from_axis_angle, (axis, angle, out), (axis, angle, out, NULL));
 }
 
 static INLINE void NAME(rotor_from_axis_angle_prepare_angle)(REAL angle, REAL *prepared, WORD *far)
@@ -6069,115 +6097,113 @@ static INLINE void NAME(rotor_exponential_within)(const REAL *b, REAL *out, WORD
     const REAL t16 = t14 - t15;
     const REAL t17 = t16 * (REAL)2;
     const REAL t18 = t17 * t17;
-    const REAL t19 = t18 * (REAL)0.25;
-    const REAL t20 = t19 * (REAL)4;
-    const REAL t21 = t11 + t20;
-    const REAL t22 = LESS(t21, (REAL)1e-36);
-    const REAL t23 = SELECT(t22, (REAL)1, t21);
-    const REAL t24 = SQRT(t23);
-    const REAL t25 = SELECT(t22, (REAL)0, t24);
-    const REAL t26 = t10 + t25;
-    const REAL t27 = (REAL)0.5 * t26;
-    const REAL t28 = LESS(t27, (REAL)0.25);
-    const REAL t29 = SELECT(t28, t27, (REAL)0);
-    const REAL t30 = (REAL)(1.0 / 6227020800.0) * t29;
-    const REAL t31 = (REAL)(1.0 / 39916800.0) + t30;
-    const REAL t32 = t29 * t31;
-    const REAL t33 = (REAL)(1.0 / 362880.0) + t32;
-    const REAL t34 = t29 * t33;
-    const REAL t35 = (REAL)(1.0 / 5040.0) + t34;
-    const REAL t36 = t29 * t35;
-    const REAL t37 = (REAL)(1.0 / 120.0) + t36;
-    const REAL t38 = t29 * t37;
-    const REAL t39 = (REAL)(1.0 / 6.0) + t38;
-    const REAL t40 = t29 * t39;
-    const REAL t41 = (REAL)1 + t40;
-    const REAL t42 = t29 * t41;
-    const REAL t43 = t41 * t42;
-    const REAL t44 = (REAL)1 + t43;
+    const REAL t19 = t11 + t18;
+    const REAL t20 = LESS(t19, (REAL)1e-36);
+    const REAL t21 = SELECT(t20, (REAL)1, t19);
+    const REAL t22 = SQRT(t21);
+    const REAL t23 = SELECT(t20, (REAL)0, t22);
+    const REAL t24 = t10 + t23;
+    const REAL t25 = (REAL)0.5 * t24;
+    const REAL t26 = LESS(t25, (REAL)0.25);
+    const REAL t27 = SELECT(t26, t25, (REAL)0);
+    const REAL t28 = (REAL)(1.0 / 6227020800.0) * t27;
+    const REAL t29 = (REAL)(1.0 / 39916800.0) + t28;
+    const REAL t30 = t27 * t29;
+    const REAL t31 = (REAL)(1.0 / 362880.0) + t30;
+    const REAL t32 = t27 * t31;
+    const REAL t33 = (REAL)(1.0 / 5040.0) + t32;
+    const REAL t34 = t27 * t33;
+    const REAL t35 = (REAL)(1.0 / 120.0) + t34;
+    const REAL t36 = t27 * t35;
+    const REAL t37 = (REAL)(1.0 / 6.0) + t36;
+    const REAL t38 = t27 * t37;
+    const REAL t39 = (REAL)1 + t38;
+    const REAL t40 = t27 * t39;
+    const REAL t41 = t39 * t40;
+    const REAL t42 = (REAL)1 + t41;
+    const REAL t43 = SQRT(t42);
+    const REAL t44 = SELECT(t26, (REAL)1, t25);
     const REAL t45 = SQRT(t44);
-    const REAL t46 = SELECT(t28, (REAL)1, t27);
-    const REAL t47 = SQRT(t46);
-    const REAL t48 = EXP(t47);
-    const REAL t49 = (REAL)1 / t48;
-    const REAL t50 = t48 + t49;
-    const REAL t51 = (REAL)0.5 * t50;
-    const REAL t52 = SELECT(t28, t45, t51);
-    const REAL t53 = t10 - t25;
-    const REAL t54 = t53 * (REAL)0.5;
-    const REAL t55 = -t54;
-    const REAL t56 = LESS(t55, (REAL)0.25);
-    const REAL t57 = SELECT(t56, t54, (REAL)0);
-    const REAL t58 = t57 * (REAL)(1.0 / 6227020800.0);
-    const REAL t59 = t58 + (REAL)(1.0 / 39916800.0);
-    const REAL t60 = t57 * t59;
-    const REAL t61 = t60 + (REAL)(1.0 / 362880.0);
-    const REAL t62 = t57 * t61;
-    const REAL t63 = t62 + (REAL)(1.0 / 5040.0);
-    const REAL t64 = t57 * t63;
-    const REAL t65 = t64 + (REAL)(1.0 / 120.0);
-    const REAL t66 = t57 * t65;
-    const REAL t67 = t66 + (REAL)(1.0 / 6.0);
-    const REAL t68 = t57 * t67;
-    const REAL t69 = (REAL)1 + t68;
-    const REAL t70 = t57 * t69;
-    const REAL t71 = t69 * t70;
-    const REAL t72 = (REAL)1 + t71;
+    const REAL t46 = EXP(t45);
+    const REAL t47 = (REAL)1 / t46;
+    const REAL t48 = t46 + t47;
+    const REAL t49 = (REAL)0.5 * t48;
+    const REAL t50 = SELECT(t26, t43, t49);
+    const REAL t51 = t10 - t23;
+    const REAL t52 = t51 * (REAL)0.5;
+    const REAL t53 = -t52;
+    const REAL t54 = LESS(t53, (REAL)0.25);
+    const REAL t55 = SELECT(t54, t52, (REAL)0);
+    const REAL t56 = t55 * (REAL)(1.0 / 6227020800.0);
+    const REAL t57 = t56 + (REAL)(1.0 / 39916800.0);
+    const REAL t58 = t55 * t57;
+    const REAL t59 = t58 + (REAL)(1.0 / 362880.0);
+    const REAL t60 = t55 * t59;
+    const REAL t61 = t60 + (REAL)(1.0 / 5040.0);
+    const REAL t62 = t55 * t61;
+    const REAL t63 = t62 + (REAL)(1.0 / 120.0);
+    const REAL t64 = t55 * t63;
+    const REAL t65 = t64 + (REAL)(1.0 / 6.0);
+    const REAL t66 = t55 * t65;
+    const REAL t67 = (REAL)1 + t66;
+    const REAL t68 = t55 * t67;
+    const REAL t69 = t67 * t68;
+    const REAL t70 = (REAL)1 + t69;
+    const REAL t71 = SQRT(t70);
+    const REAL t72 = SELECT(t54, (REAL)1, t53);
     const REAL t73 = SQRT(t72);
-    const REAL t74 = SELECT(t56, (REAL)1, t55);
-    const REAL t75 = SQRT(t74);
-    const REAL t76 = COS(t75);
-    const REAL t77 = SELECT(t56, t73, t76);
-    const REAL t78 = t77 * t52;
-    const REAL t79 = t48 - t49;
-    const REAL t80 = (REAL)0.5 * t79;
-    const REAL t81 = t80 / t47;
-    const REAL t82 = SELECT(t28, t41, t81);
-    const REAL t83 = t77 * t82;
-    const REAL t84 = SIN(t75);
-    const REAL t85 = t84 / t75;
-    const REAL t86 = SELECT(t56, t69, t85);
-    const REAL t87 = t52 * t86;
-    const REAL t88 = t87 - t83;
-    const REAL t89 = t88 / t24;
-    const REAL t90 = SELECT(t22, (REAL)(1.0 / 3.0), t89);
-    const REAL t91 = t54 * t90;
-    const REAL t92 = t83 - t91;
-    const REAL t93 = b_g10 * t92;
-    const REAL t94 = t17 * (REAL)0.5;
-    const REAL t95 = t90 * t94;
-    const REAL t96 = b_g23 * t95;
-    const REAL t97 = t93 + t96;
-    const REAL t98 = b_g20 * t92;
-    const REAL t99 = b_g13 * t95;
-    const REAL t100 = t98 - t99;
-    const REAL t101 = b_g30 * t92;
-    const REAL t102 = b_g12 * t95;
-    const REAL t103 = t101 + t102;
-    const REAL t104 = b_g12 * t92;
-    const REAL t105 = b_g30 * t95;
-    const REAL t106 = t104 - t105;
-    const REAL t107 = b_g13 * t92;
-    const REAL t108 = b_g20 * t95;
-    const REAL t109 = t107 + t108;
-    const REAL t110 = b_g23 * t92;
-    const REAL t111 = b_g10 * t95;
-    const REAL t112 = t110 - t111;
-    const REAL t113 = t82 * t86;
-    const REAL t114 = t94 * t113;
-    out[0] = t78;
-    out[1] = t97;
-    out[2] = t100;
-    out[3] = t103;
-    out[4] = t106;
-    out[5] = t109;
-    out[6] = t112;
-    out[7] = t114;
+    const REAL t74 = COS(t73);
+    const REAL t75 = SELECT(t54, t71, t74);
+    const REAL t76 = t75 * t50;
+    const REAL t77 = t46 - t47;
+    const REAL t78 = (REAL)0.5 * t77;
+    const REAL t79 = t78 / t45;
+    const REAL t80 = SELECT(t26, t39, t79);
+    const REAL t81 = t75 * t80;
+    const REAL t82 = SIN(t73);
+    const REAL t83 = t82 / t73;
+    const REAL t84 = SELECT(t54, t67, t83);
+    const REAL t85 = t50 * t84;
+    const REAL t86 = t85 - t81;
+    const REAL t87 = t86 / t22;
+    const REAL t88 = SELECT(t20, (REAL)(1.0 / 3.0), t87);
+    const REAL t89 = t52 * t88;
+    const REAL t90 = t81 - t89;
+    const REAL t91 = b_g10 * t90;
+    const REAL t92 = t16 * t88;
+    const REAL t93 = b_g23 * t92;
+    const REAL t94 = t91 + t93;
+    const REAL t95 = b_g20 * t90;
+    const REAL t96 = b_g13 * t92;
+    const REAL t97 = t95 - t96;
+    const REAL t98 = b_g30 * t90;
+    const REAL t99 = b_g12 * t92;
+    const REAL t100 = t98 + t99;
+    const REAL t101 = b_g12 * t90;
+    const REAL t102 = b_g30 * t92;
+    const REAL t103 = t101 - t102;
+    const REAL t104 = b_g13 * t90;
+    const REAL t105 = b_g20 * t92;
+    const REAL t106 = t104 + t105;
+    const REAL t107 = b_g23 * t90;
+    const REAL t108 = b_g10 * t92;
+    const REAL t109 = t107 - t108;
+    const REAL t110 = t80 * t84;
+    const REAL t111 = t16 * t110;
+    out[0] = t76;
+    out[1] = t94;
+    out[2] = t97;
+    out[3] = t100;
+    out[4] = t103;
+    out[5] = t106;
+    out[6] = t109;
+    out[7] = t111;
 }
 
-INLINE void NAME(rotor_exponential)(const REAL *b, REAL *out)
+FUSED(rotor_exponential, (const REAL *b, REAL *out), (b, out, NULL))
+void NAME(rotor_exponential)(const REAL *b, REAL *out)
 {
-    NAME(rotor_exponential_within)(b, out, NULL);
+    RUN(rotor_exponential, (b, out), (b, out, NULL));
 }
 
 static INLINE void NAME(rotor_exponential_block)(intptr_t n, char **args, const intptr_t *strides)
@@ -6216,7 +6242,7 @@ void NAME(rotor_exponential_loop)(char **args, const intptr_t *dimensions, const
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(rotor_logarithm)(const REAL *r, REAL *out)
+static INLINE void NAME(rotor_logarithm_within)(const REAL *r, REAL *out)
 {
     const REAL r_1 = r[0];
     const REAL r_g10 = r[1];
@@ -6375,6 +6401,12 @@ INLINE void NAME(rotor_logarithm)(const REAL *r, REAL *out)
     out[5] = t140;
 }
 
+FUSED(rotor_logarithm, (const REAL *r, REAL *out), (r, out))
+void NAME(rotor_logarithm)(const REAL *r, REAL *out)
+{
+    RUN(rotor_logarithm, (r, out), (r, out));
+}
+
 static INLINE void NAME(rotor_logarithm_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -6386,7 +6418,7 @@ static INLINE void NAME(rotor_logarithm_block)(intptr_t n, char **args, const in
         REAL x0[8];
         REAL x1[6];
         NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(rotor_logarithm)(x0, x1);
+        NAME(rotor_logarithm_within)(x0, x1);
         NAME(store_6)(a1 + i * w, c1a, x1);
     }
 }
@@ -6424,59 +6456,58 @@ INLINE void NAME(rotor_square_root)(const REAL *r, REAL *out)
     const REAL t11 = t7 + t10;
     const REAL t12 = t11 * (REAL)0.5;
     const REAL t13 = SQRT(t12);
-    const REAL t14 = t3 * (REAL)0.5;
-    const REAL t15 = t14 / t13;
-    const REAL t16 = t2 * t15;
-    const REAL t17 = r_1 * t1;
-    const REAL t18 = (REAL)1 + t17;
-    const REAL t19 = t13 * t18;
-    const REAL t20 = t19 + t16;
-    const REAL t21 = (REAL)1 / t10;
-    const REAL t22 = t21 * t20;
-    const REAL t23 = r_g23 * t1;
-    const REAL t24 = t15 * t23;
-    const REAL t25 = r_g10 * t1;
-    const REAL t26 = t13 * t25;
-    const REAL t27 = t24 - t26;
-    const REAL t28 = t21 * t27;
-    const REAL t29 = -t28;
-    const REAL t30 = r_g13 * t1;
-    const REAL t31 = t15 * t30;
-    const REAL t32 = r_g20 * t1;
-    const REAL t33 = t13 * t32;
-    const REAL t34 = t33 + t31;
-    const REAL t35 = t21 * t34;
-    const REAL t36 = r_g12 * t1;
-    const REAL t37 = t15 * t36;
-    const REAL t38 = r_g30 * t1;
-    const REAL t39 = t13 * t38;
-    const REAL t40 = t37 - t39;
-    const REAL t41 = t21 * t40;
-    const REAL t42 = -t41;
-    const REAL t43 = t15 * t38;
-    const REAL t44 = t13 * t36;
-    const REAL t45 = t44 + t43;
-    const REAL t46 = t21 * t45;
-    const REAL t47 = t15 * t32;
-    const REAL t48 = t13 * t30;
-    const REAL t49 = t48 - t47;
-    const REAL t50 = t21 * t49;
-    const REAL t51 = t15 * t25;
-    const REAL t52 = t13 * t23;
-    const REAL t53 = t52 + t51;
-    const REAL t54 = t21 * t53;
-    const REAL t55 = t18 * t15;
-    const REAL t56 = t2 * t13;
-    const REAL t57 = t56 - t55;
-    const REAL t58 = t21 * t57;
-    out[0] = t22;
-    out[1] = t29;
-    out[2] = t35;
-    out[3] = t42;
-    out[4] = t46;
-    out[5] = t50;
-    out[6] = t54;
-    out[7] = t58;
+    const REAL t14 = t2 / t13;
+    const REAL t15 = t2 * t14;
+    const REAL t16 = r_1 * t1;
+    const REAL t17 = (REAL)1 + t16;
+    const REAL t18 = t13 * t17;
+    const REAL t19 = t18 + t15;
+    const REAL t20 = (REAL)1 / t10;
+    const REAL t21 = t20 * t19;
+    const REAL t22 = r_g23 * t1;
+    const REAL t23 = t14 * t22;
+    const REAL t24 = r_g10 * t1;
+    const REAL t25 = t13 * t24;
+    const REAL t26 = t23 - t25;
+    const REAL t27 = t20 * t26;
+    const REAL t28 = -t27;
+    const REAL t29 = r_g13 * t1;
+    const REAL t30 = t14 * t29;
+    const REAL t31 = r_g20 * t1;
+    const REAL t32 = t13 * t31;
+    const REAL t33 = t32 + t30;
+    const REAL t34 = t20 * t33;
+    const REAL t35 = r_g12 * t1;
+    const REAL t36 = t14 * t35;
+    const REAL t37 = r_g30 * t1;
+    const REAL t38 = t13 * t37;
+    const REAL t39 = t36 - t38;
+    const REAL t40 = t20 * t39;
+    const REAL t41 = -t40;
+    const REAL t42 = t14 * t37;
+    const REAL t43 = t13 * t35;
+    const REAL t44 = t43 + t42;
+    const REAL t45 = t20 * t44;
+    const REAL t46 = t14 * t31;
+    const REAL t47 = t13 * t29;
+    const REAL t48 = t47 - t46;
+    const REAL t49 = t20 * t48;
+    const REAL t50 = t14 * t24;
+    const REAL t51 = t13 * t22;
+    const REAL t52 = t51 + t50;
+    const REAL t53 = t20 * t52;
+    const REAL t54 = t17 * t14;
+    const REAL t55 = t2 * t13;
+    const REAL t56 = t55 - t54;
+    const REAL t57 = t20 * t56;
+    out[0] = t21;
+    out[1] = t28;
+    out[2] = t34;
+    out[3] = t41;
+    out[4] = t45;
+    out[5] = t49;
+    out[6] = t53;
+    out[7] = t57;
 }
 
 static INLINE void NAME(rotor_square_root_block)(intptr_t n, char **args, const intptr_t *strides)
@@ -6703,116 +6734,114 @@ static INLINE void NAME(rotor_power_within)(const REAL *r, REAL t, REAL *out, WO
     const REAL t163 = t161 + t162;
     const REAL t164 = (REAL)2 * t163;
     const REAL t165 = t164 * t164;
-    const REAL t166 = t165 * (REAL)0.25;
-    const REAL t167 = (REAL)4 * t166;
-    const REAL t168 = t158 + t167;
-    const REAL t169 = LESS(t168, (REAL)1e-36);
-    const REAL t170 = SELECT(t169, (REAL)1, t168);
-    const REAL t171 = SQRT(t170);
-    const REAL t172 = SELECT(t169, (REAL)0, t171);
-    const REAL t173 = t157 + t172;
-    const REAL t174 = (REAL)0.5 * t173;
-    const REAL t175 = LESS(t174, (REAL)0.25);
-    const REAL t176 = SELECT(t175, t174, (REAL)0);
-    const REAL t177 = (REAL)(1.0 / 6227020800.0) * t176;
-    const REAL t178 = (REAL)(1.0 / 39916800.0) + t177;
-    const REAL t179 = t176 * t178;
-    const REAL t180 = (REAL)(1.0 / 362880.0) + t179;
-    const REAL t181 = t176 * t180;
-    const REAL t182 = (REAL)(1.0 / 5040.0) + t181;
-    const REAL t183 = t176 * t182;
-    const REAL t184 = (REAL)(1.0 / 120.0) + t183;
-    const REAL t185 = t176 * t184;
-    const REAL t186 = (REAL)(1.0 / 6.0) + t185;
-    const REAL t187 = t176 * t186;
-    const REAL t188 = (REAL)1 + t187;
-    const REAL t189 = t176 * t188;
-    const REAL t190 = t188 * t189;
-    const REAL t191 = (REAL)1 + t190;
+    const REAL t166 = t158 + t165;
+    const REAL t167 = LESS(t166, (REAL)1e-36);
+    const REAL t168 = SELECT(t167, (REAL)1, t166);
+    const REAL t169 = SQRT(t168);
+    const REAL t170 = SELECT(t167, (REAL)0, t169);
+    const REAL t171 = t157 + t170;
+    const REAL t172 = (REAL)0.5 * t171;
+    const REAL t173 = LESS(t172, (REAL)0.25);
+    const REAL t174 = SELECT(t173, t172, (REAL)0);
+    const REAL t175 = (REAL)(1.0 / 6227020800.0) * t174;
+    const REAL t176 = (REAL)(1.0 / 39916800.0) + t175;
+    const REAL t177 = t174 * t176;
+    const REAL t178 = (REAL)(1.0 / 362880.0) + t177;
+    const REAL t179 = t174 * t178;
+    const REAL t180 = (REAL)(1.0 / 5040.0) + t179;
+    const REAL t181 = t174 * t180;
+    const REAL t182 = (REAL)(1.0 / 120.0) + t181;
+    const REAL t183 = t174 * t182;
+    const REAL t184 = (REAL)(1.0 / 6.0) + t183;
+    const REAL t185 = t174 * t184;
+    const REAL t186 = (REAL)1 + t185;
+    const REAL t187 = t174 * t186;
+    const REAL t188 = t186 * t187;
+    const REAL t189 = (REAL)1 + t188;
+    const REAL t190 = SQRT(t189);
+    const REAL t191 = SELECT(t173, (REAL)1, t172);
     const REAL t192 = SQRT(t191);
-    const REAL t193 = SELECT(t175, (REAL)1, t174);
-    const REAL t194 = SQRT(t193);
-    const REAL t195 = EXP(t194);
-    const REAL t196 = (REAL)1 / t195;
-    const REAL t197 = t195 + t196;
-    const REAL t198 = (REAL)0.5 * t197;
-    const REAL t199 = SELECT(t175, t192, t198);
-    const REAL t200 = t157 - t172;
-    const REAL t201 = (REAL)0.5 * t200;
-    const REAL t202 = -t201;
-    const REAL t203 = LESS(t202, (REAL)0.25);
-    const REAL t204 = SELECT(t203, t201, (REAL)0);
-    const REAL t205 = t204 * (REAL)(1.0 / 6227020800.0);
-    const REAL t206 = t205 + (REAL)(1.0 / 39916800.0);
-    const REAL t207 = t204 * t206;
-    const REAL t208 = t207 + (REAL)(1.0 / 362880.0);
-    const REAL t209 = t204 * t208;
-    const REAL t210 = t209 + (REAL)(1.0 / 5040.0);
-    const REAL t211 = t204 * t210;
-    const REAL t212 = t211 + (REAL)(1.0 / 120.0);
-    const REAL t213 = t204 * t212;
-    const REAL t214 = t213 + (REAL)(1.0 / 6.0);
-    const REAL t215 = t204 * t214;
-    const REAL t216 = (REAL)1 + t215;
-    const REAL t217 = t204 * t216;
-    const REAL t218 = t216 * t217;
-    const REAL t219 = (REAL)1 + t218;
+    const REAL t193 = EXP(t192);
+    const REAL t194 = (REAL)1 / t193;
+    const REAL t195 = t193 + t194;
+    const REAL t196 = (REAL)0.5 * t195;
+    const REAL t197 = SELECT(t173, t190, t196);
+    const REAL t198 = t157 - t170;
+    const REAL t199 = (REAL)0.5 * t198;
+    const REAL t200 = -t199;
+    const REAL t201 = LESS(t200, (REAL)0.25);
+    const REAL t202 = SELECT(t201, t199, (REAL)0);
+    const REAL t203 = t202 * (REAL)(1.0 / 6227020800.0);
+    const REAL t204 = t203 + (REAL)(1.0 / 39916800.0);
+    const REAL t205 = t202 * t204;
+    const REAL t206 = t205 + (REAL)(1.0 / 362880.0);
+    const REAL t207 = t202 * t206;
+    const REAL t208 = t207 + (REAL)(1.0 / 5040.0);
+    const REAL t209 = t202 * t208;
+    const REAL t210 = t209 + (REAL)(1.0 / 120.0);
+    const REAL t211 = t202 * t210;
+    const REAL t212 = t211 + (REAL)(1.0 / 6.0);
+    const REAL t213 = t202 * t212;
+    const REAL t214 = (REAL)1 + t213;
+    const REAL t215 = t202 * t214;
+    const REAL t216 = t214 * t215;
+    const REAL t217 = (REAL)1 + t216;
+    const REAL t218 = SQRT(t217);
+    const REAL t219 = SELECT(t201, (REAL)1, t200);
     const REAL t220 = SQRT(t219);
-    const REAL t221 = SELECT(t203, (REAL)1, t202);
-    const REAL t222 = SQRT(t221);
-    const REAL t223 = COS(t222);
-    const REAL t224 = SELECT(t203, t220, t223);
-    const REAL t225 = t224 * t199;
-    const REAL t226 = t195 - t196;
-    const REAL t227 = (REAL)0.5 * t226;
-    const REAL t228 = t227 / t194;
-    const REAL t229 = SELECT(t175, t188, t228);
-    const REAL t230 = t224 * t229;
-    const REAL t231 = SIN(t222);
-    const REAL t232 = t231 / t222;
-    const REAL t233 = SELECT(t203, t216, t232);
-    const REAL t234 = t199 * t233;
-    const REAL t235 = t234 - t230;
-    const REAL t236 = t235 / t171;
-    const REAL t237 = SELECT(t169, (REAL)(1.0 / 3.0), t236);
-    const REAL t238 = t201 * t237;
-    const REAL t239 = t230 - t238;
-    const REAL t240 = t126 * t239;
-    const REAL t241 = (REAL)0.5 * t164;
-    const REAL t242 = t237 * t241;
-    const REAL t243 = t155 * t242;
-    const REAL t244 = t240 - t243;
-    const REAL t245 = t131 * t239;
-    const REAL t246 = t149 * t242;
-    const REAL t247 = t246 - t245;
-    const REAL t248 = t137 * t239;
-    const REAL t249 = t143 * t242;
-    const REAL t250 = t248 - t249;
-    const REAL t251 = t143 * t239;
-    const REAL t252 = t137 * t242;
+    const REAL t221 = COS(t220);
+    const REAL t222 = SELECT(t201, t218, t221);
+    const REAL t223 = t222 * t197;
+    const REAL t224 = t193 - t194;
+    const REAL t225 = (REAL)0.5 * t224;
+    const REAL t226 = t225 / t192;
+    const REAL t227 = SELECT(t173, t186, t226);
+    const REAL t228 = t222 * t227;
+    const REAL t229 = SIN(t220);
+    const REAL t230 = t229 / t220;
+    const REAL t231 = SELECT(t201, t214, t230);
+    const REAL t232 = t197 * t231;
+    const REAL t233 = t232 - t228;
+    const REAL t234 = t233 / t169;
+    const REAL t235 = SELECT(t167, (REAL)(1.0 / 3.0), t234);
+    const REAL t236 = t199 * t235;
+    const REAL t237 = t228 - t236;
+    const REAL t238 = t126 * t237;
+    const REAL t239 = t163 * t235;
+    const REAL t240 = t155 * t239;
+    const REAL t241 = t238 - t240;
+    const REAL t242 = t131 * t237;
+    const REAL t243 = t149 * t239;
+    const REAL t244 = t243 - t242;
+    const REAL t245 = t137 * t237;
+    const REAL t246 = t143 * t239;
+    const REAL t247 = t245 - t246;
+    const REAL t248 = t143 * t237;
+    const REAL t249 = t137 * t239;
+    const REAL t250 = t248 + t249;
+    const REAL t251 = t149 * t237;
+    const REAL t252 = t131 * t239;
     const REAL t253 = t251 + t252;
-    const REAL t254 = t149 * t239;
-    const REAL t255 = t131 * t242;
+    const REAL t254 = t155 * t237;
+    const REAL t255 = t126 * t239;
     const REAL t256 = t254 + t255;
-    const REAL t257 = t155 * t239;
-    const REAL t258 = t126 * t242;
-    const REAL t259 = t257 + t258;
-    const REAL t260 = t229 * t233;
-    const REAL t261 = t241 * t260;
-    const REAL t262 = -t261;
-    out[0] = t225;
-    out[1] = t244;
-    out[2] = t247;
-    out[3] = t250;
-    out[4] = t253;
-    out[5] = t256;
-    out[6] = t259;
-    out[7] = t262;
+    const REAL t257 = t227 * t231;
+    const REAL t258 = t163 * t257;
+    const REAL t259 = -t258;
+    out[0] = t223;
+    out[1] = t241;
+    out[2] = t244;
+    out[3] = t247;
+    out[4] = t250;
+    out[5] = t253;
+    out[6] = t256;
+    out[7] = t259;
 }
 
-INLINE void NAME(rotor_power)(const REAL *r, REAL t, REAL *out)
+FUSED(rotor_power, (const REAL *r, REAL t, REAL *out), (r, t, out, NULL))
+void NAME(rotor_power)(const REAL *r, REAL t, REAL *out)
 {
-    NAME(rotor_power_within)(r, t, out, NULL);
+    RUN(rotor_power, (r, t, out), (r, t, out, NULL));
 }
 
 static INLINE void NAME(rotor_power_block)(intptr_t n, char **args, const intptr_t *strides)
@@ -6905,7 +6934,7 @@ static INLINE void NAME(interpolate_rotors_within)(const REAL *a, const REAL *b,
     const REAL t28 = t24 - t27;
     const REAL t29 = t21 + t28;
     const REAL t30 = t14 - t29;
-    const REAL t31 = (REAL)0.5 * t30;
+    const REAL t31 = t30 * (REAL)0.5;
     const REAL t32 = t31 * t31;
     const REAL t33 = t0 * t16;
     const REAL t34 = t3 * t19;
@@ -6914,11 +6943,11 @@ static INLINE void NAME(interpolate_rotors_within)(const REAL *a, const REAL *b,
     const REAL t37 = t10 * t26;
     const REAL t38 = t36 - t37;
     const REAL t39 = t35 + t38;
-    const REAL t40 = t15 * t1;
-    const REAL t41 = t18 * t4;
+    const REAL t40 = t1 * t15;
+    const REAL t41 = t4 * t18;
     const REAL t42 = t40 - t41;
-    const REAL t43 = t22 * t8;
-    const REAL t44 = t25 * t11;
+    const REAL t43 = t8 * t22;
+    const REAL t44 = t11 * t25;
     const REAL t45 = t43 - t44;
     const REAL t46 = t42 + t45;
     const REAL t47 = t39 + t46;
@@ -6936,11 +6965,11 @@ static INLINE void NAME(interpolate_rotors_within)(const REAL *a, const REAL *b,
     const REAL t59 = t10 * t23;
     const REAL t60 = t58 + t59;
     const REAL t61 = t60 - t57;
-    const REAL t62 = t15 * t4;
-    const REAL t63 = t18 * t1;
+    const REAL t62 = t4 * t15;
+    const REAL t63 = t1 * t18;
     const REAL t64 = t62 + t63;
-    const REAL t65 = t22 * t11;
-    const REAL t66 = t25 * t8;
+    const REAL t65 = t11 * t22;
+    const REAL t66 = t8 * t25;
     const REAL t67 = t65 + t66;
     const REAL t68 = t64 + t67;
     const REAL t69 = t61 - t68;
@@ -6952,17 +6981,17 @@ static INLINE void NAME(interpolate_rotors_within)(const REAL *a, const REAL *b,
     const REAL t75 = t74 * t74;
     const REAL t76 = t72 - t75;
     const REAL t77 = t0 * t4;
-    const REAL t78 = t3 * t1;
+    const REAL t78 = t1 * t3;
     const REAL t79 = t77 + t78;
     const REAL t80 = t7 * t11;
-    const REAL t81 = t10 * t8;
+    const REAL t81 = t8 * t10;
     const REAL t82 = t80 + t81;
     const REAL t83 = t79 + t82;
     const REAL t84 = t15 * t19;
-    const REAL t85 = t18 * t16;
+    const REAL t85 = t16 * t18;
     const REAL t86 = t84 + t85;
     const REAL t87 = t22 * t26;
-    const REAL t88 = t25 * t23;
+    const REAL t88 = t23 * t25;
     const REAL t89 = t87 + t88;
     const REAL t90 = t89 - t86;
     const REAL t91 = t83 - t90;
@@ -6985,10 +7014,10 @@ static INLINE void NAME(interpolate_rotors_within)(const REAL *a, const REAL *b,
     const REAL t108 = SELECT(t107, (REAL)1, t105);
     const REAL t109 = SQRT(t108);
     const REAL t110 = SELECT(t107, (REAL)0, t109);
-    const REAL t111 = (REAL)2 * t98;
+    const REAL t111 = t98 * (REAL)2;
     const REAL t112 = t94 + t111;
     const REAL t113 = ABS(t112);
-    const REAL t114 = t113 + t110;
+    const REAL t114 = t110 + t113;
     const REAL t115 = (REAL)0.5 * t114;
     const REAL t116 = LESS(t115, (REAL)1e-18);
     const REAL t117 = SELECT(t116, (REAL)1, t115);
@@ -7000,9 +7029,9 @@ static INLINE void NAME(interpolate_rotors_within)(const REAL *a, const REAL *b,
     const REAL t123 = LESS(t112, (REAL)0);
     const REAL t124 = SELECT(t123, t122, t121);
     const REAL t125 = t93 - t76;
-    const REAL t126 = (REAL)2 * t102;
+    const REAL t126 = t102 * (REAL)2;
     const REAL t127 = t102 * t126;
-    const REAL t128 = t127 + t125;
+    const REAL t128 = t125 + t127;
     const REAL t129 = t110 + t128;
     const REAL t130 = (REAL)0.5 * t129;
     const REAL t131 = MAXIMUM((REAL)1e-36, t130);
@@ -7018,24 +7047,24 @@ static INLINE void NAME(interpolate_rotors_within)(const REAL *a, const REAL *b,
     const REAL t141 = SELECT(t140, (REAL)0, (REAL)0.015625);
     const REAL t142 = LESS(t139, t141);
     const REAL t143 = SELECT(t142, t138, (REAL)0);
-    const REAL t144 = (REAL)(1.0 / 17.0) * t143;
-    const REAL t145 = (REAL)(1.0 / 15.0) + t144;
+    const REAL t144 = t143 * (REAL)(1.0 / 17.0);
+    const REAL t145 = t144 + (REAL)(1.0 / 15.0);
     const REAL t146 = t143 * t145;
-    const REAL t147 = (REAL)(1.0 / 13.0) + t146;
+    const REAL t147 = t146 + (REAL)(1.0 / 13.0);
     const REAL t148 = t143 * t147;
-    const REAL t149 = (REAL)(1.0 / 11.0) + t148;
+    const REAL t149 = t148 + (REAL)(1.0 / 11.0);
     const REAL t150 = t143 * t149;
-    const REAL t151 = (REAL)(1.0 / 9.0) + t150;
+    const REAL t151 = t150 + (REAL)(1.0 / 9.0);
     const REAL t152 = t143 * t151;
-    const REAL t153 = (REAL)(1.0 / 7.0) + t152;
+    const REAL t153 = t152 + (REAL)(1.0 / 7.0);
     const REAL t154 = t143 * t153;
-    const REAL t155 = (REAL)(1.0 / 5.0) + t154;
+    const REAL t155 = t154 + (REAL)(1.0 / 5.0);
     const REAL t156 = t143 * t155;
-    const REAL t157 = (REAL)(1.0 / 3.0) + t156;
+    const REAL t157 = t156 + (REAL)(1.0 / 3.0);
     const REAL t158 = t143 * t157;
     const REAL t159 = (REAL)1 + t158;
     const REAL t160 = (REAL)2 * t136;
-    const REAL t161 = t160 * t159;
+    const REAL t161 = t159 * t160;
     const REAL t162 = -t124;
     const REAL t163 = SELECT(t142, (REAL)1, t162);
     const REAL t164 = SQRT(t163);
@@ -7055,284 +7084,286 @@ static INLINE void NAME(interpolate_rotors_within)(const REAL *a, const REAL *b,
     const REAL t178 = LESS(t175, t177);
     const REAL t179 = SELECT(t178, t175, (REAL)0);
     const REAL t180 = (REAL)(1.0 / 17.0) * t179;
-    const REAL t181 = t180 + (REAL)(1.0 / 15.0);
+    const REAL t181 = (REAL)(1.0 / 15.0) + t180;
     const REAL t182 = t179 * t181;
-    const REAL t183 = t182 + (REAL)(1.0 / 13.0);
+    const REAL t183 = (REAL)(1.0 / 13.0) + t182;
     const REAL t184 = t179 * t183;
-    const REAL t185 = t184 + (REAL)(1.0 / 11.0);
+    const REAL t185 = (REAL)(1.0 / 11.0) + t184;
     const REAL t186 = t179 * t185;
-    const REAL t187 = t186 + (REAL)(1.0 / 9.0);
+    const REAL t187 = (REAL)(1.0 / 9.0) + t186;
     const REAL t188 = t179 * t187;
-    const REAL t189 = t188 + (REAL)(1.0 / 7.0);
+    const REAL t189 = (REAL)(1.0 / 7.0) + t188;
     const REAL t190 = t179 * t189;
-    const REAL t191 = t190 + (REAL)(1.0 / 5.0);
+    const REAL t191 = (REAL)(1.0 / 5.0) + t190;
     const REAL t192 = t179 * t191;
-    const REAL t193 = t192 + (REAL)(1.0 / 3.0);
+    const REAL t193 = (REAL)(1.0 / 3.0) + t192;
     const REAL t194 = t179 * t193;
     const REAL t195 = (REAL)1 + t194;
     const REAL t196 = (REAL)2 * t173;
-    const REAL t197 = t196 * t195;
+    const REAL t197 = t195 * t196;
     const REAL t198 = SELECT(t178, (REAL)1, t170);
     const REAL t199 = SQRT(t198);
     const REAL t200 = t132 + t199;
     const REAL t201 = LOG(t200);
     const REAL t202 = t201 / t199;
     const REAL t203 = SELECT(t178, t197, t202);
-    const REAL t204 = t203 * t133;
+    const REAL t204 = t133 * t203;
     const REAL t205 = t168 - t204;
-    const REAL t206 = t205 / t109;
-    const REAL t207 = SELECT(t107, (REAL)(2.0 / 3.0), t206);
-    const REAL t208 = t124 * t207;
-    const REAL t209 = t204 - t208;
-    const REAL t210 = t208 - t204;
-    const REAL t211 = LESS(t101, (REAL)0);
-    const REAL t212 = SELECT(t211, t210, t209);
-    const REAL t213 = t31 * t212;
-    const REAL t214 = t133 * t167;
-    const REAL t215 = t132 * t203;
-    const REAL t216 = t214 - t215;
-    const REAL t217 = t216 / t109;
-    const REAL t218 = SELECT(t107, (REAL)(-1.0 / 3.0), t217);
-    const REAL t219 = t97 * t218;
-    const REAL t220 = t92 * t219;
-    const REAL t221 = t213 - t220;
-    const REAL t222 = t * t221;
-    const REAL t223 = t92 * t212;
-    const REAL t224 = t31 * t219;
-    const REAL t225 = t223 + t224;
-    const REAL t226 = t * t225;
-    const REAL t227 = t222 * t226;
-    const REAL t228 = t48 * t212;
-    const REAL t229 = t74 * t219;
-    const REAL t230 = t228 - t229;
-    const REAL t231 = t * t230;
-    const REAL t232 = t74 * t212;
-    const REAL t233 = t48 * t219;
-    const REAL t234 = t232 + t233;
-    const REAL t235 = t * t234;
-    const REAL t236 = t231 * t235;
-    const REAL t237 = t227 + t236;
-    const REAL t238 = t52 * t212;
-    const REAL t239 = t70 * t219;
-    const REAL t240 = t239 - t238;
-    const REAL t241 = t * t240;
-    const REAL t242 = t70 * t212;
-    const REAL t243 = t52 * t219;
-    const REAL t244 = t242 + t243;
-    const REAL t245 = t * t244;
-    const REAL t246 = t241 * t245;
-    const REAL t247 = t237 + t246;
-    const REAL t248 = t246 + t247;
-    const REAL t249 = t236 + t248;
-    const REAL t250 = t227 + t249;
-    const REAL t251 = (REAL)0.5 * t250;
-    const REAL t252 = t251 * t251;
-    const REAL t253 = (REAL)4 * t252;
-    const REAL t254 = t222 * t222;
-    const REAL t255 = t231 * t231;
-    const REAL t256 = t254 + t255;
-    const REAL t257 = t241 * t241;
-    const REAL t258 = t256 - t257;
-    const REAL t259 = t245 * t245;
-    const REAL t260 = t258 + t259;
-    const REAL t261 = t235 * t235;
-    const REAL t262 = t260 - t261;
-    const REAL t263 = t226 * t226;
-    const REAL t264 = t262 - t263;
-    const REAL t265 = t264 * t264;
-    const REAL t266 = t253 + t265;
-    const REAL t267 = LESS(t266, (REAL)1e-36);
-    const REAL t268 = SELECT(t267, (REAL)1, t266);
-    const REAL t269 = SQRT(t268);
-    const REAL t270 = SELECT(t267, (REAL)0, t269);
-    const REAL t271 = t264 - t270;
-    const REAL t272 = (REAL)0.5 * t271;
-    const REAL t273 = -t272;
-    const REAL t274 = LESS(t273, (REAL)0.25);
-    const REAL t275 = SELECT(t274, t272, (REAL)0);
-    const REAL t276 = (REAL)(1.0 / 6227020800.0) * t275;
-    const REAL t277 = (REAL)(1.0 / 39916800.0) + t276;
-    const REAL t278 = t275 * t277;
-    const REAL t279 = (REAL)(1.0 / 362880.0) + t278;
-    const REAL t280 = t275 * t279;
-    const REAL t281 = (REAL)(1.0 / 5040.0) + t280;
-    const REAL t282 = t275 * t281;
-    const REAL t283 = (REAL)(1.0 / 120.0) + t282;
-    const REAL t284 = t275 * t283;
-    const REAL t285 = (REAL)(1.0 / 6.0) + t284;
-    const REAL t286 = t275 * t285;
-    const REAL t287 = (REAL)1 + t286;
-    const REAL t288 = t275 * t287;
-    const REAL t289 = t287 * t288;
-    const REAL t290 = (REAL)1 + t289;
-    const REAL t291 = SQRT(t290);
-    const REAL t292 = SELECT(t274, (REAL)1, t273);
-    const REAL t293 = SQRT(t292);
-    const REAL t294 = COS(t293);
-    const REAL t295 = SELECT(t274, t291, t294);
-    const REAL t296 = t264 + t270;
-    const REAL t297 = (REAL)0.5 * t296;
-    const REAL t298 = LESS(t297, (REAL)0.25);
-    const REAL t299 = SELECT(t298, t297, (REAL)0);
-    const REAL t300 = t299 * (REAL)(1.0 / 6227020800.0);
-    const REAL t301 = t300 + (REAL)(1.0 / 39916800.0);
-    const REAL t302 = t299 * t301;
-    const REAL t303 = t302 + (REAL)(1.0 / 362880.0);
-    const REAL t304 = t299 * t303;
-    const REAL t305 = t304 + (REAL)(1.0 / 5040.0);
-    const REAL t306 = t299 * t305;
-    const REAL t307 = t306 + (REAL)(1.0 / 120.0);
-    const REAL t308 = t299 * t307;
-    const REAL t309 = t308 + (REAL)(1.0 / 6.0);
-    const REAL t310 = t299 * t309;
-    const REAL t311 = (REAL)1 + t310;
-    const REAL t312 = SELECT(t298, (REAL)1, t297);
-    const REAL t313 = SQRT(t312);
-    const REAL t314 = EXP(t313);
-    const REAL t315 = (REAL)1 / t314;
-    const REAL t316 = t314 - t315;
-    const REAL t317 = (REAL)0.5 * t316;
-    const REAL t318 = t317 / t313;
-    const REAL t319 = SELECT(t298, t311, t318);
-    const REAL t320 = t295 * t319;
-    const REAL t321 = t299 * t311;
-    const REAL t322 = t311 * t321;
-    const REAL t323 = (REAL)1 + t322;
-    const REAL t324 = SQRT(t323);
-    const REAL t325 = t314 + t315;
-    const REAL t326 = (REAL)0.5 * t325;
-    const REAL t327 = SELECT(t298, t324, t326);
-    const REAL t328 = SIN(t293);
-    const REAL t329 = t328 / t293;
-    const REAL t330 = SELECT(t274, t287, t329);
-    const REAL t331 = t327 * t330;
-    const REAL t332 = t331 - t320;
-    const REAL t333 = t332 / t269;
-    const REAL t334 = SELECT(t267, (REAL)(1.0 / 3.0), t333);
-    const REAL t335 = t272 * t334;
-    const REAL t336 = t320 - t335;
-    const REAL t337 = t231 * t336;
-    const REAL t338 = t251 * t334;
-    const REAL t339 = t235 * t338;
-    const REAL t340 = t337 - t339;
-    const REAL t341 = t241 * t336;
-    const REAL t342 = t245 * t338;
-    const REAL t343 = t341 + t342;
-    const REAL t344 = t340 + t343;
-    const REAL t345 = t7 * t344;
-    const REAL t346 = t245 * t336;
-    const REAL t347 = t241 * t338;
-    const REAL t348 = t346 - t347;
-    const REAL t349 = t235 * t336;
-    const REAL t350 = t231 * t338;
-    const REAL t351 = t349 + t350;
-    const REAL t352 = t351 - t348;
-    const REAL t353 = t10 * t352;
-    const REAL t354 = t353 - t345;
-    const REAL t355 = t222 * t336;
-    const REAL t356 = t226 * t338;
-    const REAL t357 = t355 - t356;
-    const REAL t358 = t327 * t295;
-    const REAL t359 = t358 + t357;
-    const REAL t360 = t22 * t359;
-    const REAL t361 = t226 * t336;
-    const REAL t362 = t222 * t338;
-    const REAL t363 = t361 + t362;
-    const REAL t364 = t319 * t330;
-    const REAL t365 = t251 * t364;
-    const REAL t366 = t365 + t363;
-    const REAL t367 = t25 * t366;
-    const REAL t368 = t360 - t367;
-    const REAL t369 = t368 + t354;
-    const REAL t370 = t340 - t343;
-    const REAL t371 = a_g12 - a_g20;
-    const REAL t372 = t371 * t370;
-    const REAL t373 = t348 + t351;
-    const REAL t374 = a_g30 - a_g13;
-    const REAL t375 = t374 * t373;
-    const REAL t376 = t372 - t375;
-    const REAL t377 = t358 - t357;
-    const REAL t378 = t0 * t377;
-    const REAL t379 = t365 - t363;
-    const REAL t380 = t3 * t379;
-    const REAL t381 = t378 - t380;
-    const REAL t382 = t376 + t381;
-    const REAL t383 = t369 + t382;
-    const REAL t384 = (REAL)0.5 * t383;
-    const REAL t385 = t369 - t382;
-    const REAL t386 = (REAL)0.5 * t385;
-    const REAL t387 = -t386;
-    const REAL t388 = t22 * t370;
-    const REAL t389 = t25 * t373;
-    const REAL t390 = t388 - t389;
-    const REAL t391 = t7 * t377;
-    const REAL t392 = t10 * t379;
-    const REAL t393 = t392 - t391;
-    const REAL t394 = t390 + t393;
-    const REAL t395 = t0 * t344;
-    const REAL t396 = t3 * t352;
-    const REAL t397 = t395 - t396;
-    const REAL t398 = t371 * t359;
-    const REAL t399 = t374 * t366;
-    const REAL t400 = t398 - t399;
-    const REAL t401 = t400 + t397;
-    const REAL t402 = t394 + t401;
-    const REAL t403 = (REAL)0.5 * t402;
-    const REAL t404 = -t403;
-    const REAL t405 = t22 * t373;
-    const REAL t406 = t25 * t370;
-    const REAL t407 = t405 + t406;
-    const REAL t408 = t10 * t377;
-    const REAL t409 = t7 * t379;
-    const REAL t410 = t409 + t408;
-    const REAL t411 = t407 - t410;
-    const REAL t412 = t0 * t352;
-    const REAL t413 = t3 * t344;
-    const REAL t414 = t412 + t413;
-    const REAL t415 = t374 * t359;
-    const REAL t416 = t371 * t366;
-    const REAL t417 = t416 + t415;
-    const REAL t418 = t417 + t414;
-    const REAL t419 = t411 - t418;
-    const REAL t420 = (REAL)0.5 * t419;
-    const REAL t421 = -t420;
-    const REAL t422 = t394 - t401;
-    const REAL t423 = (REAL)0.5 * t422;
-    const REAL t424 = -t423;
-    const REAL t425 = t411 + t418;
-    const REAL t426 = (REAL)0.5 * t425;
-    const REAL t427 = -t426;
-    const REAL t428 = t7 * t352;
-    const REAL t429 = t10 * t344;
-    const REAL t430 = t428 + t429;
-    const REAL t431 = t25 * t359;
-    const REAL t432 = t22 * t366;
-    const REAL t433 = t432 + t431;
-    const REAL t434 = t433 - t430;
-    const REAL t435 = t371 * t373;
-    const REAL t436 = t374 * t370;
-    const REAL t437 = t435 + t436;
-    const REAL t438 = t3 * t377;
-    const REAL t439 = t0 * t379;
-    const REAL t440 = t439 + t438;
-    const REAL t441 = t437 + t440;
-    const REAL t442 = t434 - t441;
-    const REAL t443 = (REAL)0.5 * t442;
-    const REAL t444 = t434 + t441;
-    const REAL t445 = (REAL)0.5 * t444;
-    out[0] = t384;
-    out[1] = t387;
-    out[2] = t404;
-    out[3] = t421;
-    out[4] = t424;
-    out[5] = t427;
-    out[6] = t443;
-    out[7] = t445;
+    const REAL t206 = (REAL)1 / t109;
+    const REAL t207 = t205 * t206;
+    const REAL t208 = SELECT(t107, (REAL)(2.0 / 3.0), t207);
+    const REAL t209 = t124 * t208;
+    const REAL t210 = t204 - t209;
+    const REAL t211 = t209 - t204;
+    const REAL t212 = LESS(t101, (REAL)0);
+    const REAL t213 = SELECT(t212, t211, t210);
+    const REAL t214 = t31 * t213;
+    const REAL t215 = t133 * t167;
+    const REAL t216 = t132 * t203;
+    const REAL t217 = t215 - t216;
+    const REAL t218 = t206 * t217;
+    const REAL t219 = SELECT(t107, (REAL)(-1.0 / 3.0), t218);
+    const REAL t220 = t97 * t219;
+    const REAL t221 = t92 * t220;
+    const REAL t222 = t214 - t221;
+    const REAL t223 = t * t222;
+    const REAL t224 = t92 * t213;
+    const REAL t225 = t31 * t220;
+    const REAL t226 = t224 + t225;
+    const REAL t227 = t * t226;
+    const REAL t228 = t223 * t227;
+    const REAL t229 = t48 * t213;
+    const REAL t230 = t74 * t220;
+    const REAL t231 = t229 - t230;
+    const REAL t232 = t * t231;
+    const REAL t233 = t74 * t213;
+    const REAL t234 = t48 * t220;
+    const REAL t235 = t233 + t234;
+    const REAL t236 = t * t235;
+    const REAL t237 = t232 * t236;
+    const REAL t238 = t228 + t237;
+    const REAL t239 = t52 * t213;
+    const REAL t240 = t70 * t220;
+    const REAL t241 = t240 - t239;
+    const REAL t242 = t * t241;
+    const REAL t243 = t70 * t213;
+    const REAL t244 = t52 * t220;
+    const REAL t245 = t243 + t244;
+    const REAL t246 = t * t245;
+    const REAL t247 = t242 * t246;
+    const REAL t248 = t238 + t247;
+    const REAL t249 = t247 + t248;
+    const REAL t250 = t237 + t249;
+    const REAL t251 = t228 + t250;
+    const REAL t252 = (REAL)0.5 * t251;
+    const REAL t253 = t252 * t252;
+    const REAL t254 = (REAL)4 * t253;
+    const REAL t255 = t223 * t223;
+    const REAL t256 = t232 * t232;
+    const REAL t257 = t255 + t256;
+    const REAL t258 = t242 * t242;
+    const REAL t259 = t257 - t258;
+    const REAL t260 = t246 * t246;
+    const REAL t261 = t259 + t260;
+    const REAL t262 = t236 * t236;
+    const REAL t263 = t261 - t262;
+    const REAL t264 = t227 * t227;
+    const REAL t265 = t263 - t264;
+    const REAL t266 = t265 * t265;
+    const REAL t267 = t254 + t266;
+    const REAL t268 = LESS(t267, (REAL)1e-36);
+    const REAL t269 = SELECT(t268, (REAL)1, t267);
+    const REAL t270 = SQRT(t269);
+    const REAL t271 = SELECT(t268, (REAL)0, t270);
+    const REAL t272 = t265 - t271;
+    const REAL t273 = (REAL)0.5 * t272;
+    const REAL t274 = -t273;
+    const REAL t275 = LESS(t274, (REAL)0.25);
+    const REAL t276 = SELECT(t275, t273, (REAL)0);
+    const REAL t277 = t276 * (REAL)(1.0 / 6227020800.0);
+    const REAL t278 = t277 + (REAL)(1.0 / 39916800.0);
+    const REAL t279 = t276 * t278;
+    const REAL t280 = t279 + (REAL)(1.0 / 362880.0);
+    const REAL t281 = t276 * t280;
+    const REAL t282 = t281 + (REAL)(1.0 / 5040.0);
+    const REAL t283 = t276 * t282;
+    const REAL t284 = t283 + (REAL)(1.0 / 120.0);
+    const REAL t285 = t276 * t284;
+    const REAL t286 = t285 + (REAL)(1.0 / 6.0);
+    const REAL t287 = t276 * t286;
+    const REAL t288 = (REAL)1 + t287;
+    const REAL t289 = t276 * t288;
+    const REAL t290 = t288 * t289;
+    const REAL t291 = (REAL)1 + t290;
+    const REAL t292 = SQRT(t291);
+    const REAL t293 = SELECT(t275, (REAL)1, t274);
+    const REAL t294 = SQRT(t293);
+    const REAL t295 = COS(t294);
+    const REAL t296 = SELECT(t275, t292, t295);
+    const REAL t297 = t265 + t271;
+    const REAL t298 = (REAL)0.5 * t297;
+    const REAL t299 = LESS(t298, (REAL)0.25);
+    const REAL t300 = SELECT(t299, t298, (REAL)0);
+    const REAL t301 = (REAL)(1.0 / 6227020800.0) * t300;
+    const REAL t302 = (REAL)(1.0 / 39916800.0) + t301;
+    const REAL t303 = t300 * t302;
+    const REAL t304 = (REAL)(1.0 / 362880.0) + t303;
+    const REAL t305 = t300 * t304;
+    const REAL t306 = (REAL)(1.0 / 5040.0) + t305;
+    const REAL t307 = t300 * t306;
+    const REAL t308 = (REAL)(1.0 / 120.0) + t307;
+    const REAL t309 = t300 * t308;
+    const REAL t310 = (REAL)(1.0 / 6.0) + t309;
+    const REAL t311 = t300 * t310;
+    const REAL t312 = (REAL)1 + t311;
+    const REAL t313 = SELECT(t299, (REAL)1, t298);
+    const REAL t314 = SQRT(t313);
+    const REAL t315 = EXP(t314);
+    const REAL t316 = (REAL)1 / t315;
+    const REAL t317 = t315 - t316;
+    const REAL t318 = (REAL)0.5 * t317;
+    const REAL t319 = t318 / t314;
+    const REAL t320 = SELECT(t299, t312, t319);
+    const REAL t321 = t296 * t320;
+    const REAL t322 = t300 * t312;
+    const REAL t323 = t312 * t322;
+    const REAL t324 = (REAL)1 + t323;
+    const REAL t325 = SQRT(t324);
+    const REAL t326 = t315 + t316;
+    const REAL t327 = (REAL)0.5 * t326;
+    const REAL t328 = SELECT(t299, t325, t327);
+    const REAL t329 = SIN(t294);
+    const REAL t330 = t329 / t294;
+    const REAL t331 = SELECT(t275, t288, t330);
+    const REAL t332 = t328 * t331;
+    const REAL t333 = t332 - t321;
+    const REAL t334 = t333 / t270;
+    const REAL t335 = SELECT(t268, (REAL)(1.0 / 3.0), t334);
+    const REAL t336 = t273 * t335;
+    const REAL t337 = t321 - t336;
+    const REAL t338 = t232 * t337;
+    const REAL t339 = t252 * t335;
+    const REAL t340 = t236 * t339;
+    const REAL t341 = t338 - t340;
+    const REAL t342 = t242 * t337;
+    const REAL t343 = t246 * t339;
+    const REAL t344 = t342 + t343;
+    const REAL t345 = t341 + t344;
+    const REAL t346 = t7 * t345;
+    const REAL t347 = t246 * t337;
+    const REAL t348 = t242 * t339;
+    const REAL t349 = t347 - t348;
+    const REAL t350 = t236 * t337;
+    const REAL t351 = t232 * t339;
+    const REAL t352 = t350 + t351;
+    const REAL t353 = t352 - t349;
+    const REAL t354 = t10 * t353;
+    const REAL t355 = t354 - t346;
+    const REAL t356 = t223 * t337;
+    const REAL t357 = t227 * t339;
+    const REAL t358 = t356 - t357;
+    const REAL t359 = t296 * t328;
+    const REAL t360 = t358 + t359;
+    const REAL t361 = t22 * t360;
+    const REAL t362 = t227 * t337;
+    const REAL t363 = t223 * t339;
+    const REAL t364 = t362 + t363;
+    const REAL t365 = t320 * t331;
+    const REAL t366 = t252 * t365;
+    const REAL t367 = t364 + t366;
+    const REAL t368 = t25 * t367;
+    const REAL t369 = t361 - t368;
+    const REAL t370 = t355 + t369;
+    const REAL t371 = t341 - t344;
+    const REAL t372 = a_g12 - a_g20;
+    const REAL t373 = t371 * t372;
+    const REAL t374 = t349 + t352;
+    const REAL t375 = a_g30 - a_g13;
+    const REAL t376 = t374 * t375;
+    const REAL t377 = t373 - t376;
+    const REAL t378 = t359 - t358;
+    const REAL t379 = t0 * t378;
+    const REAL t380 = t366 - t364;
+    const REAL t381 = t3 * t380;
+    const REAL t382 = t379 - t381;
+    const REAL t383 = t377 + t382;
+    const REAL t384 = t370 + t383;
+    const REAL t385 = (REAL)0.5 * t384;
+    const REAL t386 = t370 - t383;
+    const REAL t387 = (REAL)0.5 * t386;
+    const REAL t388 = -t387;
+    const REAL t389 = t22 * t371;
+    const REAL t390 = t25 * t374;
+    const REAL t391 = t389 - t390;
+    const REAL t392 = t7 * t378;
+    const REAL t393 = t10 * t380;
+    const REAL t394 = t393 - t392;
+    const REAL t395 = t391 + t394;
+    const REAL t396 = t0 * t345;
+    const REAL t397 = t3 * t353;
+    const REAL t398 = t396 - t397;
+    const REAL t399 = t360 * t372;
+    const REAL t400 = t367 * t375;
+    const REAL t401 = t399 - t400;
+    const REAL t402 = t398 + t401;
+    const REAL t403 = t395 + t402;
+    const REAL t404 = (REAL)0.5 * t403;
+    const REAL t405 = -t404;
+    const REAL t406 = t22 * t374;
+    const REAL t407 = t25 * t371;
+    const REAL t408 = t406 + t407;
+    const REAL t409 = t10 * t378;
+    const REAL t410 = t7 * t380;
+    const REAL t411 = t409 + t410;
+    const REAL t412 = t408 - t411;
+    const REAL t413 = t0 * t353;
+    const REAL t414 = t3 * t345;
+    const REAL t415 = t413 + t414;
+    const REAL t416 = t360 * t375;
+    const REAL t417 = t367 * t372;
+    const REAL t418 = t416 + t417;
+    const REAL t419 = t415 + t418;
+    const REAL t420 = t412 - t419;
+    const REAL t421 = (REAL)0.5 * t420;
+    const REAL t422 = -t421;
+    const REAL t423 = t395 - t402;
+    const REAL t424 = (REAL)0.5 * t423;
+    const REAL t425 = -t424;
+    const REAL t426 = t412 + t419;
+    const REAL t427 = (REAL)0.5 * t426;
+    const REAL t428 = -t427;
+    const REAL t429 = t7 * t353;
+    const REAL t430 = t10 * t345;
+    const REAL t431 = t429 + t430;
+    const REAL t432 = t25 * t360;
+    const REAL t433 = t22 * t367;
+    const REAL t434 = t432 + t433;
+    const REAL t435 = t434 - t431;
+    const REAL t436 = t372 * t374;
+    const REAL t437 = t371 * t375;
+    const REAL t438 = t436 + t437;
+    const REAL t439 = t3 * t378;
+    const REAL t440 = t0 * t380;
+    const REAL t441 = t439 + t440;
+    const REAL t442 = t438 + t441;
+    const REAL t443 = t435 - t442;
+    const REAL t444 = (REAL)0.5 * t443;
+    const REAL t445 = t435 + t442;
+    const REAL t446 = (REAL)0.5 * t445;
+    out[0] = t385;
+    out[1] = t388;
+    out[2] = t405;
+    out[3] = t422;
+    out[4] = t425;
+    out[5] = t428;
+    out[6] = t444;
+    out[7] = t446;
 }
 
-INLINE void NAME(interpolate_rotors)(const REAL *a, const REAL *b, REAL t, REAL *out)
+FUSED(interpolate_rotors, (const REAL *a, const REAL *b, REAL t, REAL *out), (a, b, t, out, NULL))
+void NAME(interpolate_rotors)(const REAL *a, const REAL *b, REAL t, REAL *out)
 {
-    NAME(interpolate_rotors_within)(a, b, t, out, NULL);
+    RUN(interpolate_rotors, (a, b, t, out), (a, b, t, out, NULL));
 }
 
 static INLINE void NAME(interpolate_rotors_block)(intptr_t n, char **args, const intptr_t *strides)

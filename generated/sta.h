@@ -2,7 +2,7 @@
 // command: gac generate --all sta
 // spec: 65db12e5bb2360c0
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 1fcb23894a170b749796fd717e26dbd477752d250a3d101b09832827e672deb6
+// body: 107ee6c28137975baca24eed966f733983016ce4136faae1347014ed79144605
 /* sta
    Spacetime algebra G(1,3): vectors, fields and Lorentz transformations, with ``g0**2 = 1`` and ``c = 1``.
    
@@ -230,7 +230,7 @@ void sta_rotor_inverse_loop_f32(char **args, const intptr_t *dimensions, const i
    Undefined where ``x ~x`` is 0 or a negative number.
      x[8]  STA.EVEN: 1, g10, g20, g30, g12, g13, g23, g0123.
      out[8]  STA.ROTOR: 1, g10, g20, g30, g12, g13, g23, g0123; unit.
-   Costs 41 mul, 20 add, 2 div, 2 sqrt.
+   Costs 40 mul, 20 add, 2 div, 2 sqrt.
    Error: 2688.1 ulp of the largest coefficient, 64 random inputs. */
 void sta_normalize_rotor_f64(const double *x, double *out);
 void sta_normalize_rotor_f32(const float *x, float *out);
@@ -317,7 +317,7 @@ void sta_rotor_from_axis_angle_loop_f32(char **args, const intptr_t *dimensions,
    A rapidity of up to 1400 stays finite; errors are a few units of the last place of the largest coefficient.
      b[6]  STA.BIVECTOR: g10, g20, g30, g12, g13, g23.
      out[8]  STA.ROTOR: 1, g10, g20, g30, g12, g13, g23, g0123; unit.
-   Costs 54 mul, 34 add, 4 div, 5 sqrt, 3 call, 14 choice.
+   Costs 51 mul, 34 add, 4 div, 5 sqrt, 3 call, 14 choice.
    Error: 3.8 ulp of the largest coefficient, 64 random inputs. */
 void sta_rotor_exponential_f64(const double *b, double *out);
 void sta_rotor_exponential_f32(const float *b, float *out);
@@ -342,7 +342,7 @@ void sta_rotor_logarithm_loop_f32(char **args, const intptr_t *dimensions, const
      r[8]  STA.ROTOR: 1, g10, g20, g30, g12, g13, g23, g0123; unit.
      out[8]  STA.ROTOR: 1, g10, g20, g30, g12, g13, g23, g0123; unit.
    Assumes ``r ~r = 1``.
-   Costs 38 mul, 12 add, 2 div, 2 sqrt, 3 choice.
+   Costs 37 mul, 12 add, 2 div, 2 sqrt, 3 choice.
    Error: 2.0 ulp of the largest coefficient, 64 random inputs. */
 void sta_rotor_square_root_f64(const double *r, double *out);
 void sta_rotor_square_root_f32(const float *r, float *out);
@@ -356,7 +356,7 @@ void sta_rotor_square_root_loop_f32(char **args, const intptr_t *dimensions, con
      t  SCALAR.
      out[8]  STA.ROTOR: 1, g10, g20, g30, g12, g13, g23, g0123; unit.
    Assumes ``r ~r = 1``.
-   Costs 116 mul, 70 add, 11 div, 9 sqrt, 5 call, 44 choice.
+   Costs 113 mul, 70 add, 11 div, 9 sqrt, 5 call, 44 choice.
    Error: 26.0 ulp of the largest coefficient, 64 random inputs. */
 void sta_rotor_power_f64(const double *r, double t, double *out);
 void sta_rotor_power_f32(const float *r, float t, float *out);
@@ -369,7 +369,7 @@ void sta_rotor_power_loop_f32(char **args, const intptr_t *dimensions, const int
      t  SCALAR.
      out[8]  STA.ROTOR: 1, g10, g20, g30, g12, g13, g23, g0123; unit.
    Assumes ``a ~a = 1``, ``b ~b = 1``.
-   Costs 197 mul, 167 add, 12 div, 9 sqrt, 5 call, 44 choice.
+   Costs 199 mul, 167 add, 11 div, 9 sqrt, 5 call, 44 choice.
    Error: 6639403.2 ulp of the largest coefficient, 64 random inputs. */
 void sta_interpolate_rotors_f64(const double *a, const double *b, double t, double *out);
 void sta_interpolate_rotors_f32(const float *a, const float *b, float t, float *out);

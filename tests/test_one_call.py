@@ -136,6 +136,10 @@ def test_kernels_take_the_short_way(fast: ModuleType, monkeypatch: pytest.Monkey
     assert fast.move_point(m, p, out=out) is out
     fast.interpolate(p, p, 1)
     fast.interpolate(p, p, np.float64(0.5))
+    assert fast.interpolate(p, p, np.float32(0.5)).dtype == float
+    small = p.astype(np.float32)
+    assert fast.interpolate(small, small, np.float32(0.5)).dtype == np.float32
+    assert fast.distance(np.float32(3), np.float32(4)) == 25 and type(fast.distance(np.float32(3), 4)) is np.float32
     p.flags.writeable = False
     fast.move_point(m, p, out=None)
 

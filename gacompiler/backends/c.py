@@ -26,7 +26,7 @@ from .c_batch import (
     store_helpers,
     tile_sizes,
 )
-from .c_functions import TRANSCENDENTAL, constants, has_turns, polynomial_lines
+from .c_functions import TRANSCENDENTAL, constants, has_turns, is_long, polynomial_lines
 from .c_tiles import tile_helpers
 from .documentation import c_comment, stamp
 from .module import KernelSource, ModuleSource
@@ -164,7 +164,8 @@ def _parameters(program: Program, real: str) -> tuple[list[str], Names]:
 def kernel_text(program: Program, storage: str = "INLINE") -> list[str]:
     """The plain function: inputs read, one statement for each line, outputs written.
 
-    With sines or cosines its body is a function with a place to say that an argument is too far for a loop.
+    With sines and their kin its body is a function of its own, for loops; with sines or cosines that has a place to
+    say that an argument is too far for one.
     """
     parameters, names = _parameters(program, "REAL")
     pointers = [text.rsplit("*", 1)[-1] for text in parameters]
@@ -172,10 +173,11 @@ def kernel_text(program: Program, storage: str = "INLINE") -> list[str]:
     name, given, after = program.name, parameters, []
     if has_turns(program):
         given = [*parameters, "WORD *far"]
-        if storage == "INLINE":
-            head = f"{storage} void NAME({name})({', '.join(parameters)})"
-            after = ["", head, "{", f"    NAME({name}_within)({', '.join([*passed, 'NULL'])});", "}"]
-            name, storage = f"{name}_within", "static INLINE"
+    if is_long(program) and storage == "INLINE":
+        head, own, inner = map(", ".join, (parameters, passed, [*passed, *["NULL"] * has_turns(program)]))
+        after = ["", f"FUSED({name}, ({head}), ({inner}))", f"void NAME({name})({head})", "{"]
+        after += [f"    RUN({name}, ({own}), ({inner}));", "}"]
+        name, storage = f"{name}_within", "static INLINE"
     lines = [f"{storage} void NAME({name})({', '.join(given)})", "{"]
     used = used_variables(program)
     for argument, pointer in zip(program.arguments, pointers, strict=False):

@@ -26,7 +26,7 @@ from .printers import Names
 LANES = 16
 """As in the template: blocks are padded to a multiple of this many elements, so that no loop needs a remainder."""
 
-C_ENDINGS = ("_within", "_loop", "_block", "_dense")
+C_ENDINGS = ("_within", "_v3", "_loop", "_block", "_dense")
 """What the names of a kernel's C functions add to its own."""
 FORM_PARTS = ("prepare", "apply", "start", "block", "dense")
 """What the names of a form's C functions have between the kernel's name and its arguments."""
@@ -286,9 +286,9 @@ def _elements(
             loads.append(f"NAME(load{_size(shape)})({', '.join([f'x{k}', place, *cores[k]])});")
         else:
             stores.append(f"NAME(store{_size(shape)})({', '.join([place, *cores[k], f'x{k}'])});")
-    name = run.name
+    name = f"{run.name}_within" if near and is_long(run) and not form else run.name
     if has_turns(run) and near:
-        name, passed = (name if form else f"{name}_within"), [*passed, "&far"]
+        passed.append("&far")
     elif has_turns(run) and form:
         passed.append("NULL")
     return [f"    {text}" for text in (*arrays, *loads, f"NAME({name})({', '.join(passed)});", *stores)] + ["}"]

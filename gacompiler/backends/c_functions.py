@@ -30,33 +30,32 @@ def is_long(program: Program) -> bool:
 
 
 def constants() -> dict[str, str]:
-    """The constants in both precisions, as C has them."""
-    known = {"farthest": str(FARTHEST)}
-    for double, end in ((True, "_f64"), (False, "_f32")):
-        for name, value in numbers(double=double).items():
-            known[name if name.startswith("turn") else f"{name}{end}"] = repr(value)
-    return known
+    """The constants of both precisions, as C has them."""
+    doubles, floats = numbers(double=True), numbers(double=False)
+    known = {name: f"PRECISION({value!r}, {floats[name]!r}f)" for name, value in doubles.items()}
+    return known | {"farthest": str(FARTHEST)}
 
 
 def polynomial_lines(module: str) -> list[str]:
     """The polynomials, each as a C function in each precision, in two halves that processors compute side by side."""
     lines: list[str] = []
     for double, real, end in ((True, "double", "f64"), (False, "float", "f32")):
+        fma = "fma" if double else "fmaf"
         for name in APPROXIMATIONS:
             texts = [f"{'' if double else '(float)'}{c!r}" for c in coefficients(name, double=double)]
             lines += [
                 f"static INLINE {real} {module}_{name}_polynomial_{end}({real} z)",
                 "{",
                 f"    const {real} y = z * z;",
-                f"    const {real} even = {_horner(texts[0::2])};",
-                f"    const {real} odd = {_horner(texts[1::2])};",
-                "    return even + z * odd;",
+                f"    const {real} even = {_horner(fma, texts[0::2])};",
+                f"    const {real} odd = {_horner(fma, texts[1::2])};",
+                f"    return {fma}(z, odd, even);",
                 "}",
                 "",
             ]
     return lines[:-1]
 
 
-def _horner(texts: Sequence[str]) -> str:
+def _horner(fma: str, texts: Sequence[str]) -> str:
     """A polynomial in ``y``."""
-    return texts[0] if len(texts) == 1 else f"{texts[0]} + y * ({_horner(texts[1:])})"
+    return texts[0] if len(texts) == 1 else f"{fma}(y, {_horner(fma, texts[1:])}, {texts[0]})"

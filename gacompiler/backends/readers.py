@@ -94,7 +94,7 @@ def c_programs(text: str) -> dict[str, Read]:
     if include is None:
         raise BackendError("C text", "no #include of its header", "a generated C file")
     for k, line in enumerate(lines):
-        if line.startswith("INLINE void NAME("):
+        if line.startswith(("INLINE void NAME(", "FUSED(")):
             name, parameters, statements = _c_kernel(lines, k)
             loop = _index(lines, k, f"static INLINE void NAME({name}_block)(")
             shaped = _c_parameters(name, parameters, lines[loop : lines.index("}", loop)])
@@ -132,10 +132,10 @@ def _c_function(lines: list[str], k: int) -> tuple[str, list[str], list[str]]:
 
 
 def _c_kernel(lines: list[str], k: int) -> tuple[str, list[str], list[str]]:
-    """The same of the kernel in line `k`, whose statements are elsewhere if it computes sines or cosines."""
-    name = line_name[1] if (line_name := re.match(r"INLINE void NAME\((\w+)\)\(", lines[k])) else ""
-    if not any(line.startswith(f"    NAME({name}_within)(") for line in lines[k : lines.index("}", k)]):
+    """The same of the kernel in line `k`, whose statements are elsewhere if it computes sines and their kin."""
+    if lines[k].startswith("INLINE"):
         return _c_function(lines, k)
+    name = lines[k].removeprefix("FUSED(").partition(",")[0]
     within = _index(lines, 0, f"static INLINE void NAME({name}_within)(")
     return name, *_c_function(lines, within)[1:]
 

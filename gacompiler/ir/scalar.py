@@ -254,6 +254,11 @@ def _fold_multiply(graph: Graph, a: Scalar, b: Scalar) -> Scalar | None:
         return graph.apply(Op.NEGATE, graph.apply(Op.MULTIPLY, a, b.arguments[0]))
     if x is not None and x < 0:
         return graph.apply(Op.NEGATE, graph.apply(Op.MULTIPLY, graph.constant(-x), b))
+    if x is not None and b.op is Op.MULTIPLY:
+        for factor, other in (b.arguments, b.arguments[::-1]):
+            y = _number(factor)
+            if y is not None:
+                return graph.apply(Op.MULTIPLY, graph.constant(x * y), other)
     return None
 
 

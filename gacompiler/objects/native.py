@@ -36,6 +36,8 @@ _HEAD = """\
 #define WORD int
 #define INLINE inline __attribute__((always_inline))
 #define NAME(name) kernel_##name
+#define FUSED(name, parameters, within)
+#define RUN(name, arguments, within) NAME(name##_within) within
 #define SQRT(x) sqrt(x)
 #define SIN(x) sin(x)
 #define COS(x) cos(x)

@@ -2,7 +2,8 @@
 
 The families are the author's own structure; and, for every rewriting of the expression, every choice of named
 intermediate results, with and without reduction modulo the relations, in differences where the numbers allow it, the
-factorised polynomials. The order of candidates is fixed, and the first of the cheapest is taken.
+factorised polynomials; and the cheapest of all these with one division where they have several by one number. The
+order of candidates is fixed, and the first of the cheapest is taken.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from ..ir.cost import Cost, cost
 from ..ir.program import Argument, Program
 from ..ir.scalar import Graph, Scalar
 from ..rings.polynomial import Polynomial, total_terms
+from .divide import divide_once
 from .factor import Policy
 from .lower import Lowering, Reduction, Slot, pick, stages
 from .matrices import evaluate_by_matrices, has_huge_product, ways
@@ -49,6 +51,8 @@ POLICIES = (
     Policy(prefer_products=True),
     Policy(prefer_products=True, split_numbers=True),
 )
+DIVIDED = 3
+"""So many of the cheapest are tried with fewer divisions."""
 STAGE_LIMIT = 3
 """With more stages than this, not all sets of them are tried, but all, all but one, single ones and none; with many
 more, only all: sets with many named results come first, because their systems are small."""
@@ -139,7 +143,9 @@ class Search:
                 effort += _effort(system)
                 if effort <= MORE_EFFORT:
                     found.append(self._factorise(steps, system, policy))
-        return found
+        cheapest = sorted(found, key=lambda candidate: candidate.cost.total)[:DIVIDED]
+        divided = ((candidate.steps, divide_once(candidate.program)) for candidate in cheapest)
+        return [*found, *(self._candidate((*steps, "dividing once"), each) for steps, each in divided if each)]
 
     @property
     def limits(self) -> tuple[str, ...]:

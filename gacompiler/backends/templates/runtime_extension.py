@@ -38,8 +38,8 @@ def _loaded_extension(folder: str, name: str) -> Any:
     probe = np.zeros((2, 3))
     where = probe.__array_interface__["data"][0]
     functions = (sys.modules.get("numpy._core.multiarray") or sys.modules["numpy.core.multiarray"])._ARRAY_API
-    number, single = np.float64(0), np.dtype(np.float32)
-    known = extension.prepare(probe, where, probe.shape, probe.strides, probe.flags.num, number, single, functions)
+    numbers = np.float64(0), np.float32(1.5)
+    known = extension.prepare(probe, where, probe.shape, probe.strides, probe.flags.num, *numbers, functions)
     return extension if known else None
 
 

@@ -11,16 +11,21 @@ from typing import Any
 
 import numpy as np
 
-_ndarray, _float64 = np.ndarray, np.float64
+_ndarray, _float32, _float64 = np.ndarray, np.float32, np.float64
 _FLOAT32, _FLOAT64 = np.dtype(np.float32), np.dtype(np.float64)
 
 
 def _converted(values: tuple[Any, ...]) -> list[Any] | None:
-    """Numbers and lists beside arrays of doubles as such arrays; None if they are anything else."""
-    arrays = []
+    """Numbers, lists and arrays of both precisions as arrays of one; None if they are anything else.
+
+    They are doubles where one of them is, Python's own numbers apart, and where there are no others.
+    """
+    arrays, own = [], []
     for value in values:
         if type(value) is _float64 or type(value) is float:
             array = np.array(value, _FLOAT64)
+        elif type(value) is _float32:
+            array = np.array(value, _FLOAT32)
         elif type(value) in (list, tuple, int):
             try:
                 array = np.array(value)
@@ -30,10 +35,13 @@ def _converted(values: tuple[Any, ...]) -> list[Any] | None:
                 array = array.astype(_FLOAT64)
         else:
             array = value
-        if type(array) is not _ndarray or array.dtype is not _FLOAT64:
+        if type(array) is not _ndarray or (array.dtype is not _FLOAT64 and array.dtype is not _FLOAT32):
             return None
+        if type(value) is not float and type(value) is not int:
+            own.append(array.dtype)
         arrays.append(array)
-    return arrays
+    dtype = _FLOAT32 if own and _FLOAT64 not in own else _FLOAT64
+    return [array.astype(dtype, copy=False) for array in arrays]
 
 
 def _as_array(kernel: Any, name: str, value: Any) -> np.ndarray[Any, Any]:

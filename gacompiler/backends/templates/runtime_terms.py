@@ -75,12 +75,6 @@ class _Term:
         """Of a number."""
         return "float64" if self.is_double else "float32"
 
-    def to_double(self) -> _Term:
-        return self if self.is_double else self._of(self._builder.fpext(self.value, _tools().ll.DoubleType()))
-
-    def to_float(self) -> _Term:
-        return self._of(self._builder.fptrunc(self.value, _tools().ll.FloatType()))
-
     def bits(self) -> _Term:
         """The word that a number is stored as."""
         return self._of(self._builder.bitcast(self.value, _tools().ll.IntType(64 if self.is_double else 32)))
@@ -111,15 +105,19 @@ class _Term:
         root = self._builder.module.declare_intrinsic("llvm.sqrt", [self.value.type])
         return self._of(self._builder.call(root, [self.value]))
 
+    def fused(self, factor: Any, summand: Any) -> _Term:
+        """``self * factor + summand``, rounded once."""
+        return self._of(self._builder.fma(self.value, self._operand(factor), self._operand(summand)))
+
     def polynomial(self, name: str) -> _Term:
         """One of `_POLYNOMIALS`, in two halves that processors compute side by side."""
         square, terms = self * self, _POLYNOMIALS[self.type_name][name]
-        return self._horner(square, terms[0::2]) + self * self._horner(square, terms[1::2])
+        return self.fused(self._horner(square, terms[1::2]), self._horner(square, terms[0::2]))
 
     def _horner(self, x: _Term, terms: Sequence[float]) -> _Term:
         found = self.like(terms[-1])
         for term in reversed(terms[:-1]):
-            found = self.like(term) + x * found
+            found = x.fused(found, term)
         return found
 
     @property

@@ -30,8 +30,8 @@ class _Format:
         """Bits of a number and of its fraction, and what is added to exponents."""
         self.shift = 1.5 * 2**self.fraction
         """A number so large that the bits of what is added to it, up to half a million, are its last."""
-        self.least, self.most = 2.0 ** (1 - self.bias), (2 - 2.0**-self.fraction) * 2.0**self.bias
-        """The smallest number that has all bits, and the largest."""
+        self.least = 2.0 ** (1 - self.bias)
+        """The smallest number that has all bits."""
         self.below, self.above = (-746, 710) if double else (-105, 89)
         """Exponentials of what is below are 0, of what is above infinite."""
         self.one, self.root = self.bias << self.fraction, 0x3FE6A09E667F3BCD if double else 0x3F3504F3
@@ -42,44 +42,38 @@ def _is_far(x: _Term) -> _Term:
     return x.absolute() > _FARTHEST
 
 
-def _quarters_of(x: _Term) -> tuple[_Term, _Term, _Term]:
-    """How many quarter turns an angle has, modulo 4, and what is left in two parts, up to an eighth of a turn."""
-    wide = x.to_double()
-    form = _Format(wide)
-    known, shift = form.constants, form.shift
-    shifted = wide * known["turn_inverse"] + shift
-    k = shifted - shift
-    a, b = wide - k * known["turn_0"], k * known["turn_1"]
-    if not x.is_double:
-        return (k.to_float() + _Format(x).shift).bits(), (a - b).to_float(), x.like(0)
-    whole = a - b
-    back = a - whole
-    error = ((back - b) + (a - (whole + back))) - k * known["turn_2"]
-    rest = whole + error
-    return shifted.bits(), rest, (whole - rest) + error
+def _quarters_of(x: _Term) -> tuple[_Term, _Term]:
+    """How many quarter turns an angle has, modulo 4, and what is left, up to an eighth of a turn.
+
+    The first difference is exact, so what the three parts of a quarter turn leave is rounded where it is small.
+    """
+    form = _Format(x)
+    known, shift = form.constants, x.like(form.shift)
+    shifted = x.fused(known["quarter_inverse"], shift)
+    k = shift - shifted
+    rest = k.fused(known["quarter_2"], k.fused(known["quarter_1"], k.fused(known["quarter_0"], x)))
+    return shifted.bits(), rest
 
 
-def _sin_of_rest(x: _Term, low: _Term) -> _Term:
+def _sin_of_rest(x: _Term) -> _Term:
     z = x * x
-    return x + (x * (z * z.polynomial("sin")) + low)
+    return (x * z).fused(z.polynomial("sin"), x)
 
 
-def _cos_of_rest(x: _Term, low: _Term) -> _Term:
+def _cos_of_rest(x: _Term) -> _Term:
     z = x * x
-    half, first = z * 0.5, z.like(1)
-    one = first - half
-    return one + (((first - one) - half) + (z * z * z.polynomial("cos") - x * low))
+    return z.fused(z.fused(z.polynomial("cos"), -0.5), 1)
 
 
 def _sin_of(x: _Term) -> _Term:
-    n, rest, low = _quarters_of(x.absolute())
-    y = n.is_odd().chosen(_cos_of_rest(rest, low), _sin_of_rest(rest, low))
+    n, rest = _quarters_of(x.absolute())
+    y = n.is_odd().chosen(_cos_of_rest(rest), _sin_of_rest(rest))
     return y.flipped_by(x.bits() ^ (n << (_Format(x).width - 2)))
 
 
 def _cos_of(x: _Term) -> _Term:
-    n, rest, low = _quarters_of(x.absolute())
-    y = n.is_odd().chosen(_sin_of_rest(rest, low), _cos_of_rest(rest, low))
+    n, rest = _quarters_of(x.absolute())
+    y = n.is_odd().chosen(_sin_of_rest(rest), _cos_of_rest(rest))
     return y.flipped_by((n + 1) << (_Format(x).width - 2))
 
 
@@ -88,13 +82,13 @@ def _exp_of(x: _Term) -> _Term:
     form = _Format(x)
     known, bias, fraction, shift = form.constants, form.bias, form.fraction, x.like(form.shift)
     y = (x > form.above).chosen(form.above, (x < form.below).chosen(form.below, x))
-    shifted = y * known["log_inverse"] + shift
-    k = shifted - shift
-    z = (y - k * known["log_high"]) - k * known["log_low"]
+    shifted = y.fused(known["log_inverse"], shift)
+    k = shift - shifted
+    z = k.fused(known["log_1"], k.fused(known["log_0"], y))
     n = shifted.bits() - shift.bits()
     half = ((n + 2 * bias) >> 1) - bias
     a, b = ((half + bias) << fraction).number(), ((n - half + bias) << fraction).number()
-    return (x.like(1) + (z + z * z * z.polynomial("exp"))) * a * b
+    return (z * z).fused(z.polynomial("exp"), z).fused(a, a) * b
 
 
 def _log_of(x: _Term) -> _Term:
@@ -109,34 +103,25 @@ def _log_of(x: _Term) -> _Term:
     f = ((n & ((1 << fraction) - 1)) + form.root).number() - 1
     half, s = f * f * 0.5, f / (f + 2)
     z = s * s
-    low = s * (half + z * z.polynomial("log")) + k * known["log_low"]
-    finite = k * known["log_high"] - ((half - low) - f)
+    low = s.fused(z.fused(z.polynomial("log"), half), k * known["log_1"])
+    finite = k.fused(known["log_0"], f - (half - low))
     positive = x > 0
     other = x.equals(0).chosen(x.like(-math.inf), positive.chosen(x, math.nan))
     return (positive & (x < math.inf)).chosen(finite, other)
 
 
 def _atan2_of(y: _Term, x: _Term) -> _Term:
-    form = _Format(x)
-    known = form.constants
+    known = _Format(x).constants
     u, v = x.absolute(), y.absolute()
     swapped, left = v > u, x.is_negative()
     most, least = swapped.chosen(v, u), swapped.chosen(u, v)
-    # Sums of the largest numbers would overflow; two zeros, and two infinities, have the ratio 0 and 1.
-    same, none = u.equals(math.inf) & v.equals(math.inf), most.equals(0)
-    scale = (most > form.most / 64).chosen(x.like(1 / 64), 1)
-    big, small = none.chosen(1, same.chosen(1, most * scale)), same.chosen(1, least * scale)
-    # Above 0.55 an eighth of a turn is taken away: results below 1/2 come from one division. The factor 16 is for
-    # the smallest numbers, whose products are rounded to few bits.
-    upper = small * 16 > big * 8.8
-    t = (small - upper.chosen(big, 0)) / (big + upper.chosen(small, 0))
+    # Two infinities have the ratio 1, two zeros 0.
+    t = u.equals(v).chosen((u > 0).chosen(x.like(1), 0), least / most)
     z = t * t
-    angle = t + t * (z * z.polynomial("atan"))
-    near = upper.chosen(x.like(1), 0)
-    first = swapped.chosen(x.like(2) - near, near)
-    eighths = left.chosen(x.like(4) - first, first)
+    angle = (t * z).fused((z - 0.5).polynomial("atan"), t)
+    quarters = swapped.chosen(x.like(1), left.chosen(x.like(2), 0))
     turned = (left ^ swapped).chosen(-angle, angle)
-    return (eighths * known["eighth_high"] + (eighths * known["eighth_low"] + turned)).flipped_by(y.bits())
+    return quarters.fused(known["quarter_0"], quarters.fused(known["quarter_1"], turned)).flipped_by(y.bits())
 
 
 def _acos_of(x: _Term) -> _Term:
@@ -146,9 +131,9 @@ def _acos_of(x: _Term) -> _Term:
     z = large.chosen((u.like(1) - u) * 0.5, x * x)
     s = large.chosen(z.root(), x)
     more = s * (z * z.polynomial("asin"))
-    middle = x.like(2 * known["eighth_high"]) - (s - (x.like(2 * known["eighth_low"]) - more))
+    middle = x.like(known["quarter_0"]) - (s - (x.like(known["quarter_1"]) - more))
     right = (s + more) * 2
-    left = x.like(4 * known["eighth_high"]) - (right - 4 * known["eighth_low"])
+    left = x.like(2 * known["quarter_0"]) - (right - 2 * known["quarter_1"])
     return large.chosen((x < 0).chosen(left, right), middle)
 
 
