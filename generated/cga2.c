@@ -2,7 +2,7 @@
 // command: gac generate --all cga2
 // spec: f14887bc6fa2bdb2
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 39f09e9a44894803cc7a0a6c9dd47e9c62c11088bb25dc315706ca480c864a24
+// body: 9537c6729773938244848ed07dfa902f06124945cab7cb721e4adf9e54a0d1ca
 
 #ifndef REAL
 #include "cga2.h"
@@ -32,7 +32,14 @@
 
 // The widest vectors of the machine that runs the loops: on x86-64 there is each for AVX2 (v3) and for AVX-512 (v4),
 // and machines that have neither run one element after the other; on others there is one.
-#if defined(__x86_64__) && defined(__clang__)
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(_WIN32)
+#if __GNUC__ >= 12 && !defined(__clang__)
+#define ON_v3 __attribute__((target("arch=x86-64-v3")))
+#define ON_v4 __attribute__((target("arch=x86-64-v4")))
+#define HAS_v3 __builtin_cpu_supports("x86-64-v3")
+#define HAS_v4 __builtin_cpu_supports("x86-64-v4")
+#define NAMES_MACHINES
+#else
 #define ON_v3 __attribute__((target("avx2,fma,bmi2")))
 #define ON_v4 __attribute__((target("avx2,fma,bmi2,avx512f,avx512bw,avx512dq,avx512vl")))
 #define FINDS(feature) __builtin_cpu_supports(feature)
@@ -41,12 +48,8 @@
 #else
 #define HAS_v3 (FINDS("avx2") && FINDS("fma") && FINDS("bmi2"))
 #endif
-#define HAS_v4 (FINDS("avx512f") && FINDS("avx512bw") && FINDS("avx512dq") && FINDS("avx512vl"))
-#elif defined(__x86_64__) && defined(__GNUC__) && __GNUC__ >= 12
-#define ON_v3 __attribute__((target("arch=x86-64-v3")))
-#define ON_v4 __attribute__((target("arch=x86-64-v4")))
-#define HAS_v3 __builtin_cpu_supports("x86-64-v3")
-#define HAS_v4 __builtin_cpu_supports("x86-64-v4")
+#define HAS_v4 (HAS_v3 && FINDS("avx512f") && FINDS("avx512bw") && FINDS("avx512dq") && FINDS("avx512vl"))
+#endif
 #endif
 #ifdef ON_v3
 #define ONE(name, level)                                                                        \
@@ -66,7 +69,7 @@
 #define WIDTHS(name) {NAME(name)}
 #define CHOSEN 0
 #endif
-#if defined(ON_v3) && defined(__GLIBC__) && !defined(__clang__)
+#if defined(NAMES_MACHINES) && defined(__GLIBC__)
 #define WIDE __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
 #else
 #define WIDE
@@ -125,7 +128,7 @@ static intptr_t offset_of(const struct part *part, intptr_t k, const intptr_t *s
 
 // What no cache holds goes to memory past them: whole lines, of which nothing is fetched first.
 enum { LINE = 64 };
-#if defined(ON_v3) && !defined(__clang__)
+#ifdef NAMES_MACHINES
 #define PASSES(bytes) ((bytes) > 1 << 25)
 ON_v3 static void stream(char *to, const char *from, intptr_t bytes)
 {
@@ -7338,13 +7341,13 @@ INLINE void NAME(point_pair_points)(const REAL *pair, REAL *out_0, REAL *out_1)
     const REAL t9 = pair_e10 * pair_e10;
     const REAL t10 = pair_e20 * pair_e20;
     const REAL t11 = t9 + t10;
-    const REAL t12 = (REAL)1 / t11;
-    const REAL t13 = t8 * t12;
-    const REAL t14 = SQRT(t13);
-    const REAL t15 = SQRT(t11);
-    const REAL t16 = t12 * t15;
-    const REAL t17 = pair_e10 * t16;
-    const REAL t18 = t14 * t17;
+    const REAL t12 = SQRT(t11);
+    const REAL t13 = (REAL)1 / t12;
+    const REAL t14 = t8 * t13;
+    const REAL t15 = t13 * t14;
+    const REAL t16 = SQRT(t15);
+    const REAL t17 = pair_e10 * t13;
+    const REAL t18 = t16 * t17;
     const REAL t19 = (REAL)2 * t11;
     const REAL t20 = -t19;
     const REAL t21 = (REAL)1 / t20;
@@ -7353,8 +7356,8 @@ INLINE void NAME(point_pair_points)(const REAL *pair, REAL *out_0, REAL *out_1)
     const REAL t24 = t22 + t23;
     const REAL t25 = t21 * t24;
     const REAL t26 = t18 + t25;
-    const REAL t27 = pair_e20 * t16;
-    const REAL t28 = t14 * t27;
+    const REAL t27 = pair_e20 * t13;
+    const REAL t28 = t16 * t27;
     const REAL t29 = pair_e0inf * t2;
     const REAL t30 = pair_e12 * t0;
     const REAL t31 = t29 - t30;

@@ -2,7 +2,7 @@
 // command: gac generate --all hand_eye
 // spec: 957db21cfe168010
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: eb6c8341484da8c2d67efcad598eb0cd931000bb3ee7ba55d59c04d749088627
+// body: 153ec031b32593acab791ab7a2025f7af102d424ac73d5e7af4ed5967a48a3b8
 
 #ifndef REAL
 #include "hand_eye.h"
@@ -32,7 +32,14 @@
 
 // The widest vectors of the machine that runs the loops: on x86-64 there is each for AVX2 (v3) and for AVX-512 (v4),
 // and machines that have neither run one element after the other; on others there is one.
-#if defined(__x86_64__) && defined(__clang__)
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(_WIN32)
+#if __GNUC__ >= 12 && !defined(__clang__)
+#define ON_v3 __attribute__((target("arch=x86-64-v3")))
+#define ON_v4 __attribute__((target("arch=x86-64-v4")))
+#define HAS_v3 __builtin_cpu_supports("x86-64-v3")
+#define HAS_v4 __builtin_cpu_supports("x86-64-v4")
+#define NAMES_MACHINES
+#else
 #define ON_v3 __attribute__((target("avx2,fma,bmi2")))
 #define ON_v4 __attribute__((target("avx2,fma,bmi2,avx512f,avx512bw,avx512dq,avx512vl")))
 #define FINDS(feature) __builtin_cpu_supports(feature)
@@ -41,12 +48,8 @@
 #else
 #define HAS_v3 (FINDS("avx2") && FINDS("fma") && FINDS("bmi2"))
 #endif
-#define HAS_v4 (FINDS("avx512f") && FINDS("avx512bw") && FINDS("avx512dq") && FINDS("avx512vl"))
-#elif defined(__x86_64__) && defined(__GNUC__) && __GNUC__ >= 12
-#define ON_v3 __attribute__((target("arch=x86-64-v3")))
-#define ON_v4 __attribute__((target("arch=x86-64-v4")))
-#define HAS_v3 __builtin_cpu_supports("x86-64-v3")
-#define HAS_v4 __builtin_cpu_supports("x86-64-v4")
+#define HAS_v4 (HAS_v3 && FINDS("avx512f") && FINDS("avx512bw") && FINDS("avx512dq") && FINDS("avx512vl"))
+#endif
 #endif
 #ifdef ON_v3
 #define ONE(name, level)                                                                        \
@@ -66,7 +69,7 @@
 #define WIDTHS(name) {NAME(name)}
 #define CHOSEN 0
 #endif
-#if defined(ON_v3) && defined(__GLIBC__) && !defined(__clang__)
+#if defined(NAMES_MACHINES) && defined(__GLIBC__)
 #define WIDE __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
 #else
 #define WIDE
@@ -125,7 +128,7 @@ static intptr_t offset_of(const struct part *part, intptr_t k, const intptr_t *s
 
 // What no cache holds goes to memory past them: whole lines, of which nothing is fetched first.
 enum { LINE = 64 };
-#if defined(ON_v3) && !defined(__clang__)
+#ifdef NAMES_MACHINES
 #define PASSES(bytes) ((bytes) > 1 << 25)
 ON_v3 static void stream(char *to, const char *from, intptr_t bytes)
 {
@@ -1476,61 +1479,61 @@ INLINE void NAME(null_motor)(const REAL *u, const REAL *v, REAL *out)
     const REAL t53 = t51 + t52;
     const REAL t54 = t53 * t53;
     const REAL t55 = t50 + t54;
-    const REAL t56 = (REAL)1 / t55;
-    const REAL t57 = SQRT(t55);
-    const REAL t58 = t57 * t56;
-    const REAL t59 = t39 * t58;
-    const REAL t60 = LESS(t59, (REAL)0);
-    const REAL t61 = SELECT(t60, (REAL)-1, (REAL)1);
-    const REAL t62 = t59 * t61;
-    const REAL t63 = t43 * t58;
-    const REAL t64 = t61 * t63;
-    const REAL t65 = t48 * t58;
-    const REAL t66 = t61 * t65;
-    const REAL t67 = t53 * t58;
-    const REAL t68 = t61 * t67;
-    const REAL t69 = u_e0123 * t34;
-    const REAL t70 = v_e0123 * t37;
-    const REAL t71 = t69 + t70;
-    const REAL t72 = t39 * t71;
-    const REAL t73 = u_e02 * t34;
-    const REAL t74 = v_e02 * t37;
-    const REAL t75 = t73 + t74;
-    const REAL t76 = t48 * t75;
-    const REAL t77 = t72 + t76;
-    const REAL t78 = u_e03 * t34;
-    const REAL t79 = v_e03 * t37;
-    const REAL t80 = t78 + t79;
-    const REAL t81 = t43 * t80;
-    const REAL t82 = t81 - t77;
-    const REAL t83 = u_e01 * t34;
-    const REAL t84 = v_e01 * t37;
-    const REAL t85 = t83 + t84;
-    const REAL t86 = t53 * t85;
-    const REAL t87 = t82 + t86;
-    const REAL t88 = t56 * t87;
+    const REAL t56 = SQRT(t55);
+    const REAL t57 = (REAL)1 / t56;
+    const REAL t58 = t39 * t57;
+    const REAL t59 = LESS(t58, (REAL)0);
+    const REAL t60 = SELECT(t59, (REAL)-1, (REAL)1);
+    const REAL t61 = t58 * t60;
+    const REAL t62 = t43 * t57;
+    const REAL t63 = t60 * t62;
+    const REAL t64 = t48 * t57;
+    const REAL t65 = t60 * t64;
+    const REAL t66 = t53 * t57;
+    const REAL t67 = t60 * t66;
+    const REAL t68 = u_e0123 * t34;
+    const REAL t69 = v_e0123 * t37;
+    const REAL t70 = t68 + t69;
+    const REAL t71 = t39 * t70;
+    const REAL t72 = u_e02 * t34;
+    const REAL t73 = v_e02 * t37;
+    const REAL t74 = t72 + t73;
+    const REAL t75 = t48 * t74;
+    const REAL t76 = t71 + t75;
+    const REAL t77 = u_e03 * t34;
+    const REAL t78 = v_e03 * t37;
+    const REAL t79 = t77 + t78;
+    const REAL t80 = t43 * t79;
+    const REAL t81 = t80 - t76;
+    const REAL t82 = u_e01 * t34;
+    const REAL t83 = v_e01 * t37;
+    const REAL t84 = t82 + t83;
+    const REAL t85 = t53 * t84;
+    const REAL t86 = t81 + t85;
+    const REAL t87 = t57 * t86;
+    const REAL t88 = t57 * t87;
     const REAL t89 = t53 * t88;
-    const REAL t90 = t89 - t85;
-    const REAL t91 = t58 * t90;
-    const REAL t92 = t61 * t91;
+    const REAL t90 = t89 - t84;
+    const REAL t91 = t57 * t90;
+    const REAL t92 = t60 * t91;
     const REAL t93 = -t92;
     const REAL t94 = t48 * t88;
-    const REAL t95 = t75 + t94;
-    const REAL t96 = t58 * t95;
-    const REAL t97 = t61 * t96;
+    const REAL t95 = t74 + t94;
+    const REAL t96 = t57 * t95;
+    const REAL t97 = t60 * t96;
     const REAL t98 = t43 * t88;
-    const REAL t99 = t98 - t80;
-    const REAL t100 = t58 * t99;
-    const REAL t101 = t61 * t100;
+    const REAL t99 = t98 - t79;
+    const REAL t100 = t57 * t99;
+    const REAL t101 = t60 * t100;
     const REAL t102 = -t101;
     const REAL t103 = t39 * t88;
-    const REAL t104 = t71 + t103;
-    const REAL t105 = t58 * t104;
-    const REAL t106 = t61 * t105;
-    out[0] = t62;
-    out[1] = t64;
-    out[2] = t66;
-    out[3] = t68;
+    const REAL t104 = t70 + t103;
+    const REAL t105 = t57 * t104;
+    const REAL t106 = t60 * t105;
+    out[0] = t61;
+    out[1] = t63;
+    out[2] = t65;
+    out[3] = t67;
     out[4] = t93;
     out[5] = t97;
     out[6] = t102;

@@ -2,7 +2,7 @@
 // command: gac generate --all projective3
 // spec: b8100e20257c1954
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 57abc9b74dc945d1b3c711a500a44a5d1873d16aaefc04fd76b856cd7a74da15
+// body: b554c79fa40928581e254e19d75ad08cbf604c5c365b654bd2cb84b01a2f9bb8
 
 #ifndef REAL
 #include "projective3.h"
@@ -32,7 +32,14 @@
 
 // The widest vectors of the machine that runs the loops: on x86-64 there is each for AVX2 (v3) and for AVX-512 (v4),
 // and machines that have neither run one element after the other; on others there is one.
-#if defined(__x86_64__) && defined(__clang__)
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(_WIN32)
+#if __GNUC__ >= 12 && !defined(__clang__)
+#define ON_v3 __attribute__((target("arch=x86-64-v3")))
+#define ON_v4 __attribute__((target("arch=x86-64-v4")))
+#define HAS_v3 __builtin_cpu_supports("x86-64-v3")
+#define HAS_v4 __builtin_cpu_supports("x86-64-v4")
+#define NAMES_MACHINES
+#else
 #define ON_v3 __attribute__((target("avx2,fma,bmi2")))
 #define ON_v4 __attribute__((target("avx2,fma,bmi2,avx512f,avx512bw,avx512dq,avx512vl")))
 #define FINDS(feature) __builtin_cpu_supports(feature)
@@ -41,12 +48,8 @@
 #else
 #define HAS_v3 (FINDS("avx2") && FINDS("fma") && FINDS("bmi2"))
 #endif
-#define HAS_v4 (FINDS("avx512f") && FINDS("avx512bw") && FINDS("avx512dq") && FINDS("avx512vl"))
-#elif defined(__x86_64__) && defined(__GNUC__) && __GNUC__ >= 12
-#define ON_v3 __attribute__((target("arch=x86-64-v3")))
-#define ON_v4 __attribute__((target("arch=x86-64-v4")))
-#define HAS_v3 __builtin_cpu_supports("x86-64-v3")
-#define HAS_v4 __builtin_cpu_supports("x86-64-v4")
+#define HAS_v4 (HAS_v3 && FINDS("avx512f") && FINDS("avx512bw") && FINDS("avx512dq") && FINDS("avx512vl"))
+#endif
 #endif
 #ifdef ON_v3
 #define ONE(name, level)                                                                        \
@@ -66,7 +69,7 @@
 #define WIDTHS(name) {NAME(name)}
 #define CHOSEN 0
 #endif
-#if defined(ON_v3) && defined(__GLIBC__) && !defined(__clang__)
+#if defined(NAMES_MACHINES) && defined(__GLIBC__)
 #define WIDE __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
 #else
 #define WIDE
@@ -125,7 +128,7 @@ static intptr_t offset_of(const struct part *part, intptr_t k, const intptr_t *s
 
 // What no cache holds goes to memory past them: whole lines, of which nothing is fetched first.
 enum { LINE = 64 };
-#if defined(ON_v3) && !defined(__clang__)
+#ifdef NAMES_MACHINES
 #define PASSES(bytes) ((bytes) > 1 << 25)
 ON_v3 static void stream(char *to, const char *from, intptr_t bytes)
 {
@@ -13534,58 +13537,58 @@ INLINE void NAME(sampson_distance_gradient)(const REAL *fundamental, const REAL 
     const REAL t20 = fundamental_2_1 + t19;
     const REAL t21 = t20 * t20;
     const REAL t22 = t16 + t21;
-    const REAL t23 = (REAL)1 / t22;
-    const REAL t24 = SQRT(t22);
-    const REAL t25 = t23 * t24;
-    const REAL t26 = partner_0 * t3;
-    const REAL t27 = partner_1 * t8;
-    const REAL t28 = t26 + t27;
-    const REAL t29 = fundamental_2_0 * pixel_0;
-    const REAL t30 = fundamental_2_1 * pixel_1;
-    const REAL t31 = t29 + t30;
-    const REAL t32 = fundamental_2_2 + t31;
-    const REAL t33 = t28 + t32;
-    const REAL t34 = t33 * t23;
+    const REAL t23 = SQRT(t22);
+    const REAL t24 = (REAL)1 / t23;
+    const REAL t25 = partner_0 * t3;
+    const REAL t26 = partner_1 * t8;
+    const REAL t27 = t25 + t26;
+    const REAL t28 = fundamental_2_0 * pixel_0;
+    const REAL t29 = fundamental_2_1 * pixel_1;
+    const REAL t30 = t28 + t29;
+    const REAL t31 = fundamental_2_2 + t30;
+    const REAL t32 = t27 + t31;
+    const REAL t33 = t32 * t24;
+    const REAL t34 = t24 * t33;
     const REAL t35 = pixel_0 * t3;
     const REAL t36 = partner_0 * t14;
     const REAL t37 = t35 + t36;
     const REAL t38 = t34 * t37;
     const REAL t39 = pixel_0 * partner_0;
     const REAL t40 = t39 - t38;
-    const REAL t41 = t40 * t25;
+    const REAL t41 = t24 * t40;
     const REAL t42 = pixel_1 * t3;
     const REAL t43 = partner_0 * t20;
     const REAL t44 = t42 + t43;
     const REAL t45 = t34 * t44;
     const REAL t46 = pixel_1 * partner_0;
     const REAL t47 = t46 - t45;
-    const REAL t48 = t25 * t47;
+    const REAL t48 = t24 * t47;
     const REAL t49 = t3 * t34;
     const REAL t50 = partner_0 - t49;
-    const REAL t51 = t25 * t50;
+    const REAL t51 = t24 * t50;
     const REAL t52 = pixel_0 * t8;
     const REAL t53 = partner_1 * t14;
     const REAL t54 = t52 + t53;
     const REAL t55 = t34 * t54;
     const REAL t56 = pixel_0 * partner_1;
     const REAL t57 = t56 - t55;
-    const REAL t58 = t25 * t57;
+    const REAL t58 = t24 * t57;
     const REAL t59 = pixel_1 * t8;
     const REAL t60 = partner_1 * t20;
     const REAL t61 = t59 + t60;
     const REAL t62 = t34 * t61;
     const REAL t63 = pixel_1 * partner_1;
     const REAL t64 = t63 - t62;
-    const REAL t65 = t25 * t64;
+    const REAL t65 = t24 * t64;
     const REAL t66 = t8 * t34;
     const REAL t67 = partner_1 - t66;
-    const REAL t68 = t25 * t67;
+    const REAL t68 = t24 * t67;
     const REAL t69 = t14 * t34;
     const REAL t70 = pixel_0 - t69;
-    const REAL t71 = t25 * t70;
+    const REAL t71 = t24 * t70;
     const REAL t72 = t20 * t34;
     const REAL t73 = pixel_1 - t72;
-    const REAL t74 = t25 * t73;
+    const REAL t74 = t24 * t73;
     out[0] = t41;
     out[1] = t48;
     out[2] = t51;
@@ -13594,7 +13597,7 @@ INLINE void NAME(sampson_distance_gradient)(const REAL *fundamental, const REAL 
     out[5] = t68;
     out[6] = t71;
     out[7] = t74;
-    out[8] = t25;
+    out[8] = t24;
 }
 
 static INLINE void NAME(sampson_distance_gradient_prepare_fundamental_pixel)(const REAL *fundamental, const REAL
@@ -13622,10 +13625,10 @@ static INLINE void NAME(sampson_distance_gradient_prepare_fundamental_pixel)(con
     const REAL t8 = fundamental_1_2 + t7;
     const REAL t9 = t8 * t8;
     const REAL t10 = t4 + t9;
-    const REAL t29 = fundamental_2_0 * pixel_0;
-    const REAL t30 = fundamental_2_1 * pixel_1;
-    const REAL t31 = t29 + t30;
-    const REAL t32 = fundamental_2_2 + t31;
+    const REAL t28 = fundamental_2_0 * pixel_0;
+    const REAL t29 = fundamental_2_1 * pixel_1;
+    const REAL t30 = t28 + t29;
+    const REAL t31 = fundamental_2_2 + t30;
     const REAL t35 = pixel_0 * t3;
     const REAL t42 = pixel_1 * t3;
     const REAL t52 = pixel_0 * t8;
@@ -13639,7 +13642,7 @@ static INLINE void NAME(sampson_distance_gradient_prepare_fundamental_pixel)(con
     prepared[6] = fundamental_2_1;
     prepared[7] = t3;
     prepared[8] = t8;
-    prepared[9] = t32;
+    prepared[9] = t31;
     prepared[10] = t35;
     prepared[11] = pixel_0;
     prepared[12] = t42;
@@ -13660,7 +13663,7 @@ static INLINE void NAME(sampson_distance_gradient_apply_fundamental_pixel)(const
     const REAL fundamental_2_1 = prepared[6];
     const REAL t3 = prepared[7];
     const REAL t8 = prepared[8];
-    const REAL t32 = prepared[9];
+    const REAL t31 = prepared[9];
     const REAL t35 = prepared[10];
     const REAL pixel_0 = prepared[11];
     const REAL t42 = prepared[12];
@@ -13681,50 +13684,50 @@ static INLINE void NAME(sampson_distance_gradient_apply_fundamental_pixel)(const
     const REAL t20 = fundamental_2_1 + t19;
     const REAL t21 = t20 * t20;
     const REAL t22 = t16 + t21;
-    const REAL t23 = (REAL)1 / t22;
-    const REAL t24 = SQRT(t22);
-    const REAL t25 = t23 * t24;
-    const REAL t26 = partner_0 * t3;
-    const REAL t27 = partner_1 * t8;
-    const REAL t28 = t26 + t27;
-    const REAL t33 = t28 + t32;
-    const REAL t34 = t33 * t23;
+    const REAL t23 = SQRT(t22);
+    const REAL t24 = (REAL)1 / t23;
+    const REAL t25 = partner_0 * t3;
+    const REAL t26 = partner_1 * t8;
+    const REAL t27 = t25 + t26;
+    const REAL t32 = t27 + t31;
+    const REAL t33 = t32 * t24;
+    const REAL t34 = t24 * t33;
     const REAL t36 = partner_0 * t14;
     const REAL t37 = t35 + t36;
     const REAL t38 = t34 * t37;
     const REAL t39 = pixel_0 * partner_0;
     const REAL t40 = t39 - t38;
-    const REAL t41 = t40 * t25;
+    const REAL t41 = t24 * t40;
     const REAL t43 = partner_0 * t20;
     const REAL t44 = t42 + t43;
     const REAL t45 = t34 * t44;
     const REAL t46 = pixel_1 * partner_0;
     const REAL t47 = t46 - t45;
-    const REAL t48 = t25 * t47;
+    const REAL t48 = t24 * t47;
     const REAL t49 = t3 * t34;
     const REAL t50 = partner_0 - t49;
-    const REAL t51 = t25 * t50;
+    const REAL t51 = t24 * t50;
     const REAL t53 = partner_1 * t14;
     const REAL t54 = t52 + t53;
     const REAL t55 = t34 * t54;
     const REAL t56 = pixel_0 * partner_1;
     const REAL t57 = t56 - t55;
-    const REAL t58 = t25 * t57;
+    const REAL t58 = t24 * t57;
     const REAL t60 = partner_1 * t20;
     const REAL t61 = t59 + t60;
     const REAL t62 = t34 * t61;
     const REAL t63 = pixel_1 * partner_1;
     const REAL t64 = t63 - t62;
-    const REAL t65 = t25 * t64;
+    const REAL t65 = t24 * t64;
     const REAL t66 = t8 * t34;
     const REAL t67 = partner_1 - t66;
-    const REAL t68 = t25 * t67;
+    const REAL t68 = t24 * t67;
     const REAL t69 = t14 * t34;
     const REAL t70 = pixel_0 - t69;
-    const REAL t71 = t25 * t70;
+    const REAL t71 = t24 * t70;
     const REAL t72 = t20 * t34;
     const REAL t73 = pixel_1 - t72;
-    const REAL t74 = t25 * t73;
+    const REAL t74 = t24 * t73;
     out[0] = t41;
     out[1] = t48;
     out[2] = t51;
@@ -13733,7 +13736,7 @@ static INLINE void NAME(sampson_distance_gradient_apply_fundamental_pixel)(const
     out[5] = t68;
     out[6] = t71;
     out[7] = t74;
-    out[8] = t25;
+    out[8] = t24;
 }
 
 static INLINE void NAME(sampson_distance_gradient_block_fundamental_pixel)(intptr_t n, char **args, const intptr_t

@@ -2,7 +2,7 @@
 // command: gac generate --all sta
 // spec: 65db12e5bb2360c0
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 159e78ffccbaf1b1df59f878d70042ce9d24558dfd2b3bf36af9c7c708019fc4
+// body: 417736145d9fd0ba24ee44d6e67d3057ee6fb37ed7ea5137e106a57df39fd520
 
 #ifndef REAL
 #include "sta.h"
@@ -32,7 +32,14 @@
 
 // The widest vectors of the machine that runs the loops: on x86-64 there is each for AVX2 (v3) and for AVX-512 (v4),
 // and machines that have neither run one element after the other; on others there is one.
-#if defined(__x86_64__) && defined(__clang__)
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(_WIN32)
+#if __GNUC__ >= 12 && !defined(__clang__)
+#define ON_v3 __attribute__((target("arch=x86-64-v3")))
+#define ON_v4 __attribute__((target("arch=x86-64-v4")))
+#define HAS_v3 __builtin_cpu_supports("x86-64-v3")
+#define HAS_v4 __builtin_cpu_supports("x86-64-v4")
+#define NAMES_MACHINES
+#else
 #define ON_v3 __attribute__((target("avx2,fma,bmi2")))
 #define ON_v4 __attribute__((target("avx2,fma,bmi2,avx512f,avx512bw,avx512dq,avx512vl")))
 #define FINDS(feature) __builtin_cpu_supports(feature)
@@ -41,12 +48,8 @@
 #else
 #define HAS_v3 (FINDS("avx2") && FINDS("fma") && FINDS("bmi2"))
 #endif
-#define HAS_v4 (FINDS("avx512f") && FINDS("avx512bw") && FINDS("avx512dq") && FINDS("avx512vl"))
-#elif defined(__x86_64__) && defined(__GNUC__) && __GNUC__ >= 12
-#define ON_v3 __attribute__((target("arch=x86-64-v3")))
-#define ON_v4 __attribute__((target("arch=x86-64-v4")))
-#define HAS_v3 __builtin_cpu_supports("x86-64-v3")
-#define HAS_v4 __builtin_cpu_supports("x86-64-v4")
+#define HAS_v4 (HAS_v3 && FINDS("avx512f") && FINDS("avx512bw") && FINDS("avx512dq") && FINDS("avx512vl"))
+#endif
 #endif
 #ifdef ON_v3
 #define ONE(name, level)                                                                        \
@@ -66,7 +69,7 @@
 #define WIDTHS(name) {NAME(name)}
 #define CHOSEN 0
 #endif
-#if defined(ON_v3) && defined(__GLIBC__) && !defined(__clang__)
+#if defined(NAMES_MACHINES) && defined(__GLIBC__)
 #define WIDE __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
 #else
 #define WIDE
@@ -125,7 +128,7 @@ static intptr_t offset_of(const struct part *part, intptr_t k, const intptr_t *s
 
 // What no cache holds goes to memory past them: whole lines, of which nothing is fetched first.
 enum { LINE = 64 };
-#if defined(ON_v3) && !defined(__clang__)
+#ifdef NAMES_MACHINES
 #define PASSES(bytes) ((bytes) > 1 << 25)
 ON_v3 static void stream(char *to, const char *from, intptr_t bytes)
 {

@@ -37,12 +37,15 @@ from gacompiler.backends import (
     python_source,
 )
 from gacompiler.backends.c_functions import TRANSCENDENTAL
+from gacompiler.backends.printers import RESERVED
 from gacompiler.errors import BackendError
 from gacompiler.ir.interpret import interpret
 from gacompiler.ir.program import Program
 from gacompiler.ir.scalar import Op
 
 needs_compiler = pytest.mark.skipif(not shutil.which("gcc"), reason="no gcc on the PATH")
+
+ROOT = Path(__file__).parents[1]
 
 
 EXACT_POINTS = {
@@ -146,6 +149,13 @@ def test_a_kernel_may_be_called_as_a_function(op: Program) -> None:
     module = module_source("one", Program(name, op.arguments, op.lines, op.results))
     assert f"def _{name}(" in python_source(module)
     assert f"NAME({name})(" in c_source(module)
+
+
+def test_no_variable_has_the_name_of_a_macro() -> None:
+    """Of one without arguments: the others are macros only where a parenthesis follows."""
+    text = (ROOT / "generated" / "cga3.c").read_text()
+    macros = set(re.findall(r"^\s*#\s*define (\w+)(?![\w(])", text, re.M))
+    assert {"REAL", "LOG_0", "TILE"} <= macros <= RESERVED
 
 
 def test_kernels_may_not_share_a_name() -> None:

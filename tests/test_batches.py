@@ -65,9 +65,10 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
     folder = tmp_path_factory.mktemp("widths")
     text = (ROOT / "generated" / "vga2.c").read_text()
     (folder / "vga2.h").write_text((ROOT / "generated" / "vga2.h").read_text())
-    chosen, count = re.subn(r"#define CHOSEN \(.*", "#define CHOSEN chosen_width\nint chosen_width;", text)
-    assert count == 1
-    (folder / "vga2.c").write_text(chosen)
+    for name, value in (("CHOSEN", "chosen_width\nint chosen_width;"), ("HAS_v3", "(chosen_width >= 0)")):
+        text, count = re.subn(rf"(#define {name}) .*", rf"\1 {value}", text, count=1)
+        assert count == 1
+    (folder / "vga2.c").write_text(text)
     built = folder / "vga2.so"
     flags = [*compiler_flags(compiler), "-shared", "-o", str(built)]
     subprocess.run([*compiler, *flags, str(folder / "vga2.c"), "-lm"], check=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import inspect
+import itertools
 import pickle
 import sys
 import sysconfig
@@ -142,6 +143,17 @@ def test_kernels_take_the_short_way(fast: ModuleType, monkeypatch: pytest.Monkey
     assert fast.distance(np.float32(3), np.float32(4)) == 25 and type(fast.distance(np.float32(3), 4)) is np.float32
     p.flags.writeable = False
     fast.move_point(m, p, out=None)
+
+
+@pytest.mark.parametrize("way", ["extension", "c"])
+def test_results_have_the_precision_of_numbers_that_have_one(ways: dict[str, ModuleType], way: str) -> None:
+    """As in numpy: Python's numbers take that of the others, and are doubles among themselves."""
+    own: list[tuple[Any, str]] = [(np.float32(2), "f4"), (np.float64(2), "f8")]
+    numbers = [(2, None), (2.0, None), *own, *((np.array(x), kind) for x, kind in own)]
+    for (x, first), (y, second) in itertools.product(numbers, repeat=2):
+        found = ways[way].distance(x, y)
+        given = [kind for kind in (first, second) if kind is not None]
+        assert found == 8 and found.dtype == (np.result_type(*given) if given else float), (x, y)
 
 
 @pytest.mark.parametrize("program", PROGRAMS, ids=lambda program: program.name)

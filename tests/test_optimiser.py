@@ -6,6 +6,7 @@ from fractions import Fraction
 from random import Random
 from typing import Any
 
+import numpy as np
 import pytest
 from conftest import GRASSMANN, OBLIQUE, name_of
 
@@ -468,17 +469,34 @@ def test_differences_reach_into_functions() -> None:
     assert (cost.mul, cost.add, cost.sqrt) == (3, 5, 1)
 
 
-def test_divisors_and_their_roots_divide_once() -> None:
-    @kernel(a=VGA3.VECTOR, b=VGA3.VECTOR)
-    def both(a, b):  # type: ignore[no-untyped-def]
-        square = norm_squared(a)
-        return a / sqrt(square) + b / square
+@kernel(a=VGA3.VECTOR, b=VGA3.VECTOR)
+def by_root_and_square(a, b):  # type: ignore[no-untyped-def]
+    square = norm_squared(a)
+    return a / sqrt(square) + b / square
 
-    record = compile_kernel(both)
+
+def test_divisors_and_their_roots_divide_once() -> None:
+    record = compile_kernel(by_root_and_square)
     assert record.cost.div == 1 and record.candidates[0].cost.div == 6
     assert divide_once(record.program) is None, "as it is so already"
     at = {"a": [Fraction(2), Fraction(3), Fraction(6)], "b": [Fraction(k) for k in (49, 98, 0)]}
     assert interpret(record.program, at)["out"] == (Fraction(9, 7), Fraction(17, 7), Fraction(6, 7))
+
+
+@pytest.mark.parametrize("size", [0.0, 1e-150, 1e150, np.inf])
+def test_dividing_once_keeps_zeros_and_infinities(size: float) -> None:
+    @kernel(a=VGA3.VECTOR, b=VGA3.VECTOR)
+    def both(a, b):  # type: ignore[no-untyped-def]
+        return b / sqrt(norm_squared(a)) + 3 * b / norm_squared(a)
+
+    record = compile_kernel(both)
+    at = {"a": [np.array([size])] * 3, "b": [np.array([x]) for x in (1.0, -2.0, 1e-160)]}
+    with np.errstate(all="ignore"):
+        found, author = (
+            interpret(each, at, np.float64)["out"] for each in (record.program, record.candidates[0].program)
+        )
+    assert record.cost.div == 1 and not np.isnan(author).any()
+    np.testing.assert_allclose(found, author, rtol=1e-14)
 
 
 def test_divisors_that_occur_once_stay() -> None:

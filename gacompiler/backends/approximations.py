@@ -24,19 +24,19 @@ _DIGITS = 50
 
 @dataclass(frozen=True, slots=True)
 class Approximation:
-    """A power series, and the polynomial that stands for it.
+    """A function that is nearly a polynomial, and how many terms stand for it.
 
     Attributes
     ----------
-    series : callable
-        The function of `z` that it is, a hypergeometric one.
+    function : callable
+        What it is of `z`, a hypergeometric function.
     interval : callable
         Between which two numbers `z` lies.
     n_double, n_float : int
         How many coefficients each precision takes: as few as leave less than a quarter of a unit in the last place.
     """
 
-    series: Callable[[Any], Any]
+    function: Callable[[Any], Any]
     interval: Callable[[], tuple[Any, Any]]
     n_double: int
     n_float: int
@@ -86,7 +86,7 @@ def coefficients(name: str, *, double: bool) -> tuple[float, ...]:
     approximation = APPROXIMATIONS[name]
     with mpmath.workdps(_DIGITS):
         n = approximation.n_double if double else approximation.n_float
-        fitted = mpmath.chebyfit(approximation.series, approximation.interval(), n)
+        fitted = mpmath.chebyfit(approximation.function, approximation.interval(), n)
         return tuple(rounded(c, double=double) for c in reversed(fitted))
 
 

@@ -110,9 +110,10 @@ _C_WORDS = frozenset(
     asm auto bool break case char const constexpr continue default do double else enum extern false float for fortran
     goto if inline int long nullptr register restrict return short signed sizeof static struct switch thread_local true
     typedef typeof union unsigned void volatile while intptr_t uintptr_t linux unix i386
-    REAL WORD NAME FUNCTION PRECISION INLINE WIDE ON LOOPS WIDTHS CHOSEN ANY_ORDER NOT_UNROLLED LANES CHUNK SPAN PADDED
-    PARTS CORES NUMBERS SPACE PREPARED SIZES SHUFFLE VECTOR NAN INFINITY
-    WHERE SIGN SIGN_BIT SHIFT FRACTION_BITS BIAS LOG_HIGH LOG_LOW EIGHTH_HIGH EIGHTH_LOW NULL M_E M_PI far
+    REAL WORD NAME FUNCTION PRECISION INLINE WIDE ON_v3 ON_v4 HAS_v3 HAS_v4 NAMES_MACHINES LOOPS WIDTHS CHOSEN FUSED RUN
+    FMA ANY_ORDER NOT_UNROLLED LANES CHUNK SPAN ALONE TILE PADDED PARTS CORES NUMBERS SPACE PREPARED SIZES SHUFFLE
+    VECTOR stream STREAM_END NAN INFINITY
+    WHERE SIGN SIGN_BIT SHIFT FRACTION_BITS BIAS LOG_0 LOG_1 QUARTER_0 QUARTER_1 NULL M_E M_PI far
     """.split()  # noqa: SIM905
 )
 """Keywords, macros and types. Functions of ``<math.h>`` are not here: a parameter may hide one, the macros may not."""

@@ -1,7 +1,8 @@
 """Dividing once: quotients by a number, or by it and by its root, become products with one reciprocal.
 
-``x / q`` and ``y / sqrt(q)`` are ``x * r`` and ``y * (sqrt(q) * r)`` with ``r = 1 / q``: processors divide several
-times slower than they multiply, and not two numbers at a time.
+``x / q`` and ``y / sqrt(q)`` are ``x * r * r`` and ``y * r`` with ``r = 1 / sqrt(q)``: processors divide several times
+slower than they multiply, and not two numbers at a time. Of the root, not of ``q``, because ``sqrt(q) * (1 / q)`` would
+be no number where `q` is 0 or infinite.
 """
 
 from __future__ import annotations
@@ -14,16 +15,16 @@ from ..ir.scalar import Graph, Op, Scalar
 
 def divide_once(program: Program) -> tuple[Scalar, ...] | None:
     """The results with one division for each divisor and its root, or None where `program` has no more than that."""
-    radicands = {line.target: line.operands[0] for line in program.lines if line.op is Op.SQRT}
-    divisors = [line.operands[1] for line in program.lines if line.op is Op.DIVIDE]
+    roots: dict[Operand, Operand] = {line.operands[0]: line.target for line in program.lines if line.op is Op.SQRT}
+    divisors = Counter(line.operands[1] for line in program.lines if line.op is Op.DIVIDE)
 
-    def base(divisor: Operand) -> Operand:
-        """What a divisor is, or is the root of where something is divided by that too."""
-        radicand = radicands.get(str(divisor), divisor)
-        return radicand if radicand in divisors else divisor
+    def divided_by(divisor: Operand) -> Operand:
+        """Its root, where something is divided by that too, or the divisor itself."""
+        root = roots.get(divisor, divisor)
+        return root if root in divisors else divisor
 
-    uses = Counter(map(base, divisors))
-    if len(uses) == len(divisors):
+    uses = Counter(map(divided_by, divisors.elements()))
+    if len(uses) == divisors.total():
         return None
     graph = Graph()
     names = [name for argument in program.arguments for name in argument.components]
@@ -34,10 +35,13 @@ def divide_once(program: Program) -> tuple[Scalar, ...] | None:
 
     for line in program.lines:
         operands = list(map(value, line.operands))
-        if line.op is not Op.DIVIDE or uses[base(line.operands[1])] == 1:
+        if line.op is not Op.DIVIDE or uses[divided_by(line.operands[1])] == 1:
             values[line.target] = graph.apply(line.op, *operands)
             continue
         numerator, divisor = operands
-        radicand = value(base(line.operands[1]))
-        values[line.target] = numerator * (1 / divisor if radicand is divisor else divisor * (1 / radicand))
+        if divided_by(line.operands[1]) == line.operands[1]:
+            values[line.target] = numerator * (1 / divisor)
+        else:
+            reciprocal = 1 / graph.apply(Op.SQRT, divisor)
+            values[line.target] = numerator * reciprocal * reciprocal
     return tuple(value(operand) for result in program.results for operand in result.operands)
