@@ -469,14 +469,12 @@ def test_differences_reach_into_functions() -> None:
     assert (cost.mul, cost.add, cost.sqrt) == (3, 5, 1)
 
 
-@kernel(a=VGA3.VECTOR, b=VGA3.VECTOR)
-def by_root_and_square(a, b):  # type: ignore[no-untyped-def]
-    square = norm_squared(a)
-    return a / sqrt(square) + b / square
-
-
 def test_divisors_and_their_roots_divide_once() -> None:
-    record = compile_kernel(by_root_and_square)
+    @kernel(a=VGA3.VECTOR, b=VGA3.VECTOR)
+    def both(a, b):  # type: ignore[no-untyped-def]
+        return a / sqrt(norm_squared(a)) + b / norm_squared(a)
+
+    record = compile_kernel(both)
     assert record.cost.div == 1 and record.candidates[0].cost.div == 6
     assert divide_once(record.program) is None, "as it is so already"
     at = {"a": [Fraction(2), Fraction(3), Fraction(6)], "b": [Fraction(k) for k in (49, 98, 0)]}

@@ -26,7 +26,7 @@ from .c_batch import (
     store_helpers,
     tile_sizes,
 )
-from .c_functions import TRANSCENDENTAL, constants, has_turns, is_long, polynomial_lines
+from .c_functions import TRANSCENDENTAL, constants, has_turns, is_transcendental, polynomial_lines
 from .c_tiles import tile_helpers
 from .documentation import c_comment, stamp
 from .module import KernelSource, ModuleSource
@@ -173,7 +173,7 @@ def kernel_text(program: Program, storage: str = "INLINE") -> list[str]:
     name, given, after = program.name, parameters, []
     if has_turns(program):
         given = [*parameters, "WORD *far"]
-    if is_long(program) and storage == "INLINE":
+    if is_transcendental(program) and storage == "INLINE":
         head, own, inner = map(", ".join, (parameters, passed, [*passed, *["NULL"] * has_turns(program)]))
         after = ["", f"FUSED({name}, ({head}), ({inner}))", f"void NAME({name})({head})", "{"]
         after += [f"    RUN({name}, ({own}), ({inner}));", "}"]

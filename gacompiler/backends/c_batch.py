@@ -20,7 +20,7 @@ from typing import Any
 
 from ..ir.program import Argument, Program, Result
 from ..ir.uniform import Uniform
-from .c_functions import has_turns, is_long
+from .c_functions import has_turns, is_transcendental
 from .printers import Names
 
 LANES = 16
@@ -85,7 +85,7 @@ def loop_text(program: Program, forms: Sequence[Uniform]) -> list[str]:
     body = [f"    static const struct part parts[] = {{{', '.join(described)}}};"]
     body += [f"    static const struct form forms[] = {{{', '.join(tables)}}};"] if tables else []
     repeats = has_turns(program) or any(has_turns(form.apply) for form in forms)
-    counts = [len(program.arguments), len(described), len(tables), int(repeats), int(is_long(program))]
+    counts = [len(program.arguments), len(described), len(tables), int(repeats), int(is_transcendental(program))]
     plain = [f"(any_function *)NAME({program.name})", f"NAME({_caller(program)})"]
     kernel = [*loops, *plain, *map(str, counts), "parts", "forms" if tables else "NULL"]
     return [
@@ -286,7 +286,7 @@ def _elements(
             loads.append(f"NAME(load{_size(shape)})({', '.join([f'x{k}', place, *cores[k]])});")
         else:
             stores.append(f"NAME(store{_size(shape)})({', '.join([place, *cores[k], f'x{k}'])});")
-    name = f"{run.name}_within" if near and is_long(run) and not form else run.name
+    name = f"{run.name}_within" if near and is_transcendental(run) and not form else run.name
     if has_turns(run) and near:
         passed.append("&far")
     elif has_turns(run) and form:
@@ -303,7 +303,7 @@ def _changing(program: Program, form: Uniform | None) -> dict[int, int]:
 def _has_dense(program: Program, form: Uniform | None) -> bool:
     run, counts = _run(program, form), _changing(program, form).values()
     few = sum(counts) <= _DENSE_NUMBERS and len(run.lines) <= max(_DENSE_LINES, _LINES_OF_NUMBER * sum(counts))
-    return 1 < max(counts) <= _TILE_NUMBERS and few and not is_long(run)
+    return 1 < max(counts) <= _TILE_NUMBERS and few and not is_transcendental(run)
 
 
 def _is_direct(program: Program, form: Uniform | None) -> bool:

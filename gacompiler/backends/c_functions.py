@@ -24,8 +24,8 @@ def has_turns(program: Program) -> bool:
     return any(line.op in TURNS for line in program.lines)
 
 
-def is_long(program: Program) -> bool:
-    """Whether a program computes much for each number that it reads and writes."""
+def is_transcendental(program: Program) -> bool:
+    """Whether a program computes a sine or one of its kin: much for each number that it reads and writes."""
     return any(line.op in TRANSCENDENTAL for line in program.lines)
 
 

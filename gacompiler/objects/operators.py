@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from ..algebra.layout import SCALARS, Layout
-from ..backends.c_functions import TRANSCENDENTAL
+from ..backends.c_functions import is_transcendental
 from ..backends.numba import function_text
 from ..errors import KernelError
 from ..frontend.expression import evaluate
@@ -125,7 +125,7 @@ class Operator:
         self._native: Native | None = None
         self._build = Build(self.program) if is_wanted() else None
         self._shapes = [argument.shape for argument in self.program.arguments]
-        self._is_exact = not any(line.op in TRANSCENDENTAL for line in self.program.lines)
+        self._is_exact = not is_transcendental(self.program)
         self._operations = max(1, record.cost.total)
         self._python: dict[bool, Callable[..., None]] = {}
         self._module: Any = None
