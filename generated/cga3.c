@@ -2,7 +2,7 @@
 // command: gac generate --all cga3
 // spec: d19093e28632a342
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: d7e71ee869f581b399782d5ca96756efc3f55369ee9a374c15f613e89f1ac770
+// body: d6c932811453c67849984bfc691da7587260b2aeda20366a332eb66483093e9f
 
 #ifndef REAL
 #include "cga3.h"
@@ -126,10 +126,11 @@ static intptr_t offset_of(const struct part *part, intptr_t k, const intptr_t *s
     return part->rank ? offset + k * strides[0] : 0;
 }
 
-// What no cache holds goes to memory past them: whole lines, of which nothing is fetched first.
+// What no cache holds goes to memory past them: whole lines, of which nothing is fetched first. So does what only the
+// last cache holds, where it is more rows than a core waits for lines.
 enum { LINE = 64 };
 #ifdef NAMES_MACHINES
-#define PASSES(bytes) ((bytes) > 1 << 25)
+#define PASSES(bytes, rows) ((bytes) > ((rows) > 16 ? 1 << 21 : 1 << 25))
 ON_v3 static void stream(char *to, const char *from, intptr_t bytes)
 {
     typedef double half __attribute__((vector_size(LINE / 2), aligned(4), may_alias));
@@ -146,10 +147,25 @@ ON_v3 static void stream(char *to, const char *from, intptr_t bytes)
 }
 #define STREAM_END() __builtin_ia32_sfence()
 #else
-#define PASSES(bytes) 0
+#define PASSES(bytes, rows) 0
 #define stream memcpy
 #define STREAM_END() (void)0
 #endif
+
+// Has memory bring what is read soon, or written.
+static void fetch(const char *from, intptr_t bytes, int to_write)
+{
+#ifdef __GNUC__
+    for (intptr_t i = 0; i < bytes; i += LINE) {
+        if (to_write)
+            __builtin_prefetch(from + i, 1, 3);
+        else
+            __builtin_prefetch(from + i, 0, 2);
+    }
+#else
+    (void)from, (void)bytes, (void)to_write;
+#endif
+}
 
 // What holds of some of the first arguments is a bit for each.
 enum { FLAGS = 32 };
@@ -2620,26 +2636,34 @@ static void NAME(each)(const struct kernel *kernel, char **args, intptr_t n, con
     }
 }
 
-// Runs a loop over elements as they lie, `unit` at a time, and returns how many it did. The last ones are run with some
-// before them once more, unless these have been replaced by their results.
-static intptr_t NAME(as_they_lie)(const struct kernel *kernel, loop_function *loop, intptr_t unit, char **args,
-    intptr_t n, const intptr_t *steps, unsigned hoisted, REAL *prepared)
+// Runs a loop over `n` elements as they lie, from the `first` on.
+static void NAME(run_from)(intptr_t first, intptr_t n, const struct kernel *kernel, loop_function *loop, char **args,
+    const intptr_t *steps, unsigned hoisted, REAL *prepared)
 {
-    const intptr_t *strides = steps + kernel->n_parts, whole = n & -unit;
-    int again = whole > 0 && whole < n;
     char *starts[PARTS];
     for (int p = 0; p < kernel->n_parts; ++p)
-        starts[p] = is_flagged(hoisted, p) ? (char *)prepared : args[p];
+        starts[p] = is_flagged(hoisted, p) ? (char *)prepared : args[p] + first * steps[p];
+    loop(n, starts, steps + kernel->n_parts);
+}
+
+// Runs a loop over elements as they lie, `unit` at a time, and returns how many it did. Those before `head` are run with
+// some after them, and the last ones with some before them, which are run twice, unless arguments are replaced by
+// results.
+static intptr_t NAME(as_they_lie)(intptr_t unit, intptr_t head, const struct kernel *kernel, loop_function *loop,
+    char **args, intptr_t n, const intptr_t *steps, unsigned hoisted, REAL *prepared)
+{
+    int twice = n > unit;
     for (int p = kernel->n_inputs; p < kernel->n_parts; ++p)
         for (int q = 0; q < kernel->n_inputs; ++q)
-            again = again && args[p] != args[q];
+            twice = twice && args[p] != args[q];
+    const intptr_t first = twice ? head : 0, whole = (n - first) & -unit;
+    if (first)
+        NAME(run_from)(0, unit, kernel, loop, args, steps, hoisted, prepared);
     if (whole)
-        loop(whole, starts, strides);
-    if (!again)
-        return whole;
-    for (int p = 0; p < kernel->n_parts; ++p)
-        starts[p] += is_flagged(hoisted, p) ? 0 : (n - unit) * steps[p];
-    loop(unit, starts, strides);
+        NAME(run_from)(first, whole, kernel, loop, args, steps, hoisted, prepared);
+    if (!twice || first + whole == n)
+        return first + whole;
+    NAME(run_from)(n - unit, unit, kernel, loop, args, steps, hoisted, prepared);
     return n;
 }
 
@@ -2653,7 +2677,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     _Alignas(64) REAL space[SPACE], prepared[PREPARED];
     REAL *rows[PARTS];
     char *starts[PARTS], *rest[PARTS];
-    intptr_t cores[CORES], row_cores[CORES], total = 0, numbers = 0, bytes = 0;
+    intptr_t cores[CORES], row_cores[CORES], total = 0, numbers = 0, results = 0, bytes = 0;
     unsigned still = 0, hoisted = 0;
     int in_place = 1, ordered = 1, known = 1, at_unit_stride = 1;
     if (width < 0 || n <= 1) {
@@ -2672,6 +2696,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         known = known && part->size <= SIZES && NAME(spans)[part->size].load[width];
         total += part->size;
         numbers += same ? 0 : part->size;
+        results += p < n_inputs ? 0 : part->size;
         bytes += steps[p] < 0 ? -steps[p] : steps[p];
         if (same)
             still |= 1u << p;
@@ -2685,24 +2710,28 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         }
     }
     // Results that no cache holds go past the caches, where that is what takes the time and all rows start lines alike.
-    int past = PASSES(n * numbers * w) && !kernel->busy && !ordered;
+    int past = PASSES(n * numbers * w, results) && !kernel->busy && !ordered;
     for (int p = n_inputs; past && p < n_parts; ++p) {
         const struct part *part = &kernel->parts[p];
         past = steps[p] == w && (args[p] - args[n_inputs]) % LINE == 0;
         for (int q = part->first; past && q < part->first + part->rank; ++q)
             past = strides[q] % LINE == 0;
     }
+    // Elements before the first whose result starts a line. A vector stored across two lines takes twice the time, which
+    // is worth a turn more where elements are many and more than the first cache holds.
+    const int aligned = past || (steps[n_inputs] == w && n >= 16 * LANES && n * numbers * w >= 1 << 15);
+    intptr_t head = aligned ? (-(intptr_t)args[n_inputs] & (LINE - 1)) / w : 0;
     // All that lies as a loop reads it is run at once.
     for (int p = 0; p < n_parts; ++p)
         at_unit_stride = at_unit_stride && (steps[p] == w || is_flagged(hoisted, p));
     loop_function *const at_once = ordered && still == hoisted && in_order ? in_order
         : at_unit_stride && !past && !kernel->repeats ? in_rows : NULL;
     if (at_once) {
-        const intptr_t unit = at_once == in_order ? together : LANES;
-        const intptr_t done = NAME(as_they_lie)(kernel, at_once, unit, args, n, steps, hoisted, prepared);
+        const intptr_t unit = at_once == in_order ? together : LANES, first = at_once == in_order ? 0 : head;
+        const intptr_t done = NAME(as_they_lie)(unit, first, kernel, at_once, args, n, steps, hoisted, prepared);
         for (int p = 0; p < n_parts; ++p)
             rest[p] = args[p] + done * steps[p];
-        args = rest, n -= done;
+        args = rest, n -= done, head = 0;
         if (n == 0)
             return;
     }
@@ -2742,8 +2771,6 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
             NAME(move_part)(0, rows[p], row, part, args[p], 0, strides + part->first, n < row ? PADDED(n) : row);
     }
     const intptr_t turn = near ? SPAN : LANES;
-    // Elements before the first that starts a line.
-    const intptr_t head = past ? (-(intptr_t)args[n_inputs] & (LINE - 1)) / w : 0;
     intptr_t i = 0;
     // In C order, by functions that know the sizes.
     for (; spans && !in_place && n - i >= turn; i += turn) {
@@ -2752,6 +2779,11 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
                 starts[p] = args[p] + i * w;
             else if (kinds[p] == ANY && p < n_inputs)
                 loads[p](turn, (char *[]){starts[p], args[p] + i * steps[p]}, NULL);
+        }
+        for (int p = 0; !near && p < n_parts; ++p) {
+            const intptr_t first = p < n_inputs ? i + turn : i, count = n - first < turn ? n - first : turn;
+            if (kinds[p] == ANY)
+                fetch(args[p] + first * steps[p], count * steps[p], p >= n_inputs);
         }
         in_rows(turn, starts, cores);
         for (int p = n_inputs; p < n_parts; ++p)

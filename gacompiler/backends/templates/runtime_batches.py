@@ -13,6 +13,8 @@ import numpy as np
 
 _ROW, _LEAST_ROW, _SPACE = 64, 16, 24 * 1024
 """Elements of a block if its rows fit into so many bytes, and the fewest in any case."""
+_LINE, _LEAST_ALIGNED = 64, 512
+"""Bytes of a line of a cache, and the least number of elements for which results are stored by whole lines."""
 _HEAD, _FORM, _N_FLAGS = 3, 5, 62
 """Of the table of a kernel: numbers before its parts, and of each form; how many arguments a form can have still."""
 _DONE = -1
@@ -115,7 +117,11 @@ def _numba_batch(table: Any, arrays: Any, sizes: Any, steps: Any) -> int:
         return place
     for p in range(n_parts):
         in_place = in_place and (steps[p] == _w or size == 1 or (p < _N_FLAGS and hoisted >> p & 1 == 1))
-    if (in_order or in_place) and hoisted == 0:
+    # Elements before the first whose result starts a line: a vector stored across two lines takes twice the time.
+    head = 0
+    if size >= _LEAST_ALIGNED and not in_order and steps[n_inputs] == _w:
+        head = (-arrays[n_inputs] & (_LINE - 1)) // _w
+    if (in_order or in_place) and hoisted == 0 and head == 0:
         _call(run, size, _at(arrays, 0), _at(steps, n_parts))
         return _DONE
     # Where the parts are and what is prepared, where their rows are, how they get there, and the strides in an element.
@@ -130,7 +136,11 @@ def _numba_batch(table: Any, arrays: Any, sizes: Any, steps: Any) -> int:
     if hoisted != 0:
         _call(run, -1, _place(starts), _place(cores))
     if in_order or in_place:
-        _call(run, size, _place(starts), _place(cores))
+        if head != 0:
+            _call(run, head, _place(starts), _place(cores))
+            for p in range(n_parts):
+                starts[p] += head * steps[p]
+        _call(run, size - head, _place(starts), _place(cores))
         # numba frees an array after its last use, and these are used by their addresses until here.
         local[0] = prepared[0]
         return _DONE

@@ -23,7 +23,9 @@ from .runtime_batches import (
     _DONE,
     _FORM,
     _HEAD,
+    _LEAST_ALIGNED,
     _LEAST_ROW,
+    _LINE,
     _MOVED,
     _N_FLAGS,
     _ROW,
@@ -159,6 +161,7 @@ def _numba_driver(dtype: np.dtype[Any]) -> Any:
             kind = tools.ll.DoubleType() if dtype.itemsize == 8 else tools.ll.FloatType()
             names = {"_w": dtype.itemsize, "_real": real, "_call": tools.call, "_place": tools.place, "_at": tools.at}
             names |= {"_ROW": _ROW, "_LEAST_ROW": _LEAST_ROW, "_SPACE": _SPACE, **_numba_movers(kind)}
+            names |= {"_LINE": _LINE, "_LEAST_ALIGNED": _LEAST_ALIGNED}
             names |= {"_HEAD": _HEAD, "_FORM": _FORM, "_N_FLAGS": _N_FLAGS, "_DONE": _DONE}
             names |= {"_STILL": _STILL, "_AS_IT_LIES": _AS_IT_LIES, "_MOVED": _MOVED}
             plain = {"__name__": __name__, "range": range, "min": min, "abs": abs}
