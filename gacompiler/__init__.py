@@ -11,7 +11,7 @@ from .cluscript import read_cluscript
 from .derivatives import hessian_vector, jacobian, jvp, matrix_of, vjp
 from .frontend.eigen import eigenvalues_symmetric, eigenvectors_symmetric
 from .frontend.equations import inverse_matrix, matrix_determinant, solve_linear, solve_symmetric
-from .frontend.functions import exp, log, power, sqrt
+from .frontend.functions import exp, interpolate, log, power, sqrt
 from .frontend.kernel import Kernel, array, kernel
 from .frontend.operations import (
     absolute,
@@ -70,9 +70,9 @@ __all__ = [
     "SCALAR", "Algebra", "Kernel", "Layout", "Multivector", "absolute", "acos", "anticommutator", "array", "assemble",
     "atan2", "clifford_conjugate", "coefficient", "commutator", "compile", "cos", "cubic_roots", "determinant", "dual",
     "eigenvalues_symmetric", "eigenvectors_symmetric", "equal", "exp", "geometric_product", "grade", "grade_involution",
-    "hessian_vector", "hestenes_product", "inner_product", "inverse", "inverse_matrix", "jacobian", "join", "jvp",
-    "kernel", "left_contraction", "log", "matrix_determinant", "matrix_of", "maximum", "meet", "minimum", "norm",
-    "norm_squared", "normalize", "outer_product", "polarity", "power", "quadratic_roots", "quartic_roots",
+    "hessian_vector", "hestenes_product", "inner_product", "interpolate", "inverse", "inverse_matrix", "jacobian",
+    "join", "jvp", "kernel", "left_contraction", "log", "matrix_determinant", "matrix_of", "maximum", "meet", "minimum",
+    "norm", "norm_squared", "normalize", "outer_product", "polarity", "power", "quadratic_roots", "quartic_roots",
     "read_cluscript", "regressive_product", "reverse", "right_contraction", "robots", "sandwich", "scalar_product",
     "select", "sin", "solve_linear", "solve_symmetric", "sqrt", "undual", "vjp",
 ]  # fmt: skip

@@ -379,6 +379,33 @@ def test_power_is_a_part_of_the_way(rng: np.random.Generator) -> None:
     assert difference(run(-exponential(b), t), exponential(t[:, None] * b)).max() < 1e-14
 
 
+@pytest.mark.parametrize("algebra", [VGA2, VGA3, PGA2, PGA3], ids=name_of)
+def test_interpolation_goes_the_part_of_the_way_at_constant_speed(algebra: Algebra, rng: np.random.Generator) -> None:
+    """From no turn at all to nearly half a turn; sizes are half the angle."""
+    unit = algebra.UNIT_EVEN
+
+    @kernel(a=unit, b=unit, t=SCALAR, returns=unit)
+    def between(a, b, t):  # type: ignore[no-untyped-def]
+        return ga.interpolate(a, b, t)
+
+    @kernel(a=unit, b=unit, returns=unit)
+    def product(a, b):  # type: ignore[no-untyped-def]
+        return a * b
+
+    run, times = ga.compile(between, backend="arrays"), ga.compile(product, backend="arrays")
+    exponential, _, _ = functions(algebra)
+    sizes = np.repeat([0.0, 1e-12, 1e-8, 3e-8, 1e-6, 1e-3, 0.5, 1.57], 100)
+    start, step = rng.normal(size=(2, len(sizes), len(algebra.blades(2))))
+    step *= (sizes / np.linalg.norm(step, axis=-1))[:, None]
+    t, a = rng.normal(size=len(sizes)), exponential(start / 2)
+    b = times(a, exponential(step))
+    expected = times(a, exponential(t[:, None] * step))
+    for sign in (1, -1):
+        assert difference(run(a, sign * b, t), expected).max() < 1e-14
+        assert difference(run(a, sign * b, 0.0), a).max() < 1e-14
+        assert difference(run(a, sign * b, 1.0), b).max() < 1e-14
+
+
 def test_inertia() -> None:
     assert inertia([[0, 1], [1, 0]]) == (1, 1, 0)
     assert inertia([[1, 1], [1, 1]]) == (1, 0, 1)

@@ -14,6 +14,7 @@ from . import operations as scalar
 from .exponentials import exponential
 from .expression import Expression
 from .facts import is_unit
+from .interpolation import weights
 from .logarithms import number_logarithm, number_square_root, unit_versor_logarithm, unit_versor_square_root
 from .squares import blades_of, form_of
 
@@ -115,6 +116,28 @@ def power(a: Any, t: Any, *, unit: bool | None = None, along: Any = None) -> Any
         As in `log`.
     """
     return exp(t * log(a, unit=unit, along=along))
+
+
+def interpolate(a: Any, b: Any, t: Any, *, unit: bool | None = None) -> Any:
+    """The unit versor at the part `t` of the way from `a` to `b` or ``-b``, whichever is nearer: ``a (~a b)**t``.
+
+    Parameters
+    ----------
+    a, b : multivector
+        Unit versors; `b` moves from where `a` does by a motion that has a logarithm (see `log`).
+    t : scalar
+        0 gives `a`, 1 gives `b` or ``-b``; any other number is on the same way, which goes at constant speed.
+    unit : bool, optional
+        As in `log`, of both.
+
+    Notes
+    -----
+    Of rotations and of screw motions this is a sum of `a` and `b` (Shoemake's slerp; with dual numbers, Kavan's
+    ScLERP), a third to a half of the operations of the ratio's power.
+    """
+    ratio = ~a * b
+    found = weights(ratio, t) if _is_versor(ratio, unit) else None
+    return a * power(ratio, t, unit=unit) if found is None else a * found[0] + b * found[1]
 
 
 def _is_scalar(a: Any) -> bool:

@@ -33,7 +33,7 @@ _AREAS = tuple(Fraction(1, 2 * k + 1) for k in range(9))
 
 def unit_versor_logarithm(r: Any) -> Any:
     """The bivector of least angles whose exponential is the unit versor `r` or ``-r``."""
-    w, b, form = r["1"], r.grade(2), _form_of_versor(r)
+    w, b, form = r["1"], r.grade(2), form_of_versor(r)
     left, cosine = w < 0, absolute(w)
     circle, length = circle_of(b, form), length_of(b, form)
     if circle is not None:
@@ -51,7 +51,7 @@ def unit_versor_logarithm(r: Any) -> Any:
     return select(left, -h0, h0) * b + (h1 * p * b).grade(2)
 
 
-def _form_of_versor(r: Any) -> Form:
+def form_of_versor(r: Any) -> Form:
     """Squares of bivectors over the basis vectors of `r`."""
     algebra, blades = r.algebra, blades_of(r)
     bivectors = frozenset(blade for blade in blades if blade.bit_count() == 2)
@@ -161,7 +161,7 @@ def _inverse(a: Pair, square: Value) -> Pair:
 
 def unit_versor_square_root(r: Any) -> Any:
     """``(1 + r)/sqrt((1 + r)(1 + ~r))``, of `r` or ``-r``, the one with a positive scalar part."""
-    form, w = _form_of_versor(r), r["1"]
+    form, w = form_of_versor(r), r["1"]
     flip = select(w < 0, -1, 1)
     a = 2 + 2 * absolute(w)
     whole = 1 + flip * r

@@ -1111,7 +1111,7 @@ def motor_power(m, t):
 @kernel(a=MOTOR, b=MOTOR, t=SCALAR, returns=MOTOR)
 def interpolate_motors(a, b, t):
     """The screw motion that starts as `a` at ``t = 0`` and is `b` (or `-b`) at ``t = 1``, at constant twist."""
-    return a * ga.power(~a * b, t)
+    return ga.interpolate(a, b, t)
 
 
 @kernel(a=LINE, b=LINE, returns=MOTOR)

@@ -196,7 +196,7 @@ def power(q, t):
 @kernel(p=UNIT_QUATERNION, q=UNIT_QUATERNION, t=SCALAR, returns=UNIT_QUATERNION)
 def slerp(p, q, t):
     """The rotation that is `p` at ``t = 0`` and `q` (or `-q`) at ``t = 1``, at constant speed along the short way."""
-    return p * ga.power(~p * q, t)
+    return ga.interpolate(p, q, t)
 
 
 def _packed(q):

@@ -238,7 +238,7 @@ def rotor_power(r, t):
 @kernel(a=ROTOR, b=ROTOR, t=SCALAR, returns=ROTOR)
 def interpolate_rotors(a, b, t):
     """The transformation that is `a` at ``t = 0`` and `b` (or `-b`) at ``t = 1``, at constant generator."""
-    return a * ga.power(~a * b, t)
+    return ga.interpolate(a, b, t)
 
 
 @kernel(r=ROTOR, returns=array(SCALAR, 4, 4))

@@ -279,7 +279,7 @@ def rotor_power(r, t):
 @kernel(a=ROTOR, b=ROTOR, t=SCALAR, returns=ROTOR)
 def interpolate_rotors(a, b, t):
     """The rotation that is `a` at ``t = 0`` and `b` (or `-b`) at ``t = 1``, at constant speed along the short way."""
-    return a * ga.power(~a * b, t)
+    return ga.interpolate(a, b, t)
 
 
 @kernel(a=VECTOR, b=VECTOR, returns=ROTOR)
