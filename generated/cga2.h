@@ -2,7 +2,7 @@
 // command: gac generate --all cga2
 // spec: 4c56134e85f357ea
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: d419a0c228336c490c0bcbd6cee340160e613d21df84a3d53a488598fe9408d9
+// body: dba03ca2d9ffee5b77864bcd58b2e2960b65be04ba59d5a5af93173002857321
 /* cga2
    Conformal geometry of the plane in G(3,1) with the null basis ``e0, einf`` and ``einf . e0 = -1``.
    
@@ -1068,10 +1068,10 @@ void cga2_motor_power_loop_f32(char **args, const intptr_t *dimensions, const in
      t  SCALAR.
      out[4]  CGA2.MOTOR: 1, e12, e1inf, e2inf; unit.
    Assumes ``a ~a = 1``, ``b ~b = 1``.
-   Costs 14 mul, 7 add, 1 div, 1 sqrt, 3 call, 7 choice.
-   Where `a` and `b` stay the same for 2 elements or more: 3 mul, 2 add, 1 sqrt, 1 call, 5 choice once, then 11
-   mul, 5 add, 1 div, 2 call, 2 choice for each.
-   Error: 4.1 ulp of the largest coefficient, 64 random inputs. */
+   Costs 16 mul, 7 add, 1 div, 3 call, 7 choice.
+   Where `a` and `b` stay the same for 2 elements or more: 5 mul, 2 add, 1 call, 5 choice once, then 11 mul, 5
+   add, 1 div, 2 call, 2 choice for each.
+   Error: 4.0 ulp of the largest coefficient, 64 random inputs. */
 void cga2_interpolate_motors_f64(const double *a, const double *b, double t, double *out);
 void cga2_interpolate_motors_f32(const float *a, const float *b, float t, float *out);
 void cga2_interpolate_motors_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);

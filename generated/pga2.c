@@ -2,7 +2,7 @@
 // command: gac generate --all pga2
 // spec: 10ed350c99024528
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: acb3f0ec0171f580978fd77d0414d0ae88f20b0f95956e52589c4c9c7d59ee87
+// body: 361332e7ad8ed4ba60c116680c89038f3f78a09e379fff12fa3be3b621860d67
 
 #ifndef REAL
 #include "pga2.h"
@@ -127,7 +127,7 @@ static intptr_t offset_of(const struct part *part, intptr_t k, const intptr_t *s
 }
 
 // What no cache holds goes to memory past them: whole lines, of which nothing is fetched first. So does what only the
-// last cache holds, where it is more rows than a core waits for lines.
+// last cache holds, where it is more rows than a core can have lines on their way.
 enum { LINE = 64 };
 #ifdef NAMES_MACHINES
 #define PASSES(bytes, rows) ((bytes) > ((rows) > 16 ? 1 << 21 : 1 << 25))
@@ -147,7 +147,7 @@ ON_v3 static void stream(char *to, const char *from, intptr_t bytes)
 }
 #define STREAM_END() __builtin_ia32_sfence()
 #else
-#define PASSES(bytes, rows) 0
+#define PASSES(bytes, rows) ((void)(rows), 0)
 #define stream memcpy
 #define STREAM_END() (void)0
 #endif
@@ -1580,7 +1580,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
             in_rows = form->block[width], in_order = form->dense[width];
         }
     }
-    // Results that no cache holds go past the caches, where that is what takes the time and all rows start lines alike.
+    // Results go past caches that do not hold them, where that is what takes the time and all rows start lines alike.
     int past = PASSES(n * numbers * w, results) && !kernel->busy && !ordered;
     for (int p = n_inputs; past && p < n_parts; ++p) {
         const struct part *part = &kernel->parts[p];
@@ -8376,43 +8376,44 @@ static INLINE void NAME(interpolate_motors_within)(const REAL *a, const REAL *b,
     const REAL b_e12 = b[1];
     const REAL b_e20 = b[2];
     const REAL b_e01 = b[3];
-    const REAL t0 = a_1 * b_1;
-    const REAL t1 = a_e12 * b_e12;
-    const REAL t2 = t0 + t1;
+    const REAL t0 = a_1 * b_e12;
+    const REAL t1 = a_e12 * b_1;
+    const REAL t2 = t0 - t1;
     const REAL t3 = t2 * t2;
-    const REAL t4 = (REAL)1 - t3;
-    const REAL t5 = LESS(t4, (REAL)1e-18);
-    const REAL t6 = SELECT(t5, (REAL)1, t4);
-    const REAL t7 = SQRT(t6);
-    const REAL t8 = ABS(t2);
-    const REAL t9 = ATAN2(t7, t8);
-    const REAL t10 = t * t9;
-    const REAL t11 = SIN(t10);
-    const REAL t12 = t11 / t7;
-    const REAL t13 = SELECT(t5, t, t12);
-    const REAL t14 = t8 * t13;
-    const REAL t15 = COS(t10);
-    const REAL t16 = SELECT(t5, (REAL)1, t15);
-    const REAL t17 = t16 - t14;
-    const REAL t18 = a_1 * t17;
-    const REAL t19 = LESS(t2, (REAL)0);
-    const REAL t20 = SELECT(t19, (REAL)-1, (REAL)1);
-    const REAL t21 = t13 * t20;
-    const REAL t22 = b_1 * t21;
-    const REAL t23 = t18 + t22;
-    const REAL t24 = a_e12 * t17;
-    const REAL t25 = b_e12 * t21;
-    const REAL t26 = t24 + t25;
-    const REAL t27 = a_e20 * t17;
-    const REAL t28 = b_e20 * t21;
-    const REAL t29 = t27 + t28;
-    const REAL t30 = a_e01 * t17;
-    const REAL t31 = b_e01 * t21;
-    const REAL t32 = t30 + t31;
-    out[0] = t23;
-    out[1] = t26;
-    out[2] = t29;
-    out[3] = t32;
+    const REAL t4 = LESS(t3, (REAL)1e-18);
+    const REAL t5 = SELECT(t4, (REAL)1, t2);
+    const REAL t6 = a_1 * b_1;
+    const REAL t7 = a_e12 * b_e12;
+    const REAL t8 = t6 + t7;
+    const REAL t9 = ABS(t8);
+    const REAL t10 = ATAN2(t5, t9);
+    const REAL t11 = t * t10;
+    const REAL t12 = SIN(t11);
+    const REAL t13 = t12 / t5;
+    const REAL t14 = SELECT(t4, t, t13);
+    const REAL t15 = t9 * t14;
+    const REAL t16 = COS(t11);
+    const REAL t17 = SELECT(t4, (REAL)1, t16);
+    const REAL t18 = t17 - t15;
+    const REAL t19 = a_1 * t18;
+    const REAL t20 = LESS(t8, (REAL)0);
+    const REAL t21 = SELECT(t20, (REAL)-1, (REAL)1);
+    const REAL t22 = t14 * t21;
+    const REAL t23 = b_1 * t22;
+    const REAL t24 = t19 + t23;
+    const REAL t25 = a_e12 * t18;
+    const REAL t26 = b_e12 * t22;
+    const REAL t27 = t25 + t26;
+    const REAL t28 = a_e20 * t18;
+    const REAL t29 = b_e20 * t22;
+    const REAL t30 = t28 + t29;
+    const REAL t31 = a_e01 * t18;
+    const REAL t32 = b_e01 * t22;
+    const REAL t33 = t31 + t32;
+    out[0] = t24;
+    out[1] = t27;
+    out[2] = t30;
+    out[3] = t33;
 }
 
 FUSED(interpolate_motors, (const REAL *a, const REAL *b, REAL t, REAL *out), (a, b, t, out, NULL))
@@ -8431,24 +8432,25 @@ static INLINE void NAME(interpolate_motors_prepare_a_b)(const REAL *a, const REA
     const REAL b_e12 = b[1];
     const REAL b_e20 = b[2];
     const REAL b_e01 = b[3];
-    const REAL t0 = a_1 * b_1;
-    const REAL t1 = a_e12 * b_e12;
-    const REAL t2 = t0 + t1;
+    const REAL t0 = a_1 * b_e12;
+    const REAL t1 = a_e12 * b_1;
+    const REAL t2 = t0 - t1;
     const REAL t3 = t2 * t2;
-    const REAL t4 = (REAL)1 - t3;
-    const REAL t5 = LESS(t4, (REAL)1e-18);
-    const REAL t6 = SELECT(t5, (REAL)1, t4);
-    const REAL t7 = SQRT(t6);
-    const REAL t8 = ABS(t2);
-    const REAL t9 = ATAN2(t7, t8);
-    const REAL t19 = LESS(t2, (REAL)0);
-    const REAL t20 = SELECT(t19, (REAL)-1, (REAL)1);
-    prepared[0] = t9;
-    prepared[1] = t7;
-    prepared[2] = t5;
-    prepared[3] = t8;
+    const REAL t4 = LESS(t3, (REAL)1e-18);
+    const REAL t5 = SELECT(t4, (REAL)1, t2);
+    const REAL t6 = a_1 * b_1;
+    const REAL t7 = a_e12 * b_e12;
+    const REAL t8 = t6 + t7;
+    const REAL t9 = ABS(t8);
+    const REAL t10 = ATAN2(t5, t9);
+    const REAL t20 = LESS(t8, (REAL)0);
+    const REAL t21 = SELECT(t20, (REAL)-1, (REAL)1);
+    prepared[0] = t10;
+    prepared[1] = t5;
+    prepared[2] = t4;
+    prepared[3] = t9;
     prepared[4] = a_1;
-    prepared[5] = t20;
+    prepared[5] = t21;
     prepared[6] = b_1;
     prepared[7] = a_e12;
     prepared[8] = b_e12;
@@ -8460,12 +8462,12 @@ static INLINE void NAME(interpolate_motors_prepare_a_b)(const REAL *a, const REA
 
 static INLINE void NAME(interpolate_motors_apply_a_b)(const REAL *prepared, REAL t, REAL *out, WORD *far)
 {
-    const REAL t9 = prepared[0];
-    const REAL t7 = prepared[1];
-    const REAL t5 = prepared[2];
-    const REAL t8 = prepared[3];
+    const REAL t10 = prepared[0];
+    const REAL t5 = prepared[1];
+    const REAL t4 = prepared[2];
+    const REAL t9 = prepared[3];
     const REAL a_1 = prepared[4];
-    const REAL t20 = prepared[5];
+    const REAL t21 = prepared[5];
     const REAL b_1 = prepared[6];
     const REAL a_e12 = prepared[7];
     const REAL b_e12 = prepared[8];
@@ -8473,31 +8475,31 @@ static INLINE void NAME(interpolate_motors_apply_a_b)(const REAL *prepared, REAL
     const REAL b_e20 = prepared[10];
     const REAL a_e01 = prepared[11];
     const REAL b_e01 = prepared[12];
-    const REAL t10 = t * t9;
-    const REAL t11 = SIN(t10);
-    const REAL t12 = t11 / t7;
-    const REAL t13 = SELECT(t5, t, t12);
-    const REAL t14 = t8 * t13;
-    const REAL t15 = COS(t10);
-    const REAL t16 = SELECT(t5, (REAL)1, t15);
-    const REAL t17 = t16 - t14;
-    const REAL t18 = a_1 * t17;
-    const REAL t21 = t13 * t20;
-    const REAL t22 = b_1 * t21;
-    const REAL t23 = t18 + t22;
-    const REAL t24 = a_e12 * t17;
-    const REAL t25 = b_e12 * t21;
-    const REAL t26 = t24 + t25;
-    const REAL t27 = a_e20 * t17;
-    const REAL t28 = b_e20 * t21;
-    const REAL t29 = t27 + t28;
-    const REAL t30 = a_e01 * t17;
-    const REAL t31 = b_e01 * t21;
-    const REAL t32 = t30 + t31;
-    out[0] = t23;
-    out[1] = t26;
-    out[2] = t29;
-    out[3] = t32;
+    const REAL t11 = t * t10;
+    const REAL t12 = SIN(t11);
+    const REAL t13 = t12 / t5;
+    const REAL t14 = SELECT(t4, t, t13);
+    const REAL t15 = t9 * t14;
+    const REAL t16 = COS(t11);
+    const REAL t17 = SELECT(t4, (REAL)1, t16);
+    const REAL t18 = t17 - t15;
+    const REAL t19 = a_1 * t18;
+    const REAL t22 = t14 * t21;
+    const REAL t23 = b_1 * t22;
+    const REAL t24 = t19 + t23;
+    const REAL t25 = a_e12 * t18;
+    const REAL t26 = b_e12 * t22;
+    const REAL t27 = t25 + t26;
+    const REAL t28 = a_e20 * t18;
+    const REAL t29 = b_e20 * t22;
+    const REAL t30 = t28 + t29;
+    const REAL t31 = a_e01 * t18;
+    const REAL t32 = b_e01 * t22;
+    const REAL t33 = t31 + t32;
+    out[0] = t24;
+    out[1] = t27;
+    out[2] = t30;
+    out[3] = t33;
 }
 
 static INLINE void NAME(interpolate_motors_block_a_b)(intptr_t n, char **args, const intptr_t *strides)

@@ -2,7 +2,7 @@
 // command: gac generate --all pga2
 // spec: 10ed350c99024528
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 205ea06ac90961924b1db38809929813a54e340c36afdfe4b1a56149bd461a98
+// body: cb6347187b7d9be4e9317de3507a712bb2c80b64de14ceff565112ec94240eea
 /* pga2
    The Euclidean plane by plane-based geometric algebra G(2,0,1): points, lines and rigid motions.
    
@@ -822,10 +822,10 @@ void pga2_motor_power_loop_f32(char **args, const intptr_t *dimensions, const in
      t  SCALAR.
      out[4]  PGA2.MOTOR: 1, e12, e20, e01; unit.
    Assumes ``a ~a = 1``, ``b ~b = 1``.
-   Costs 14 mul, 7 add, 1 div, 1 sqrt, 3 call, 7 choice.
-   Where `a` and `b` stay the same for 2 elements or more: 3 mul, 2 add, 1 sqrt, 1 call, 5 choice once, then 11
-   mul, 5 add, 1 div, 2 call, 2 choice for each.
-   Error: 4.1 ulp of the largest coefficient, 64 random inputs. */
+   Costs 16 mul, 7 add, 1 div, 3 call, 7 choice.
+   Where `a` and `b` stay the same for 2 elements or more: 5 mul, 2 add, 1 call, 5 choice once, then 11 mul, 5
+   add, 1 div, 2 call, 2 choice for each.
+   Error: 4.0 ulp of the largest coefficient, 64 random inputs. */
 void pga2_interpolate_motors_f64(const double *a, const double *b, double t, double *out);
 void pga2_interpolate_motors_f32(const float *a, const float *b, float t, float *out);
 void pga2_interpolate_motors_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);

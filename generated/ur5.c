@@ -2,7 +2,7 @@
 // command: gac generate --all ur5
 // spec: cffb52f1f47f416f
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 24539632e4c1555a6f568bd5bced58056841909d0d440063cce2fbdbb6773bbd
+// body: cce0a0d1c5203d8f5a11f7cf9f115f21c78504e6d074b371266a112774ca0e43
 
 #ifndef REAL
 #include "ur5.h"
@@ -127,7 +127,7 @@ static intptr_t offset_of(const struct part *part, intptr_t k, const intptr_t *s
 }
 
 // What no cache holds goes to memory past them: whole lines, of which nothing is fetched first. So does what only the
-// last cache holds, where it is more rows than a core waits for lines.
+// last cache holds, where it is more rows than a core can have lines on their way.
 enum { LINE = 64 };
 #ifdef NAMES_MACHINES
 #define PASSES(bytes, rows) ((bytes) > ((rows) > 16 ? 1 << 21 : 1 << 25))
@@ -147,7 +147,7 @@ ON_v3 static void stream(char *to, const char *from, intptr_t bytes)
 }
 #define STREAM_END() __builtin_ia32_sfence()
 #else
-#define PASSES(bytes, rows) 0
+#define PASSES(bytes, rows) ((void)(rows), 0)
 #define stream memcpy
 #define STREAM_END() (void)0
 #endif
@@ -1233,7 +1233,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
             in_rows = form->block[width], in_order = form->dense[width];
         }
     }
-    // Results that no cache holds go past the caches, where that is what takes the time and all rows start lines alike.
+    // Results go past caches that do not hold them, where that is what takes the time and all rows start lines alike.
     int past = PASSES(n * numbers * w, results) && !kernel->busy && !ordered;
     for (int p = n_inputs; past && p < n_parts; ++p) {
         const struct part *part = &kernel->parts[p];

@@ -2,7 +2,7 @@
 // command: gac generate --all vga2
 // spec: f6600fe2b9fba5e9
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 1247d803b1ac409ed6db300c736419a25dafee642447779f834651612a1061c0
+// body: 4ae5a629bf70de8445cb11422629c15099ba5ce6c271f40265629f8f7f8c4133
 
 #ifndef REAL
 #include "vga2.h"
@@ -127,7 +127,7 @@ static intptr_t offset_of(const struct part *part, intptr_t k, const intptr_t *s
 }
 
 // What no cache holds goes to memory past them: whole lines, of which nothing is fetched first. So does what only the
-// last cache holds, where it is more rows than a core waits for lines.
+// last cache holds, where it is more rows than a core can have lines on their way.
 enum { LINE = 64 };
 #ifdef NAMES_MACHINES
 #define PASSES(bytes, rows) ((bytes) > ((rows) > 16 ? 1 << 21 : 1 << 25))
@@ -147,7 +147,7 @@ ON_v3 static void stream(char *to, const char *from, intptr_t bytes)
 }
 #define STREAM_END() __builtin_ia32_sfence()
 #else
-#define PASSES(bytes, rows) 0
+#define PASSES(bytes, rows) ((void)(rows), 0)
 #define stream memcpy
 #define STREAM_END() (void)0
 #endif
@@ -1158,7 +1158,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
             in_rows = form->block[width], in_order = form->dense[width];
         }
     }
-    // Results that no cache holds go past the caches, where that is what takes the time and all rows start lines alike.
+    // Results go past caches that do not hold them, where that is what takes the time and all rows start lines alike.
     int past = PASSES(n * numbers * w, results) && !kernel->busy && !ordered;
     for (int p = n_inputs; past && p < n_parts; ++p) {
         const struct part *part = &kernel->parts[p];

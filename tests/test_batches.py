@@ -106,7 +106,7 @@ def _version(compiler: tuple[str, ...]) -> str:
 
 
 BEYOND = 1 << 25
-"""Bytes of a batch in structure-of-arrays order beyond which results are written past the caches."""
+"""Bytes of a batch in structure-of-arrays order beyond which results of few rows are written past the caches."""
 
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
@@ -136,6 +136,34 @@ def test_results_that_no_cache_holds(dtype: Any, shift: int, odd: int) -> None:
     assert n * 7 * np.dtype(dtype).itemsize > BEYOND
     length = pga3.distance_points(_rows(found, shift), _rows(again, shift))
     assert not length.any()
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+@pytest.mark.parametrize("shift", [0, 1, 5], ids=lambda k: f"{k} numbers off a line")
+@pytest.mark.parametrize("n", [600, 1003, 12000, 12001])
+def test_many_rows_of_results(dtype: Any, shift: int, n: int) -> None:
+    """From where whole lines are stored to where they go past the caches; also onto an argument."""
+    from generated import cga3
+
+    a, b = (_rows(np.random.default_rng(k).random((n, 32), dtype), 3 * k) for k in (1, 2))
+    right = np.empty((n, 32), dtype)
+    for first in range(0, n, 100):
+        some = slice(first, first + 100)
+        right[some] = cga3.geometric_product(a[some].copy(), b[some].copy())
+    found = cga3.geometric_product(a, b, out=_rows(np.full((n, 32), np.nan, dtype), shift))
+    np.testing.assert_array_equal(found, right)
+    np.testing.assert_array_equal(cga3.geometric_product(a, b, out=a), right)
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+def test_elements_in_order_that_no_cache_holds(dtype: Any) -> None:
+    from generated import pga3
+
+    n = (1 << 24) // (14 * np.dtype(dtype).itemsize) + 2007
+    lines = np.random.default_rng(4).random((n, 6), dtype)
+    found = pga3.motor_exponential(lines)
+    for part in (slice(0, 2000), slice(n // 2, n // 2 + 2000), slice(n - 2000, n)):
+        np.testing.assert_array_equal(found[part], pga3.motor_exponential(lines[part]))
 
 
 def _rows(array: np.ndarray, shift: int) -> np.ndarray:

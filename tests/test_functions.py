@@ -406,6 +406,23 @@ def test_interpolation_goes_the_part_of_the_way_at_constant_speed(algebra: Algeb
         assert difference(run(a, sign * b, 1.0), b).max() < 1e-14
 
 
+@pytest.mark.parametrize("algebra", UP_TO_FIVE, ids=name_of)
+def test_interpolation_of_multivectors_in_any_metric(algebra: Algebra, rng: np.random.Generator) -> None:
+    """Summed or by the power of the ratio, of even versors and of odd ones, and where there is no way to go."""
+
+    def bivector(size: float, blades: Any) -> Multivector:
+        return Multivector(algebra, dict(zip(blades, map(float, size * rng.normal(size=len(blades))), strict=True)))
+
+    t, vector = 0.3, next(v for v in algebra.basis() if abs((v * v)["1"]) == 1)
+    for blades in (algebra.blades(2), algebra.blades(2)[:1]):
+        a, step = ga.exp(bivector(0.3, blades)), bivector(0.2, blades)
+        for start in (a, vector * a):
+            found = ga.interpolate(start, start * ga.exp(step), t, unit=True)
+            wanted = start * ga.exp(t * step)
+            assert max(map(abs, (found - wanted).terms.values()), default=0) < 1e-13
+            assert max(map(abs, (ga.interpolate(start, start, t, unit=True) - start).terms.values()), default=0) < 1e-14
+
+
 def test_inertia() -> None:
     assert inertia([[0, 1], [1, 0]]) == (1, 1, 0)
     assert inertia([[1, 1], [1, 1]]) == (1, 0, 1)

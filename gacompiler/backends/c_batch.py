@@ -33,7 +33,7 @@ FORM_PARTS = ("prepare", "apply", "start", "block", "dense")
 
 C_HELPERS = re.compile(
     r"(load|store)_(scalar|rows|(span|tile)_\d+|\d+(x\d+)*)|spans|turn(_tiles|_all)?|(load|store)_(tile|few)|tile|half|four|eight"
-    r"|move_(part|element)|each|as_they_lie|batch|call_[anr]+"
+    r"|(move|stream)_part|move_element|each|run_from|as_they_lie|batch|call_[anr]+"
     r"|bits_of|of_bits|chosen_by|quarters_of|(sin|cos)_of_rest|(sin|cos|exp|log|atan2|acos)_of"
     r"|(sin|cos|exp|log|atan|asin)_polynomial"
 )

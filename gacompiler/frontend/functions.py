@@ -1,4 +1,4 @@
-"""Exponential, logarithm, square root and power of scalars, numbers and versors, built from products and `select`.
+"""Exponential, logarithm, root, power and interpolation of scalars, numbers and versors, from products and `select`.
 
 Nothing here computes: the functions write the closed forms of `gacompiler.frontend.exponentials` and
 `gacompiler.frontend.logarithms` with the operations of the kernel language, so derivatives and proofs need no more.
@@ -132,11 +132,12 @@ def interpolate(a: Any, b: Any, t: Any, *, unit: bool | None = None) -> Any:
 
     Notes
     -----
-    Of rotations and of screw motions this is a sum of `a` and `b` (Shoemake's slerp; with dual numbers, Kavan's
-    ScLERP), a third to a half of the operations of the ratio's power.
+    Of rotations in space and of screw motions this is a sum of `a` and `b` (Shoemake's slerp; with dual numbers,
+    Kavan's ScLERP), a third to a half of the operations of the ratio's power. It is as exact between `a` and `b`; far
+    beyond them, errors grow as the square of `t`, and where `a` and `b` are not quite unit, the result is as wrong.
     """
     ratio = ~a * b
-    found = weights(ratio, t) if _is_versor(ratio, unit) else None
+    found = None if _is_scalar(ratio) or not _is_versor(ratio, unit) else weights(ratio, t)
     return a * power(ratio, t, unit=unit) if found is None else a * found[0] + b * found[1]
 
 

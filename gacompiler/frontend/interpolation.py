@@ -13,27 +13,30 @@ from __future__ import annotations
 
 from typing import Any
 
-from .exponentials import NEARLY_ZERO, ONE, circle_of
+from .exponentials import NEARLY_ZERO, ONE, circle_of, length_of
 from .logarithms import form_of_versor
 from .operations import absolute, atan2, cos, select, sin, sqrt
 
 
 def weights(ratio: Any, t: Any) -> tuple[Any, Any] | None:
-    """What `a` and `b` are multiplied by, from the right; None of a ratio ``~a b`` that is no rotation or screw."""
-    form, b = form_of_versor(ratio), ratio.grade(2)
-    if form.s.positive or form.s.zero or form.nilpotent or not form.q.zero or circle_of(b, form) is not None:
+    """What `a` and `b` are multiplied by, from the right, to give ``a (~a b)**t``.
+
+    None of a ratio in one plane, whose power is short, and of one that is neither a rotation nor a screw.
+    """
+    form, bivector = form_of_versor(ratio), ratio.grade(2)
+    if form.s.positive or form.s.zero or form.nilpotent or not form.q.zero or circle_of(bivector, form) is not None:
         return None
-    w = ratio["1"]
+    w, length = ratio["1"], length_of(bivector, form)
     flip, cosine = select(w < 0, -1, 1), absolute(w)
-    square = 1 - w * w
+    square = 1 - w * w if length is None else length * length
     tiny = square < NEARLY_ZERO
-    sine = sqrt(select(tiny, ONE, square))
+    sine = sqrt(select(tiny, ONE, square)) if length is None else select(tiny, ONE, length)
     angle = t * atan2(sine, cosine)
     turned = select(tiny, 1, cos(angle))
     share = select(tiny, t, sin(angle) / sine)
-    rest = turned - share * cosine
+    start = turned - share * cosine
     if not form.rest:
-        return rest, flip * share
+        return start, flip * share
     p = ratio.grade(4)
     slope = select(tiny, (t * t * t - t) / 3, (share * cosine - t * turned) / select(tiny, ONE, square))
-    return rest + flip * (t * share - share - slope * cosine) * p, flip * share + slope * p
+    return start + flip * (t * share - share - slope * cosine) * p, flip * share + slope * p

@@ -64,7 +64,7 @@ def form_of_versor(r: Any) -> Form:
     if form is None or any(blade.bit_count() not in (0, 2, 4) for blade in blades) or not bivectors:
         names = " ".join(algebra.spelling(blade)[1] for blade in sorted(blades))
         raise KernelError(
-            "log, sqrt or power",
+            "log, sqrt, power or interpolate",
             f"an element with blades {names}",
             "a scalar, a scalar plus a part whose square is one, or a unit versor of grades 0, 2 and 4 over up to "
             "five basis vectors",
