@@ -2,7 +2,7 @@
 // command: gac generate --all cga2
 // spec: 4c56134e85f357ea
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 974cff4cd5b2e04cb7c4fd2e6405e59793efca91ad76514881d8ac892ce4086b
+// body: b0b9859a092b2f8bbc2b9188c98e79ff3488c8ea725efeece319177ee321b17f
 
 #ifndef REAL
 #include "cga2.h"
@@ -1866,8 +1866,8 @@ static void NAME(run_from)(intptr_t first, intptr_t n, const struct kernel *kern
     loop(n, starts, steps + kernel->n_parts);
 }
 
-// Runs a loop over elements as they lie, `unit` at a time, and returns how many it did. Those before `head` are run with
-// some after them, and the last ones with some before them, which are run twice, unless arguments are replaced by
+// Runs a loop over elements as they lie, `unit` at a time, and returns how many it did. Those before `head` are run
+// with some after them, and the last ones with some before them, which are run twice, unless arguments are replaced by
 // results.
 static intptr_t NAME(as_they_lie)(intptr_t unit, intptr_t head, const struct kernel *kernel, loop_function *loop,
     char **args, intptr_t n, const intptr_t *steps, unsigned hoisted, REAL *prepared)
@@ -1937,8 +1937,8 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         for (int q = part->first; past && q < part->first + part->rank; ++q)
             past = strides[q] % LINE == 0;
     }
-    // Elements before the first whose result starts a line. A vector stored across two lines takes twice the time, which
-    // is worth a turn more where elements are many and more than the first cache holds.
+    // Elements before the first whose result starts a line. A vector stored across two lines takes twice the time, so
+    // it is worth a turn more where elements are many and more than the first cache holds.
     const int aligned = past || (steps[n_inputs] == w && n >= 16 * LANES && n * numbers * w >= 1 << 15);
     intptr_t head = aligned ? (-(intptr_t)args[n_inputs] & (LINE - 1)) / w : 0;
     // All that lies as a loop reads it is run at once.

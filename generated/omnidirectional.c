@@ -2,7 +2,7 @@
 // command: gac generate --all omnidirectional
 // spec: 276fd778ac53538a
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: ebe124186e5d2e489d473f14cb423c07086105f9322945a10914c7ba6416d6f0
+// body: ff32c5b6fad44e4334aab3b5b6e52bf61c57e5d73db6213f56ff7803be7f142d
 
 #ifndef REAL
 #include "omnidirectional.h"
@@ -1324,8 +1324,8 @@ static void NAME(run_from)(intptr_t first, intptr_t n, const struct kernel *kern
     loop(n, starts, steps + kernel->n_parts);
 }
 
-// Runs a loop over elements as they lie, `unit` at a time, and returns how many it did. Those before `head` are run with
-// some after them, and the last ones with some before them, which are run twice, unless arguments are replaced by
+// Runs a loop over elements as they lie, `unit` at a time, and returns how many it did. Those before `head` are run
+// with some after them, and the last ones with some before them, which are run twice, unless arguments are replaced by
 // results.
 static intptr_t NAME(as_they_lie)(intptr_t unit, intptr_t head, const struct kernel *kernel, loop_function *loop,
     char **args, intptr_t n, const intptr_t *steps, unsigned hoisted, REAL *prepared)
@@ -1395,8 +1395,8 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         for (int q = part->first; past && q < part->first + part->rank; ++q)
             past = strides[q] % LINE == 0;
     }
-    // Elements before the first whose result starts a line. A vector stored across two lines takes twice the time, which
-    // is worth a turn more where elements are many and more than the first cache holds.
+    // Elements before the first whose result starts a line. A vector stored across two lines takes twice the time, so
+    // it is worth a turn more where elements are many and more than the first cache holds.
     const int aligned = past || (steps[n_inputs] == w && n >= 16 * LANES && n * numbers * w >= 1 << 15);
     intptr_t head = aligned ? (-(intptr_t)args[n_inputs] & (LINE - 1)) / w : 0;
     // All that lies as a loop reads it is run at once.

@@ -2,7 +2,7 @@
 // command: gac generate --all pga2
 // spec: 10ed350c99024528
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 361332e7ad8ed4ba60c116680c89038f3f78a09e379fff12fa3be3b621860d67
+// body: ef03fdbe70599670c0bc1c8bd4ed044c62d1246364914a789c17b2c3eccd14ed
 
 #ifndef REAL
 #include "pga2.h"
@@ -1517,8 +1517,8 @@ static void NAME(run_from)(intptr_t first, intptr_t n, const struct kernel *kern
     loop(n, starts, steps + kernel->n_parts);
 }
 
-// Runs a loop over elements as they lie, `unit` at a time, and returns how many it did. Those before `head` are run with
-// some after them, and the last ones with some before them, which are run twice, unless arguments are replaced by
+// Runs a loop over elements as they lie, `unit` at a time, and returns how many it did. Those before `head` are run
+// with some after them, and the last ones with some before them, which are run twice, unless arguments are replaced by
 // results.
 static intptr_t NAME(as_they_lie)(intptr_t unit, intptr_t head, const struct kernel *kernel, loop_function *loop,
     char **args, intptr_t n, const intptr_t *steps, unsigned hoisted, REAL *prepared)
@@ -1588,8 +1588,8 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         for (int q = part->first; past && q < part->first + part->rank; ++q)
             past = strides[q] % LINE == 0;
     }
-    // Elements before the first whose result starts a line. A vector stored across two lines takes twice the time, which
-    // is worth a turn more where elements are many and more than the first cache holds.
+    // Elements before the first whose result starts a line. A vector stored across two lines takes twice the time, so
+    // it is worth a turn more where elements are many and more than the first cache holds.
     const int aligned = past || (steps[n_inputs] == w && n >= 16 * LANES && n * numbers * w >= 1 << 15);
     intptr_t head = aligned ? (-(intptr_t)args[n_inputs] & (LINE - 1)) / w : 0;
     // All that lies as a loop reads it is run at once.

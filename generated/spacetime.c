@@ -2,7 +2,7 @@
 // command: gac generate --all spacetime
 // spec: 1b4f06fa4d30b0e9
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 72e6fc362105c02ac2f709460b83f10541635e5c2c949a19c1a33a6128d81bd8
+// body: 418f1f34265a15b55ebb78c500cd3f0889ce8982e9393d663fce37dd54a5a46c
 
 #ifndef REAL
 #include "spacetime.h"
@@ -2159,8 +2159,8 @@ static void NAME(run_from)(intptr_t first, intptr_t n, const struct kernel *kern
     loop(n, starts, steps + kernel->n_parts);
 }
 
-// Runs a loop over elements as they lie, `unit` at a time, and returns how many it did. Those before `head` are run with
-// some after them, and the last ones with some before them, which are run twice, unless arguments are replaced by
+// Runs a loop over elements as they lie, `unit` at a time, and returns how many it did. Those before `head` are run
+// with some after them, and the last ones with some before them, which are run twice, unless arguments are replaced by
 // results.
 static intptr_t NAME(as_they_lie)(intptr_t unit, intptr_t head, const struct kernel *kernel, loop_function *loop,
     char **args, intptr_t n, const intptr_t *steps, unsigned hoisted, REAL *prepared)
@@ -2230,8 +2230,8 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         for (int q = part->first; past && q < part->first + part->rank; ++q)
             past = strides[q] % LINE == 0;
     }
-    // Elements before the first whose result starts a line. A vector stored across two lines takes twice the time, which
-    // is worth a turn more where elements are many and more than the first cache holds.
+    // Elements before the first whose result starts a line. A vector stored across two lines takes twice the time, so
+    // it is worth a turn more where elements are many and more than the first cache holds.
     const int aligned = past || (steps[n_inputs] == w && n >= 16 * LANES && n * numbers * w >= 1 << 15);
     intptr_t head = aligned ? (-(intptr_t)args[n_inputs] & (LINE - 1)) / w : 0;
     // All that lies as a loop reads it is run at once.

@@ -2,7 +2,7 @@
 // command: gac generate --all ur5
 // spec: cffb52f1f47f416f
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: cce0a0d1c5203d8f5a11f7cf9f115f21c78504e6d074b371266a112774ca0e43
+// body: a150a482fa2e47de4b8ed8217c797d5a72237bcae7b8607060efd9a43392f03f
 
 #ifndef REAL
 #include "ur5.h"
@@ -1170,8 +1170,8 @@ static void NAME(run_from)(intptr_t first, intptr_t n, const struct kernel *kern
     loop(n, starts, steps + kernel->n_parts);
 }
 
-// Runs a loop over elements as they lie, `unit` at a time, and returns how many it did. Those before `head` are run with
-// some after them, and the last ones with some before them, which are run twice, unless arguments are replaced by
+// Runs a loop over elements as they lie, `unit` at a time, and returns how many it did. Those before `head` are run
+// with some after them, and the last ones with some before them, which are run twice, unless arguments are replaced by
 // results.
 static intptr_t NAME(as_they_lie)(intptr_t unit, intptr_t head, const struct kernel *kernel, loop_function *loop,
     char **args, intptr_t n, const intptr_t *steps, unsigned hoisted, REAL *prepared)
@@ -1241,8 +1241,8 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         for (int q = part->first; past && q < part->first + part->rank; ++q)
             past = strides[q] % LINE == 0;
     }
-    // Elements before the first whose result starts a line. A vector stored across two lines takes twice the time, which
-    // is worth a turn more where elements are many and more than the first cache holds.
+    // Elements before the first whose result starts a line. A vector stored across two lines takes twice the time, so
+    // it is worth a turn more where elements are many and more than the first cache holds.
     const int aligned = past || (steps[n_inputs] == w && n >= 16 * LANES && n * numbers * w >= 1 << 15);
     intptr_t head = aligned ? (-(intptr_t)args[n_inputs] & (LINE - 1)) / w : 0;
     // All that lies as a loop reads it is run at once.
