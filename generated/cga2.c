@@ -2,7 +2,7 @@
 // command: gac generate --all cga2
 // spec: 4c56134e85f357ea
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: b0b9859a092b2f8bbc2b9188c98e79ff3488c8ea725efeece319177ee321b17f
+// body: b8f458ac4bdff84fd1d7a43266c4800f44dc8e2cfa5aa2bc0f16a142b04eefee
 
 #ifndef REAL
 #include "cga2.h"
@@ -11963,33 +11963,26 @@ static INLINE void NAME(motor_power_within)(const REAL *m, REAL t, REAL *out, WO
     const REAL m_e1inf = m[2];
     const REAL m_e2inf = m[3];
     const REAL t0 = m_e12 * m_e12;
-    const REAL t1 = LESS(t0, (REAL)1e-18);
+    const REAL t1 = LESS(t0, (REAL)1e-36);
     const REAL t2 = SELECT(t1, (REAL)1, m_e12);
     const REAL t3 = ABS(m_1);
     const REAL t4 = ATAN2(t2, t3);
-    const REAL t5 = t4 / t2;
-    const REAL t6 = SELECT(t1, (REAL)1, t5);
-    const REAL t7 = -t6;
-    const REAL t8 = LESS(m_1, (REAL)0);
-    const REAL t9 = SELECT(t8, t7, t6);
-    const REAL t10 = t * t9;
-    const REAL t11 = m_e12 * t10;
-    const REAL t12 = COS(t11);
-    const REAL t13 = t11 * t11;
-    const REAL t14 = LESS(t13, (REAL)1e-18);
-    const REAL t15 = SELECT(t14, (REAL)1, t11);
-    const REAL t16 = SIN(t11);
-    const REAL t17 = t16 / t15;
-    const REAL t18 = SELECT(t14, (REAL)1, t17);
-    const REAL t19 = t * t18;
-    const REAL t20 = t9 * t19;
-    const REAL t21 = m_e12 * t20;
-    const REAL t22 = m_e1inf * t20;
-    const REAL t23 = m_e2inf * t20;
-    out[0] = t12;
-    out[1] = t21;
-    out[2] = t22;
-    out[3] = t23;
+    const REAL t5 = t * t4;
+    const REAL t6 = COS(t5);
+    const REAL t7 = SELECT(t1, (REAL)1, t6);
+    const REAL t8 = SIN(t5);
+    const REAL t9 = t8 / t2;
+    const REAL t10 = SELECT(t1, t, t9);
+    const REAL t11 = LESS(m_1, (REAL)0);
+    const REAL t12 = SELECT(t11, (REAL)-1, (REAL)1);
+    const REAL t13 = t10 * t12;
+    const REAL t14 = m_e12 * t13;
+    const REAL t15 = m_e1inf * t13;
+    const REAL t16 = m_e2inf * t13;
+    out[0] = t7;
+    out[1] = t14;
+    out[2] = t15;
+    out[3] = t16;
 }
 
 FUSED(motor_power, (const REAL *m, REAL t, REAL *out), (m, t, out, NULL))
@@ -12005,45 +11998,44 @@ static INLINE void NAME(motor_power_prepare_m)(const REAL *m, REAL *prepared)
     const REAL m_e1inf = m[2];
     const REAL m_e2inf = m[3];
     const REAL t0 = m_e12 * m_e12;
-    const REAL t1 = LESS(t0, (REAL)1e-18);
+    const REAL t1 = LESS(t0, (REAL)1e-36);
     const REAL t2 = SELECT(t1, (REAL)1, m_e12);
     const REAL t3 = ABS(m_1);
     const REAL t4 = ATAN2(t2, t3);
-    const REAL t5 = t4 / t2;
-    const REAL t6 = SELECT(t1, (REAL)1, t5);
-    const REAL t7 = -t6;
-    const REAL t8 = LESS(m_1, (REAL)0);
-    const REAL t9 = SELECT(t8, t7, t6);
-    prepared[0] = t9;
-    prepared[1] = m_e12;
-    prepared[2] = m_e1inf;
-    prepared[3] = m_e2inf;
+    const REAL t11 = LESS(m_1, (REAL)0);
+    const REAL t12 = SELECT(t11, (REAL)-1, (REAL)1);
+    prepared[0] = t4;
+    prepared[1] = t1;
+    prepared[2] = t2;
+    prepared[3] = t12;
+    prepared[4] = m_e12;
+    prepared[5] = m_e1inf;
+    prepared[6] = m_e2inf;
 }
 
 static INLINE void NAME(motor_power_apply_m)(const REAL *prepared, REAL t, REAL *out, WORD *far)
 {
-    const REAL t9 = prepared[0];
-    const REAL m_e12 = prepared[1];
-    const REAL m_e1inf = prepared[2];
-    const REAL m_e2inf = prepared[3];
-    const REAL t10 = t * t9;
-    const REAL t11 = m_e12 * t10;
-    const REAL t12 = COS(t11);
-    const REAL t13 = t11 * t11;
-    const REAL t14 = LESS(t13, (REAL)1e-18);
-    const REAL t15 = SELECT(t14, (REAL)1, t11);
-    const REAL t16 = SIN(t11);
-    const REAL t17 = t16 / t15;
-    const REAL t18 = SELECT(t14, (REAL)1, t17);
-    const REAL t19 = t * t18;
-    const REAL t20 = t9 * t19;
-    const REAL t21 = m_e12 * t20;
-    const REAL t22 = m_e1inf * t20;
-    const REAL t23 = m_e2inf * t20;
-    out[0] = t12;
-    out[1] = t21;
-    out[2] = t22;
-    out[3] = t23;
+    const REAL t4 = prepared[0];
+    const REAL t1 = prepared[1];
+    const REAL t2 = prepared[2];
+    const REAL t12 = prepared[3];
+    const REAL m_e12 = prepared[4];
+    const REAL m_e1inf = prepared[5];
+    const REAL m_e2inf = prepared[6];
+    const REAL t5 = t * t4;
+    const REAL t6 = COS(t5);
+    const REAL t7 = SELECT(t1, (REAL)1, t6);
+    const REAL t8 = SIN(t5);
+    const REAL t9 = t8 / t2;
+    const REAL t10 = SELECT(t1, t, t9);
+    const REAL t13 = t10 * t12;
+    const REAL t14 = m_e12 * t13;
+    const REAL t15 = m_e1inf * t13;
+    const REAL t16 = m_e2inf * t13;
+    out[0] = t7;
+    out[1] = t14;
+    out[2] = t15;
+    out[3] = t16;
 }
 
 static INLINE void NAME(motor_power_block_m)(intptr_t n, char **args, const intptr_t *strides)
@@ -12139,7 +12131,7 @@ static INLINE void NAME(interpolate_motors_within)(const REAL *a, const REAL *b,
     const REAL t1 = a_e12 * b_1;
     const REAL t2 = t0 - t1;
     const REAL t3 = t2 * t2;
-    const REAL t4 = LESS(t3, (REAL)1e-18);
+    const REAL t4 = LESS(t3, (REAL)1e-36);
     const REAL t5 = SELECT(t4, (REAL)1, t2);
     const REAL t6 = a_1 * b_1;
     const REAL t7 = a_e12 * b_e12;
@@ -12195,7 +12187,7 @@ static INLINE void NAME(interpolate_motors_prepare_a_b)(const REAL *a, const REA
     const REAL t1 = a_e12 * b_1;
     const REAL t2 = t0 - t1;
     const REAL t3 = t2 * t2;
-    const REAL t4 = LESS(t3, (REAL)1e-18);
+    const REAL t4 = LESS(t3, (REAL)1e-36);
     const REAL t5 = SELECT(t4, (REAL)1, t2);
     const REAL t6 = a_1 * b_1;
     const REAL t7 = a_e12 * b_e12;

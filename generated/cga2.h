@@ -2,7 +2,7 @@
 // command: gac generate --all cga2
 // spec: 4c56134e85f357ea
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: dba03ca2d9ffee5b77864bcd58b2e2960b65be04ba59d5a5af93173002857321
+// body: 99ebc35589b1b729cff78bc3dca89970b8f2df10b0b71b1dee6e4b19a2daabba
 /* cga2
    Conformal geometry of the plane in G(3,1) with the null basis ``e0, einf`` and ``einf . e0 = -1``.
    
@@ -1053,10 +1053,10 @@ void cga2_motor_square_root_loop_f32(char **args, const intptr_t *dimensions, co
      t  SCALAR.
      out[4]  CGA2.MOTOR: 1, e12, e1inf, e2inf; unit.
    Assumes ``m ~m = 1``.
-   Costs 9 mul, 0 add, 2 div, 3 call, 9 choice.
-   Where `m` stay the same for 2 elements or more: 1 mul, 0 add, 1 div, 1 call, 6 choice once, then 8 mul, 0 add,
-   1 div, 2 call, 3 choice for each.
-   Error: 9.0 ulp of the largest coefficient, 64 random inputs. */
+   Costs 6 mul, 0 add, 1 div, 3 call, 7 choice.
+   Where `m` stay the same for 2 elements or more: 1 mul, 0 add, 1 call, 5 choice once, then 5 mul, 0 add, 1 div,
+   2 call, 2 choice for each.
+   Error: 2.0 ulp of the largest coefficient, 64 random inputs. */
 void cga2_motor_power_f64(const double *m, double t, double *out);
 void cga2_motor_power_f32(const float *m, float t, float *out);
 void cga2_motor_power_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);

@@ -2,7 +2,7 @@
 // command: gac generate --all cga3
 // spec: 5be712f275750a04
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: a5039ddafb522c0eac467f5b2ee02edaddd29328c20224f5cdb970c508d96508
+// body: 50164e45ef679e6c8444e8735cb1ce481e2e293557cae28fb7032a4cb0d376db
 /* cga3
    Conformal geometry of space in G(4,1) with the null basis ``e0, einf`` and ``einf . e0 = -1``.
    
@@ -1711,10 +1711,8 @@ void cga3_motor_square_root_loop_f32(char **args, const intptr_t *dimensions, co
      t  SCALAR.
      out[8]  CGA3.MOTOR: 1, e12, e13, e23, e1inf, e2inf, e3inf, e123inf; unit.
    Assumes ``m ~m = 1``.
-   Costs 41 mul, 13 add, 2 div, 2 sqrt, 3 call, 12 choice.
-   Where `m` stay the same for 2 elements or more: 15 mul, 5 add, 1 div, 1 sqrt, 1 call, 7 choice once, then 26
-   mul, 8 add, 1 div, 1 sqrt, 2 call, 5 choice for each.
-   Error: 4.3 ulp of the largest coefficient, 64 random inputs. */
+   Costs 27 mul, 8 add, 1 div, 1 sqrt, 3 call, 8 choice.
+   Error: 2.9 ulp of the largest coefficient, 64 random inputs. */
 void cga3_motor_power_f64(const double *m, double t, double *out);
 void cga3_motor_power_f32(const float *m, float t, float *out);
 void cga3_motor_power_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);

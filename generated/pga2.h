@@ -2,7 +2,7 @@
 // command: gac generate --all pga2
 // spec: 10ed350c99024528
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: cb6347187b7d9be4e9317de3507a712bb2c80b64de14ceff565112ec94240eea
+// body: 636dd52e86426d1373b325177203fa6328d790105b6ac987e1ed96ed77636dde
 /* pga2
    The Euclidean plane by plane-based geometric algebra G(2,0,1): points, lines and rigid motions.
    
@@ -807,10 +807,10 @@ void pga2_motor_square_root_loop_f32(char **args, const intptr_t *dimensions, co
      t  SCALAR.
      out[4]  PGA2.MOTOR: 1, e12, e20, e01; unit.
    Assumes ``m ~m = 1``.
-   Costs 9 mul, 0 add, 2 div, 3 call, 9 choice.
-   Where `m` stay the same for 2 elements or more: 1 mul, 0 add, 1 div, 1 call, 6 choice once, then 8 mul, 0 add,
-   1 div, 2 call, 3 choice for each.
-   Error: 9.0 ulp of the largest coefficient, 64 random inputs. */
+   Costs 6 mul, 0 add, 1 div, 3 call, 7 choice.
+   Where `m` stay the same for 2 elements or more: 1 mul, 0 add, 1 call, 5 choice once, then 5 mul, 0 add, 1 div,
+   2 call, 2 choice for each.
+   Error: 2.0 ulp of the largest coefficient, 64 random inputs. */
 void pga2_motor_power_f64(const double *m, double t, double *out);
 void pga2_motor_power_f32(const float *m, float t, float *out);
 void pga2_motor_power_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);

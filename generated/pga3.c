@@ -2,7 +2,7 @@
 // command: gac generate --all pga3
 // spec: 9b7bbeff39dbafa2
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 0c62e5b396ec660fdf4723dfcbcdc7f6739c1be083e885335b1be703f8e8ac04
+// body: cfb290df5ae1fcc0f08755015fda2084cd91edd9dcf41b32f0296aa5decc1b80
 
 #ifndef REAL
 #include "pga3.h"
@@ -25340,247 +25340,68 @@ static INLINE void NAME(motor_power_within)(const REAL *m, REAL t, REAL *out, WO
     const REAL m_e02 = m[5];
     const REAL m_e03 = m[6];
     const REAL m_e0123 = m[7];
-    const REAL t0 = m_1 * m_1;
-    const REAL t1 = (REAL)1 - t0;
-    const REAL t2 = LESS(t1, (REAL)1e-18);
-    const REAL t3 = SELECT(t2, (REAL)1, t1);
-    const REAL t4 = SQRT(t3);
-    const REAL t5 = ABS(m_1);
-    const REAL t6 = ATAN2(t4, t5);
-    const REAL t7 = (REAL)1 / t4;
-    const REAL t8 = t6 * t7;
-    const REAL t9 = SELECT(t2, (REAL)1, t8);
-    const REAL t10 = -t9;
-    const REAL t11 = LESS(m_1, (REAL)0);
-    const REAL t12 = SELECT(t11, t10, t9);
-    const REAL t13 = m_e12 * t12;
-    const REAL t14 = t * t13;
-    const REAL t15 = t14 * t14;
-    const REAL t16 = m_e13 * t12;
-    const REAL t17 = t * t16;
-    const REAL t18 = t17 * t17;
-    const REAL t19 = t15 + t18;
-    const REAL t20 = m_e23 * t12;
-    const REAL t21 = t * t20;
-    const REAL t22 = t21 * t21;
-    const REAL t23 = t19 + t22;
-    const REAL t24 = LESS(t23, (REAL)1e-18);
-    const REAL t25 = SELECT(t24, (REAL)1, t23);
-    const REAL t26 = SQRT(t25);
-    const REAL t27 = COS(t26);
-    const REAL t28 = SELECT(t24, (REAL)1, t27);
-    const REAL t29 = (REAL)1 / t26;
-    const REAL t30 = SIN(t26);
-    const REAL t31 = t30 * t29;
-    const REAL t32 = SELECT(t24, (REAL)1, t31);
-    const REAL t33 = t14 * t32;
-    const REAL t34 = t17 * t32;
-    const REAL t35 = t21 * t32;
-    const REAL t36 = t28 - t32;
-    const REAL t37 = t29 * t36;
-    const REAL t38 = t29 * t37;
-    const REAL t39 = -t38;
-    const REAL t40 = SELECT(t24, (REAL)(1.0 / 3.0), t39);
-    const REAL t41 = t5 * t9;
-    const REAL t42 = (REAL)1 - t41;
-    const REAL t43 = t7 * t42;
-    const REAL t44 = t7 * t43;
-    const REAL t45 = -t44;
-    const REAL t46 = SELECT(t2, (REAL)(-1.0 / 3.0), t45);
+    const REAL t0 = m_e12 * m_e12;
+    const REAL t1 = m_e13 * m_e13;
+    const REAL t2 = t0 + t1;
+    const REAL t3 = m_e23 * m_e23;
+    const REAL t4 = t2 + t3;
+    const REAL t5 = t * t;
+    const REAL t6 = (REAL)1 + t5;
+    const REAL t7 = t6 * t4;
+    const REAL t8 = LESS(t7, (REAL)1e-18);
+    const REAL t9 = SELECT(t8, (REAL)1, t4);
+    const REAL t10 = SQRT(t9);
+    const REAL t11 = ABS(m_1);
+    const REAL t12 = ATAN2(t10, t11);
+    const REAL t13 = t * t12;
+    const REAL t14 = COS(t13);
+    const REAL t15 = SELECT(t8, (REAL)1, t14);
+    const REAL t16 = SIN(t13);
+    const REAL t17 = (REAL)1 / t10;
+    const REAL t18 = t16 * t17;
+    const REAL t19 = SELECT(t8, t, t18);
+    const REAL t20 = LESS(m_1, (REAL)0);
+    const REAL t21 = SELECT(t20, (REAL)-1, (REAL)1);
+    const REAL t22 = t21 * t19;
+    const REAL t23 = m_e12 * t22;
+    const REAL t24 = m_e13 * t22;
+    const REAL t25 = m_e23 * t22;
+    const REAL t26 = t11 * t19;
+    const REAL t27 = t * t15;
+    const REAL t28 = t26 - t27;
+    const REAL t29 = t17 * t28;
+    const REAL t30 = t17 * t29;
+    const REAL t31 = t * t5;
+    const REAL t32 = t31 - t;
+    const REAL t33 = t32 * (REAL)(1.0 / 3.0);
+    const REAL t34 = SELECT(t8, t33, t30);
+    const REAL t35 = m_e0123 * t34;
+    const REAL t36 = m_e23 * t35;
+    const REAL t37 = m_e01 * t22;
+    const REAL t38 = t37 - t36;
+    const REAL t39 = m_e13 * t35;
+    const REAL t40 = m_e02 * t22;
+    const REAL t41 = t40 + t39;
+    const REAL t42 = m_e12 * t35;
+    const REAL t43 = m_e03 * t22;
+    const REAL t44 = t43 - t42;
+    const REAL t45 = t * t21;
+    const REAL t46 = t45 * t19;
     const REAL t47 = m_e0123 * t46;
-    const REAL t48 = m_e12 * t47;
-    const REAL t49 = m_e03 * t12;
-    const REAL t50 = t48 - t49;
-    const REAL t51 = t * t50;
-    const REAL t52 = t14 * t51;
-    const REAL t53 = m_e23 * t47;
-    const REAL t54 = m_e01 * t12;
-    const REAL t55 = t53 - t54;
-    const REAL t56 = t * t55;
-    const REAL t57 = t21 * t56;
-    const REAL t58 = t52 + t57;
-    const REAL t59 = m_e13 * t47;
-    const REAL t60 = m_e02 * t12;
-    const REAL t61 = t60 + t59;
-    const REAL t62 = t * t61;
-    const REAL t63 = t17 * t62;
-    const REAL t64 = t58 + t63;
-    const REAL t65 = t40 * t64;
-    const REAL t66 = t21 * t65;
-    const REAL t67 = t32 * t56;
-    const REAL t68 = t66 - t67;
-    const REAL t69 = t17 * t65;
-    const REAL t70 = t32 * t62;
-    const REAL t71 = t70 - t69;
-    const REAL t72 = t14 * t65;
-    const REAL t73 = t32 * t51;
-    const REAL t74 = t72 - t73;
-    const REAL t75 = t32 * t64;
-    const REAL t76 = -t75;
-    out[0] = t28;
-    out[1] = t33;
-    out[2] = t34;
-    out[3] = t35;
-    out[4] = t68;
-    out[5] = t71;
-    out[6] = t74;
-    out[7] = t76;
+    out[0] = t15;
+    out[1] = t23;
+    out[2] = t24;
+    out[3] = t25;
+    out[4] = t38;
+    out[5] = t41;
+    out[6] = t44;
+    out[7] = t47;
 }
 
 FUSED(motor_power, (const REAL *m, REAL t, REAL *out), (m, t, out, NULL))
 void NAME(motor_power)(const REAL *m, REAL t, REAL *out)
 {
     RUN(motor_power, (m, t, out), (m, t, out, NULL));
-}
-
-static INLINE void NAME(motor_power_prepare_m)(const REAL *m, REAL *prepared)
-{
-    const REAL m_1 = m[0];
-    const REAL m_e12 = m[1];
-    const REAL m_e13 = m[2];
-    const REAL m_e23 = m[3];
-    const REAL m_e01 = m[4];
-    const REAL m_e02 = m[5];
-    const REAL m_e03 = m[6];
-    const REAL m_e0123 = m[7];
-    const REAL t0 = m_1 * m_1;
-    const REAL t1 = (REAL)1 - t0;
-    const REAL t2 = LESS(t1, (REAL)1e-18);
-    const REAL t3 = SELECT(t2, (REAL)1, t1);
-    const REAL t4 = SQRT(t3);
-    const REAL t5 = ABS(m_1);
-    const REAL t6 = ATAN2(t4, t5);
-    const REAL t7 = (REAL)1 / t4;
-    const REAL t8 = t6 * t7;
-    const REAL t9 = SELECT(t2, (REAL)1, t8);
-    const REAL t10 = -t9;
-    const REAL t11 = LESS(m_1, (REAL)0);
-    const REAL t12 = SELECT(t11, t10, t9);
-    const REAL t13 = m_e12 * t12;
-    const REAL t16 = m_e13 * t12;
-    const REAL t20 = m_e23 * t12;
-    const REAL t41 = t5 * t9;
-    const REAL t42 = (REAL)1 - t41;
-    const REAL t43 = t7 * t42;
-    const REAL t44 = t7 * t43;
-    const REAL t45 = -t44;
-    const REAL t46 = SELECT(t2, (REAL)(-1.0 / 3.0), t45);
-    const REAL t47 = m_e0123 * t46;
-    const REAL t48 = m_e12 * t47;
-    const REAL t49 = m_e03 * t12;
-    const REAL t50 = t48 - t49;
-    const REAL t53 = m_e23 * t47;
-    const REAL t54 = m_e01 * t12;
-    const REAL t55 = t53 - t54;
-    const REAL t59 = m_e13 * t47;
-    const REAL t60 = m_e02 * t12;
-    const REAL t61 = t60 + t59;
-    prepared[0] = t13;
-    prepared[1] = t16;
-    prepared[2] = t20;
-    prepared[3] = t50;
-    prepared[4] = t55;
-    prepared[5] = t61;
-}
-
-static INLINE void NAME(motor_power_apply_m)(const REAL *prepared, REAL t, REAL *out, WORD *far)
-{
-    const REAL t13 = prepared[0];
-    const REAL t16 = prepared[1];
-    const REAL t20 = prepared[2];
-    const REAL t50 = prepared[3];
-    const REAL t55 = prepared[4];
-    const REAL t61 = prepared[5];
-    const REAL t14 = t * t13;
-    const REAL t15 = t14 * t14;
-    const REAL t17 = t * t16;
-    const REAL t18 = t17 * t17;
-    const REAL t19 = t15 + t18;
-    const REAL t21 = t * t20;
-    const REAL t22 = t21 * t21;
-    const REAL t23 = t19 + t22;
-    const REAL t24 = LESS(t23, (REAL)1e-18);
-    const REAL t25 = SELECT(t24, (REAL)1, t23);
-    const REAL t26 = SQRT(t25);
-    const REAL t27 = COS(t26);
-    const REAL t28 = SELECT(t24, (REAL)1, t27);
-    const REAL t29 = (REAL)1 / t26;
-    const REAL t30 = SIN(t26);
-    const REAL t31 = t30 * t29;
-    const REAL t32 = SELECT(t24, (REAL)1, t31);
-    const REAL t33 = t14 * t32;
-    const REAL t34 = t17 * t32;
-    const REAL t35 = t21 * t32;
-    const REAL t36 = t28 - t32;
-    const REAL t37 = t29 * t36;
-    const REAL t38 = t29 * t37;
-    const REAL t39 = -t38;
-    const REAL t40 = SELECT(t24, (REAL)(1.0 / 3.0), t39);
-    const REAL t51 = t * t50;
-    const REAL t52 = t14 * t51;
-    const REAL t56 = t * t55;
-    const REAL t57 = t21 * t56;
-    const REAL t58 = t52 + t57;
-    const REAL t62 = t * t61;
-    const REAL t63 = t17 * t62;
-    const REAL t64 = t58 + t63;
-    const REAL t65 = t40 * t64;
-    const REAL t66 = t21 * t65;
-    const REAL t67 = t32 * t56;
-    const REAL t68 = t66 - t67;
-    const REAL t69 = t17 * t65;
-    const REAL t70 = t32 * t62;
-    const REAL t71 = t70 - t69;
-    const REAL t72 = t14 * t65;
-    const REAL t73 = t32 * t51;
-    const REAL t74 = t72 - t73;
-    const REAL t75 = t32 * t64;
-    const REAL t76 = -t75;
-    out[0] = t28;
-    out[1] = t33;
-    out[2] = t34;
-    out[3] = t35;
-    out[4] = t68;
-    out[5] = t71;
-    out[6] = t74;
-    out[7] = t76;
-}
-
-static INLINE void NAME(motor_power_block_m)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c2a = strides[1];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    for (intptr_t first = 0; first < n; first += CHUNK) {
-        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
-        WORD far = 0;
-        ANY_ORDER
-        for (intptr_t i = first; i < last; ++i) {
-            REAL x1[1];
-            REAL x2[8];
-            NAME(load_scalar)(x1, a1 + i * w);
-            NAME(motor_power_apply_m)(prepared, x1[0], x2, &far);
-            NAME(store_8)(a2 + i * w, c2a, x2);
-        }
-        for (intptr_t i = first; far && i < last; ++i) {
-            REAL x1[1];
-            REAL x2[8];
-            NAME(load_scalar)(x1, a1 + i * w);
-            NAME(motor_power_apply_m)(prepared, x1[0], x2, NULL);
-            NAME(store_8)(a2 + i * w, c2a, x2);
-        }
-    }
-}
-LOOPS(motor_power_block_m)
-
-static void NAME(motor_power_start_m)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0];
-    REAL x0[8];
-    NAME(load_8)(x0, args[0], c0a);
-    NAME(motor_power_prepare_m)(x0, prepared);
 }
 
 static INLINE void NAME(motor_power_block)(intptr_t n, char **args, const intptr_t *strides)
@@ -25619,9 +25440,8 @@ LOOPS(motor_power_block)
 void NAME(motor_power_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
-    static const struct form forms[] = {{1, 2, NAME(motor_power_start_m), WIDTHS(motor_power_block_m), {NULL}, 0}};
     static const struct kernel kernel = {WIDTHS(motor_power_block), {NULL}, 0, (any_function *)NAME(motor_power),
-        NAME(call_anr), 2, 3, 1, 1, 1, parts, forms};
+        NAME(call_anr), 2, 3, 0, 1, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -25652,7 +25472,7 @@ static INLINE void NAME(interpolate_motors_within)(const REAL *a, const REAL *b,
     const REAL t6 = t4 + t5;
     const REAL t7 = t6 * t6;
     const REAL t8 = (REAL)1 - t7;
-    const REAL t9 = LESS(t8, (REAL)1e-18);
+    const REAL t9 = LESS(t8, (REAL)1e-36);
     const REAL t10 = SELECT(t9, (REAL)1, t8);
     const REAL t11 = SQRT(t10);
     const REAL t12 = ABS(t6);
@@ -25710,11 +25530,11 @@ static INLINE void NAME(interpolate_motors_within)(const REAL *a, const REAL *b,
     const REAL t64 = t62 + t63;
     const REAL t65 = a_e0123 * b_1;
     const REAL t66 = t64 - t65;
-    const REAL t67 = t51 * t66;
+    const REAL t67 = t66 * t51;
     const REAL t68 = a_e23 * t67;
     const REAL t69 = a_e01 * t22;
     const REAL t70 = t68 + t69;
-    const REAL t71 = t46 * t66;
+    const REAL t71 = t66 * t46;
     const REAL t72 = b_e23 * t71;
     const REAL t73 = b_e01 * t26;
     const REAL t74 = t72 + t73;
@@ -25785,7 +25605,7 @@ static INLINE void NAME(interpolate_motors_prepare_a_b)(const REAL *a, const REA
     const REAL t6 = t4 + t5;
     const REAL t7 = t6 * t6;
     const REAL t8 = (REAL)1 - t7;
-    const REAL t9 = LESS(t8, (REAL)1e-18);
+    const REAL t9 = LESS(t8, (REAL)1e-36);
     const REAL t10 = SELECT(t9, (REAL)1, t8);
     const REAL t11 = SQRT(t10);
     const REAL t12 = ABS(t6);
@@ -25891,11 +25711,11 @@ static INLINE void NAME(interpolate_motors_apply_a_b)(const REAL *prepared, REAL
     const REAL t49 = t48 - t18;
     const REAL t50 = t49 - t47;
     const REAL t51 = t25 * t50;
-    const REAL t67 = t51 * t66;
+    const REAL t67 = t66 * t51;
     const REAL t68 = a_e23 * t67;
     const REAL t69 = a_e01 * t22;
     const REAL t70 = t68 + t69;
-    const REAL t71 = t46 * t66;
+    const REAL t71 = t66 * t46;
     const REAL t72 = b_e23 * t71;
     const REAL t73 = b_e01 * t26;
     const REAL t74 = t72 + t73;

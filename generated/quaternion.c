@@ -2,7 +2,7 @@
 // command: gac generate --all quaternion
 // spec: 62e3a6a61cd1492c
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 70567d2b8a61d0126ccba0c846722247cc3b4793305bed12035987c4a2754f7e
+// body: 71a36bca82edfc4933cfdae428aa5ae52c97bb17fd163e79311a2c8e3775dcf1
 
 #ifndef REAL
 #include "quaternion.h"
@@ -5017,47 +5017,32 @@ static INLINE void NAME(power_within)(const REAL *q, REAL t, REAL *out, WORD *fa
     const REAL t8 = SQRT(t7);
     const REAL t9 = SELECT(t6, (REAL)0, t8);
     const REAL t10 = ATAN2(t9, q_1);
-    const REAL t11 = SELECT(t6, (REAL)1, t10);
-    const REAL t12 = SELECT(t6, q_1, t8);
-    const REAL t13 = t11 / t12;
-    const REAL t14 = q_e21 * t13;
-    const REAL t15 = t * t14;
-    const REAL t16 = t15 * t15;
-    const REAL t17 = q_e13 * t13;
-    const REAL t18 = t * t17;
-    const REAL t19 = t18 * t18;
-    const REAL t20 = t16 + t19;
-    const REAL t21 = q_e32 * t13;
-    const REAL t22 = SELECT(t6, t10, (REAL)0);
-    const REAL t23 = t21 + t22;
-    const REAL t24 = t * t23;
-    const REAL t25 = t24 * t24;
-    const REAL t26 = t20 + t25;
-    const REAL t27 = LESS(t26, (REAL)1e-18);
-    const REAL t28 = SELECT(t27, (REAL)1, t26);
-    const REAL t29 = SQRT(t28);
-    const REAL t30 = COS(t29);
-    const REAL t31 = SELECT(t27, (REAL)1, t30);
-    const REAL t32 = q_1 * q_1;
-    const REAL t33 = t32 + t4;
-    const REAL t34 = LOG(t33);
-    const REAL t35 = t34 * (REAL)0.5;
-    const REAL t36 = t * t35;
-    const REAL t37 = EXP(t36);
-    const REAL t38 = t37 * t31;
-    const REAL t39 = SIN(t29);
-    const REAL t40 = t39 / t29;
-    const REAL t41 = SELECT(t27, (REAL)1, t40);
-    const REAL t42 = t24 * t41;
-    const REAL t43 = t37 * t42;
-    const REAL t44 = t18 * t41;
-    const REAL t45 = t37 * t44;
-    const REAL t46 = t15 * t41;
-    const REAL t47 = t37 * t46;
-    out[0] = t38;
-    out[1] = t43;
-    out[2] = t45;
-    out[3] = t47;
+    const REAL t11 = t * t10;
+    const REAL t12 = COS(t11);
+    const REAL t13 = q_1 * q_1;
+    const REAL t14 = t13 + t4;
+    const REAL t15 = LOG(t14);
+    const REAL t16 = t * (REAL)0.5;
+    const REAL t17 = t16 * t15;
+    const REAL t18 = EXP(t17);
+    const REAL t19 = t18 * t12;
+    const REAL t20 = t * t12;
+    const REAL t21 = SIN(t11);
+    const REAL t22 = SELECT(t6, t20, t21);
+    const REAL t23 = SELECT(t6, q_1, t8);
+    const REAL t24 = t22 / t23;
+    const REAL t25 = q_e32 * t24;
+    const REAL t26 = SELECT(t6, t21, (REAL)0);
+    const REAL t27 = t25 + t26;
+    const REAL t28 = t18 * t27;
+    const REAL t29 = q_e13 * t24;
+    const REAL t30 = t18 * t29;
+    const REAL t31 = q_e21 * t24;
+    const REAL t32 = t18 * t31;
+    out[0] = t19;
+    out[1] = t28;
+    out[2] = t30;
+    out[3] = t32;
 }
 
 FUSED(power, (const REAL *q, REAL t, REAL *out), (q, t, out, NULL))
@@ -5083,59 +5068,50 @@ static INLINE void NAME(power_prepare_q)(const REAL *q, REAL *prepared)
     const REAL t8 = SQRT(t7);
     const REAL t9 = SELECT(t6, (REAL)0, t8);
     const REAL t10 = ATAN2(t9, q_1);
-    const REAL t11 = SELECT(t6, (REAL)1, t10);
-    const REAL t12 = SELECT(t6, q_1, t8);
-    const REAL t13 = t11 / t12;
-    const REAL t14 = q_e21 * t13;
-    const REAL t17 = q_e13 * t13;
-    const REAL t21 = q_e32 * t13;
-    const REAL t22 = SELECT(t6, t10, (REAL)0);
-    const REAL t23 = t21 + t22;
-    const REAL t32 = q_1 * q_1;
-    const REAL t33 = t32 + t4;
-    const REAL t34 = LOG(t33);
-    const REAL t35 = t34 * (REAL)0.5;
-    prepared[0] = t14;
-    prepared[1] = t17;
-    prepared[2] = t23;
-    prepared[3] = t35;
+    const REAL t13 = q_1 * q_1;
+    const REAL t14 = t13 + t4;
+    const REAL t15 = LOG(t14);
+    const REAL t23 = SELECT(t6, q_1, t8);
+    prepared[0] = t10;
+    prepared[1] = t15;
+    prepared[2] = t6;
+    prepared[3] = t23;
+    prepared[4] = q_e32;
+    prepared[5] = q_e13;
+    prepared[6] = q_e21;
 }
 
 static INLINE void NAME(power_apply_q)(const REAL *prepared, REAL t, REAL *out, WORD *far)
 {
-    const REAL t14 = prepared[0];
-    const REAL t17 = prepared[1];
-    const REAL t23 = prepared[2];
-    const REAL t35 = prepared[3];
-    const REAL t15 = t * t14;
-    const REAL t16 = t15 * t15;
-    const REAL t18 = t * t17;
-    const REAL t19 = t18 * t18;
-    const REAL t20 = t16 + t19;
-    const REAL t24 = t * t23;
-    const REAL t25 = t24 * t24;
-    const REAL t26 = t20 + t25;
-    const REAL t27 = LESS(t26, (REAL)1e-18);
-    const REAL t28 = SELECT(t27, (REAL)1, t26);
-    const REAL t29 = SQRT(t28);
-    const REAL t30 = COS(t29);
-    const REAL t31 = SELECT(t27, (REAL)1, t30);
-    const REAL t36 = t * t35;
-    const REAL t37 = EXP(t36);
-    const REAL t38 = t37 * t31;
-    const REAL t39 = SIN(t29);
-    const REAL t40 = t39 / t29;
-    const REAL t41 = SELECT(t27, (REAL)1, t40);
-    const REAL t42 = t24 * t41;
-    const REAL t43 = t37 * t42;
-    const REAL t44 = t18 * t41;
-    const REAL t45 = t37 * t44;
-    const REAL t46 = t15 * t41;
-    const REAL t47 = t37 * t46;
-    out[0] = t38;
-    out[1] = t43;
-    out[2] = t45;
-    out[3] = t47;
+    const REAL t10 = prepared[0];
+    const REAL t15 = prepared[1];
+    const REAL t6 = prepared[2];
+    const REAL t23 = prepared[3];
+    const REAL q_e32 = prepared[4];
+    const REAL q_e13 = prepared[5];
+    const REAL q_e21 = prepared[6];
+    const REAL t11 = t * t10;
+    const REAL t12 = COS(t11);
+    const REAL t16 = t * (REAL)0.5;
+    const REAL t17 = t16 * t15;
+    const REAL t18 = EXP(t17);
+    const REAL t19 = t18 * t12;
+    const REAL t20 = t * t12;
+    const REAL t21 = SIN(t11);
+    const REAL t22 = SELECT(t6, t20, t21);
+    const REAL t24 = t22 / t23;
+    const REAL t25 = q_e32 * t24;
+    const REAL t26 = SELECT(t6, t21, (REAL)0);
+    const REAL t27 = t25 + t26;
+    const REAL t28 = t18 * t27;
+    const REAL t29 = q_e13 * t24;
+    const REAL t30 = t18 * t29;
+    const REAL t31 = q_e21 * t24;
+    const REAL t32 = t18 * t31;
+    out[0] = t19;
+    out[1] = t28;
+    out[2] = t30;
+    out[3] = t32;
 }
 
 static INLINE void NAME(power_block_q)(intptr_t n, char **args, const intptr_t *strides)
@@ -5228,15 +5204,15 @@ static INLINE void NAME(slerp_within)(const REAL *p, const REAL *q, REAL t, REAL
     const REAL q_e13 = q[2];
     const REAL q_e21 = q[3];
     const REAL t0 = p_1 * q_1;
-    const REAL t1 = p_e21 * q_e21;
+    const REAL t1 = p_e32 * q_e32;
     const REAL t2 = t0 + t1;
     const REAL t3 = p_e13 * q_e13;
     const REAL t4 = t2 + t3;
-    const REAL t5 = p_e32 * q_e32;
+    const REAL t5 = p_e21 * q_e21;
     const REAL t6 = t4 + t5;
     const REAL t7 = t6 * t6;
     const REAL t8 = (REAL)1 - t7;
-    const REAL t9 = LESS(t8, (REAL)1e-18);
+    const REAL t9 = LESS(t8, (REAL)1e-36);
     const REAL t10 = SELECT(t9, (REAL)1, t8);
     const REAL t11 = SQRT(t10);
     const REAL t12 = ABS(t6);
@@ -5287,15 +5263,15 @@ static INLINE void NAME(slerp_prepare_p_q)(const REAL *p, const REAL *q, REAL *p
     const REAL q_e13 = q[2];
     const REAL q_e21 = q[3];
     const REAL t0 = p_1 * q_1;
-    const REAL t1 = p_e21 * q_e21;
+    const REAL t1 = p_e32 * q_e32;
     const REAL t2 = t0 + t1;
     const REAL t3 = p_e13 * q_e13;
     const REAL t4 = t2 + t3;
-    const REAL t5 = p_e32 * q_e32;
+    const REAL t5 = p_e21 * q_e21;
     const REAL t6 = t4 + t5;
     const REAL t7 = t6 * t6;
     const REAL t8 = (REAL)1 - t7;
-    const REAL t9 = LESS(t8, (REAL)1e-18);
+    const REAL t9 = LESS(t8, (REAL)1e-36);
     const REAL t10 = SELECT(t9, (REAL)1, t8);
     const REAL t11 = SQRT(t10);
     const REAL t12 = ABS(t6);

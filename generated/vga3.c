@@ -2,7 +2,7 @@
 // command: gac generate --all vga3
 // spec: ca8683693a298dc2
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: d0fcfbbdc6234bd416fdea2ab2295b83fb87a7d767b97058dc4c1da820202077
+// body: ca42c0f3767ce649799440c801f7c40bdf707949ef8d9ebed3fb0d8fc34bcba1
 
 #ifndef REAL
 #include "vga3.h"
@@ -5745,44 +5745,32 @@ static INLINE void NAME(rotor_power_within)(const REAL *r, REAL t, REAL *out, WO
     const REAL r_e12 = r[1];
     const REAL r_e13 = r[2];
     const REAL r_e23 = r[3];
-    const REAL t0 = r_1 * r_1;
-    const REAL t1 = (REAL)1 - t0;
-    const REAL t2 = LESS(t1, (REAL)1e-18);
-    const REAL t3 = SELECT(t2, (REAL)1, t1);
-    const REAL t4 = SQRT(t3);
-    const REAL t5 = ABS(r_1);
-    const REAL t6 = ATAN2(t4, t5);
-    const REAL t7 = t6 / t4;
-    const REAL t8 = SELECT(t2, (REAL)1, t7);
-    const REAL t9 = -t8;
-    const REAL t10 = LESS(r_1, (REAL)0);
-    const REAL t11 = SELECT(t10, t9, t8);
-    const REAL t12 = r_e12 * t11;
-    const REAL t13 = t * t12;
-    const REAL t14 = t13 * t13;
-    const REAL t15 = r_e13 * t11;
-    const REAL t16 = t * t15;
-    const REAL t17 = t16 * t16;
-    const REAL t18 = t14 + t17;
-    const REAL t19 = r_e23 * t11;
-    const REAL t20 = t * t19;
-    const REAL t21 = t20 * t20;
-    const REAL t22 = t18 + t21;
-    const REAL t23 = LESS(t22, (REAL)1e-18);
-    const REAL t24 = SELECT(t23, (REAL)1, t22);
-    const REAL t25 = SQRT(t24);
-    const REAL t26 = COS(t25);
-    const REAL t27 = SELECT(t23, (REAL)1, t26);
-    const REAL t28 = SIN(t25);
-    const REAL t29 = t28 / t25;
-    const REAL t30 = SELECT(t23, (REAL)1, t29);
-    const REAL t31 = t13 * t30;
-    const REAL t32 = t16 * t30;
-    const REAL t33 = t20 * t30;
-    out[0] = t27;
-    out[1] = t31;
-    out[2] = t32;
-    out[3] = t33;
+    const REAL t0 = r_e12 * r_e12;
+    const REAL t1 = r_e13 * r_e13;
+    const REAL t2 = t0 + t1;
+    const REAL t3 = r_e23 * r_e23;
+    const REAL t4 = t3 + t2;
+    const REAL t5 = LESS(t4, (REAL)1e-36);
+    const REAL t6 = SELECT(t5, (REAL)1, t4);
+    const REAL t7 = SQRT(t6);
+    const REAL t8 = ABS(r_1);
+    const REAL t9 = ATAN2(t7, t8);
+    const REAL t10 = t * t9;
+    const REAL t11 = COS(t10);
+    const REAL t12 = SELECT(t5, (REAL)1, t11);
+    const REAL t13 = SIN(t10);
+    const REAL t14 = t13 / t7;
+    const REAL t15 = SELECT(t5, t, t14);
+    const REAL t16 = LESS(r_1, (REAL)0);
+    const REAL t17 = SELECT(t16, (REAL)-1, (REAL)1);
+    const REAL t18 = t15 * t17;
+    const REAL t19 = r_e12 * t18;
+    const REAL t20 = r_e13 * t18;
+    const REAL t21 = r_e23 * t18;
+    out[0] = t12;
+    out[1] = t19;
+    out[2] = t20;
+    out[3] = t21;
 }
 
 FUSED(rotor_power, (const REAL *r, REAL t, REAL *out), (r, t, out, NULL))
@@ -5797,54 +5785,50 @@ static INLINE void NAME(rotor_power_prepare_r)(const REAL *r, REAL *prepared)
     const REAL r_e12 = r[1];
     const REAL r_e13 = r[2];
     const REAL r_e23 = r[3];
-    const REAL t0 = r_1 * r_1;
-    const REAL t1 = (REAL)1 - t0;
-    const REAL t2 = LESS(t1, (REAL)1e-18);
-    const REAL t3 = SELECT(t2, (REAL)1, t1);
-    const REAL t4 = SQRT(t3);
-    const REAL t5 = ABS(r_1);
-    const REAL t6 = ATAN2(t4, t5);
-    const REAL t7 = t6 / t4;
-    const REAL t8 = SELECT(t2, (REAL)1, t7);
-    const REAL t9 = -t8;
-    const REAL t10 = LESS(r_1, (REAL)0);
-    const REAL t11 = SELECT(t10, t9, t8);
-    const REAL t12 = r_e12 * t11;
-    const REAL t15 = r_e13 * t11;
-    const REAL t19 = r_e23 * t11;
-    prepared[0] = t12;
-    prepared[1] = t15;
-    prepared[2] = t19;
+    const REAL t0 = r_e12 * r_e12;
+    const REAL t1 = r_e13 * r_e13;
+    const REAL t2 = t0 + t1;
+    const REAL t3 = r_e23 * r_e23;
+    const REAL t4 = t3 + t2;
+    const REAL t5 = LESS(t4, (REAL)1e-36);
+    const REAL t6 = SELECT(t5, (REAL)1, t4);
+    const REAL t7 = SQRT(t6);
+    const REAL t8 = ABS(r_1);
+    const REAL t9 = ATAN2(t7, t8);
+    const REAL t16 = LESS(r_1, (REAL)0);
+    const REAL t17 = SELECT(t16, (REAL)-1, (REAL)1);
+    prepared[0] = t9;
+    prepared[1] = t5;
+    prepared[2] = t7;
+    prepared[3] = t17;
+    prepared[4] = r_e12;
+    prepared[5] = r_e13;
+    prepared[6] = r_e23;
 }
 
 static INLINE void NAME(rotor_power_apply_r)(const REAL *prepared, REAL t, REAL *out, WORD *far)
 {
-    const REAL t12 = prepared[0];
-    const REAL t15 = prepared[1];
-    const REAL t19 = prepared[2];
-    const REAL t13 = t * t12;
-    const REAL t14 = t13 * t13;
-    const REAL t16 = t * t15;
-    const REAL t17 = t16 * t16;
-    const REAL t18 = t14 + t17;
-    const REAL t20 = t * t19;
-    const REAL t21 = t20 * t20;
-    const REAL t22 = t18 + t21;
-    const REAL t23 = LESS(t22, (REAL)1e-18);
-    const REAL t24 = SELECT(t23, (REAL)1, t22);
-    const REAL t25 = SQRT(t24);
-    const REAL t26 = COS(t25);
-    const REAL t27 = SELECT(t23, (REAL)1, t26);
-    const REAL t28 = SIN(t25);
-    const REAL t29 = t28 / t25;
-    const REAL t30 = SELECT(t23, (REAL)1, t29);
-    const REAL t31 = t13 * t30;
-    const REAL t32 = t16 * t30;
-    const REAL t33 = t20 * t30;
-    out[0] = t27;
-    out[1] = t31;
-    out[2] = t32;
-    out[3] = t33;
+    const REAL t9 = prepared[0];
+    const REAL t5 = prepared[1];
+    const REAL t7 = prepared[2];
+    const REAL t17 = prepared[3];
+    const REAL r_e12 = prepared[4];
+    const REAL r_e13 = prepared[5];
+    const REAL r_e23 = prepared[6];
+    const REAL t10 = t * t9;
+    const REAL t11 = COS(t10);
+    const REAL t12 = SELECT(t5, (REAL)1, t11);
+    const REAL t13 = SIN(t10);
+    const REAL t14 = t13 / t7;
+    const REAL t15 = SELECT(t5, t, t14);
+    const REAL t18 = t15 * t17;
+    const REAL t19 = r_e12 * t18;
+    const REAL t20 = r_e13 * t18;
+    const REAL t21 = r_e23 * t18;
+    out[0] = t12;
+    out[1] = t19;
+    out[2] = t20;
+    out[3] = t21;
 }
 
 static INLINE void NAME(rotor_power_block_r)(intptr_t n, char **args, const intptr_t *strides)
@@ -5945,7 +5929,7 @@ static INLINE void NAME(interpolate_rotors_within)(const REAL *a, const REAL *b,
     const REAL t6 = t4 + t5;
     const REAL t7 = t6 * t6;
     const REAL t8 = (REAL)1 - t7;
-    const REAL t9 = LESS(t8, (REAL)1e-18);
+    const REAL t9 = LESS(t8, (REAL)1e-36);
     const REAL t10 = SELECT(t9, (REAL)1, t8);
     const REAL t11 = SQRT(t10);
     const REAL t12 = ABS(t6);
@@ -6004,7 +5988,7 @@ static INLINE void NAME(interpolate_rotors_prepare_a_b)(const REAL *a, const REA
     const REAL t6 = t4 + t5;
     const REAL t7 = t6 * t6;
     const REAL t8 = (REAL)1 - t7;
-    const REAL t9 = LESS(t8, (REAL)1e-18);
+    const REAL t9 = LESS(t8, (REAL)1e-36);
     const REAL t10 = SELECT(t9, (REAL)1, t8);
     const REAL t11 = SQRT(t10);
     const REAL t12 = ABS(t6);

@@ -2,7 +2,7 @@
 // command: gac generate --all vga3
 // spec: ca8683693a298dc2
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 67667975b724e985a58c2fbab07019dfb46152a6d5da41f9ed0abcb7201baeac
+// body: 4ce1e4d15aed5c158ec16968bcf49cc2bf7f26113e34bda7db79be52cb9901c1
 /* vga3
    Vectors, planes through the origin and rotations of space in the geometric algebra G(3).
    
@@ -450,10 +450,10 @@ void vga3_rotor_square_root_loop_f32(char **args, const intptr_t *dimensions, co
      t  SCALAR.
      out[4]  VGA3.ROTOR: 1, e12, e13, e23; unit.
    Assumes ``r ~r = 1``.
-   Costs 13 mul, 3 add, 2 div, 2 sqrt, 3 call, 10 choice.
-   Where `r` stay the same for 2 elements or more: 4 mul, 1 add, 1 div, 1 sqrt, 1 call, 6 choice once, then 9
-   mul, 2 add, 1 div, 1 sqrt, 2 call, 4 choice for each.
-   Error: 3.5 ulp of the largest coefficient, 64 random inputs. */
+   Costs 8 mul, 2 add, 1 div, 1 sqrt, 3 call, 7 choice.
+   Where `r` stay the same for 2 elements or more: 3 mul, 2 add, 1 sqrt, 1 call, 5 choice once, then 5 mul, 0
+   add, 1 div, 2 call, 2 choice for each.
+   Error: 2.8 ulp of the largest coefficient, 64 random inputs. */
 void vga3_rotor_power_f64(const double *r, double t, double *out);
 void vga3_rotor_power_f32(const float *r, float t, float *out);
 void vga3_rotor_power_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import random
 import re
 import shutil
@@ -36,6 +37,7 @@ from gacompiler.backends import (
     python_functions,
     python_source,
 )
+from gacompiler.backends.c_batch import C_HELPERS
 from gacompiler.backends.c_functions import TRANSCENDENTAL
 from gacompiler.backends.printers import RESERVED
 from gacompiler.errors import BackendError
@@ -141,6 +143,18 @@ def test_a_kernel_may_not_hide_what_the_module_needs() -> None:
         program = Program(name, SWAP.arguments, SWAP.lines, SWAP.results)
         with pytest.raises(BackendError, match=name):
             python_source(module_source("one", program))
+
+
+@pytest.mark.parametrize("module", ["arms", "cga3", "pga3", "quaternion"])
+def test_every_function_that_kernels_share_is_known_by_name(module: str) -> None:
+    text = (ROOT / "generated" / f"{module}.c").read_text()
+    kernels = importlib.import_module(f"generated.{module}").kernels
+    defined = set(re.findall(r"^(?:\w+ )?static .*?\bNAME\((\w+)\)", text, re.M)) | set(
+        re.findall(r"NAME\((call_\w+)\)", text)
+    )
+    shared = {name for name in defined if not any(name == own or name.startswith(f"{own}_") for own in kernels)}
+    assert {"batch", "move_part", "load_rows"} <= shared
+    assert [name for name in sorted(shared) if not C_HELPERS.fullmatch(name)] == []
 
 
 @pytest.mark.parametrize("op", [op for op in OPERATIONS if op.lines[0].op in TRANSCENDENTAL], ids=lambda op: op.name)

@@ -367,16 +367,106 @@ def test_what_has_no_logarithm_says_so() -> None:
             ga.log(wrong)
 
 
-def test_power_is_a_part_of_the_way(rng: np.random.Generator) -> None:
-    @kernel(m=PGA3.MOTOR, t=SCALAR, returns=PGA3.MOTOR)
-    def part(m, t):  # type: ignore[no-untyped-def]
-        return ga.power(m, t)
+def turning(algebra: Algebra) -> list[int]:
+    """The places of bivectors that turn, those with a square, among all."""
+    return [k for k, blade in enumerate(algebra.blades(2)) if algebra.blade_product(blade, blade).get(0)]
 
-    run = ga.compile(part, backend="arrays")
-    exponential, _, _ = functions(PGA3)
-    b, t = 0.3 * rng.normal(size=(100, 6)), rng.normal(size=100)
-    assert difference(run(exponential(b), t), exponential(t[:, None] * b)).max() < 1e-14
-    assert difference(run(-exponential(b), t), exponential(t[:, None] * b)).max() < 1e-14
+
+@cache
+def powers(algebra: Algebra) -> Function:
+    """Powers of unit versors."""
+
+    @kernel(r=algebra.UNIT_EVEN, t=SCALAR, returns=algebra.UNIT_EVEN)
+    def part(r, t):  # type: ignore[no-untyped-def]
+        return ga.power(r, t)
+
+    return ga.compile(part, backend="arrays")
+
+
+@pytest.mark.parametrize("algebra", [*CATALOG, FOUR], ids=name_of)
+def test_power_is_a_part_of_the_way(algebra: Algebra, rng: np.random.Generator) -> None:
+    b, t = 0.1 * rng.normal(size=(1000, len(algebra.blades(2)))), rng.normal(size=1000)
+    exponential, _, _ = functions(algebra)
+    for sign in (1, -1):
+        assert difference(powers(algebra)(sign * exponential(b), t), exponential(t[:, None] * b)).max() < 2e-14
+
+
+@pytest.mark.parametrize("algebra", [VGA2, VGA3, PGA2, PGA3], ids=name_of)
+@pytest.mark.parametrize("size", [0.0, 1e-20, 1e-15, 1e-9, 1e-6, 1e-3, 0.5, 1.57])
+def test_large_powers_of_small_turns(algebra: Algebra, size: float, rng: np.random.Generator) -> None:
+    """As exact as the exponential of so large an angle, from no turn to nearly half a turn; `size` is half the angle.
+
+    The cosine of a small angle does not say what the angle is, so the sine must not come from it.
+    """
+    exponential, _, _ = functions(algebra)
+    b = rng.normal(size=(200, len(algebra.blades(2))))
+    b[:, turning(algebra)] *= (size / np.linalg.norm(b[:, turning(algebra)], axis=-1))[:, None]
+    for t in (0.0, 0.3, -1.0, 7.0, 1e4, 1e6):
+        expected = exponential(t * b)
+        error = difference(powers(algebra)(exponential(b), t), expected)
+        assert error.max() < 1e-15 * (2 + abs(t) * size)
+
+
+def powers_of_numbers(number: Layout) -> tuple[Function, Function]:
+    """``a**t``, and the same by a logarithm."""
+
+    @kernel(a=number, t=SCALAR, returns=number)
+    def part(a, t):  # type: ignore[no-untyped-def]
+        return ga.power(a, t)
+
+    @kernel(a=number, t=SCALAR, returns=number)
+    def by_logarithm(a, t):  # type: ignore[no-untyped-def]
+        return ga.exp(t * ga.log(a))
+
+    return ga.compile(part, backend="arrays"), ga.compile(by_logarithm, backend="arrays")
+
+
+@pytest.mark.parametrize("t", [0.5, 3.0, 1000.0])
+def test_derivatives_of_powers_of_small_turns(t: float, rng: np.random.Generator) -> None:
+    """Those of ``exp(t b)`` along a change of `b`; the slope of a screw's power divides by the square of its sine."""
+
+    @kernel(b=bivectors(PGA3), returns=PGA3.UNIT_EVEN)
+    def exponential(b):  # type: ignore[no-untyped-def]
+        return ga.exp(b)
+
+    @kernel(r=PGA3.UNIT_EVEN, t=SCALAR, returns=PGA3.UNIT_EVEN)
+    def part(r, t):  # type: ignore[no-untyped-def]
+        return ga.power(r, t)
+
+    grow, grow_part = (ga.compile(jvp(*pair), backend="arrays") for pair in ((exponential, "b"), (part, "r")))
+    b, change = rng.normal(size=(2, 400, 6))
+    b[:, turning(PGA3)] *= 10 ** rng.uniform(-18, -1, size=(400, 1))
+    expected = grow(t * b, t * change)[1]
+    found = grow_part(grow(b, change)[0], t, grow(b, change)[1])[1]
+    assert (np.abs(found - expected).max(-1) / np.abs(expected).max(-1)).max() < 1e-5
+
+
+@pytest.mark.parametrize("number", [COMPLEX.NUMBER, QUATERNIONS.QUATERNION, VGA3.EVEN], ids=str)
+def test_powers_of_numbers_that_turn(number: Layout, rng: np.random.Generator) -> None:
+    """Those of complex numbers, along the part that is not a scalar."""
+    power, _ = powers_of_numbers(number)
+    a, t = rng.normal(size=(1000, number.size)), rng.normal(size=1000)
+    a[::2, 1:] *= 10 ** rng.uniform(-12, 0, size=(500, 1))
+    length = np.linalg.norm(a[:, 1:], axis=-1)
+    expected = (a[:, 0] + 1j * length) ** t
+    found, scale = power(a, t), np.abs(expected)
+    assert np.abs((found[:, 0] - expected.real) / scale).max() < 1e-14
+    assert np.abs((found[:, 1:] - expected.imag[:, None] * a[:, 1:] / length[:, None]) / scale[:, None]).max() < 1e-14
+    special = np.zeros((3, number.size))
+    special[:, 0] = 1, -4, 4
+    special[2, 1] = 1e-200
+    one, imaginary, nearly_real = power(special, 0.5)
+    assert one.tolist() == [1] + [0] * (number.size - 1)
+    assert imaginary @ imaginary == pytest.approx(4) and abs(imaginary[0]) < 1e-15
+    assert nearly_real[0] == pytest.approx(2) and nearly_real[1] == pytest.approx(0.25e-200, abs=0)
+
+
+@pytest.mark.parametrize("number", [DOUBLE_NUMBERS.NUMBER, DUAL_NUMBERS.NUMBER], ids=str)
+def test_powers_of_numbers_that_do_not_turn(number: Layout, rng: np.random.Generator) -> None:
+    power, by_logarithm = powers_of_numbers(number)
+    a, t = rng.normal(size=(1000, 2)), rng.normal(size=1000)
+    a[:, 0] = 1 + np.abs(a[:, 1])
+    assert np.array_equal(power(a, t), by_logarithm(a, t))
 
 
 @pytest.mark.parametrize("algebra", [VGA2, VGA3, PGA2, PGA3], ids=name_of)

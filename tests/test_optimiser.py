@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from fractions import Fraction
 from random import Random
 from typing import Any
@@ -11,9 +12,13 @@ import pytest
 from conftest import GRASSMANN, OBLIQUE, name_of
 
 from gacompiler import (
+    SCALAR,
     Algebra,
+    absolute,
+    atan2,
     clifford_conjugate,
     commutator,
+    cos,
     hestenes_product,
     inner_product,
     inverse,
@@ -519,6 +524,22 @@ def test_a_cheap_form_that_loses_digits_is_not_taken() -> None:
     assert record.gate.accepts(record.best.program) and not record.gate.accepts(cheapest.program)
     assert run_in_double(record.program, [[1.0, 1e-9, 0.0, 0.0]]) == [1e-18]
     assert run_in_double(cheapest.program, [[1.0, 1e-9, 0.0, 0.0]]) == [0.0]
+
+
+def test_many_times_a_small_motion_keeps_its_digits() -> None:
+    """An angle from a rounded cosine is as good as any for small powers of small turns, and wrong for large ones."""
+
+    @kernel(r=VGA3.ROTOR, t=SCALAR)
+    def cosine_of_power(r, t):  # type: ignore[no-untyped-def]
+        return cos(t * atan2(sqrt(norm_squared(r.grade(2))), absolute(r["1"])))
+
+    record = compile_kernel(cosine_of_power)
+    cheapest = min(record.candidates, key=lambda candidate: candidate.cost.total)
+    assert cheapest.cost.total < record.cost.total
+    assert record.gate is not None and not record.gate.accepts(cheapest.program)
+    turn = [math.cos(1e-7), 1e-7, 0.0, 0.0]
+    assert run_in_double(record.program, [turn, [1e7]])[0] == pytest.approx(math.cos(1.0), abs=1e-14)
+    assert run_in_double(cheapest.program, [turn, [1e7]])[0] != pytest.approx(math.cos(1.0), abs=1e-6)
 
 
 def test_ulps_are_those_of_the_largest_result() -> None:

@@ -14,8 +14,8 @@ from . import operations as scalar
 from .exponentials import exponential
 from .expression import Expression
 from .facts import is_unit
-from .interpolation import weights
 from .logarithms import number_logarithm, number_square_root, unit_versor_logarithm, unit_versor_square_root
+from .powers import number_power, unit_versor_power, weights
 from .squares import blades_of, form_of
 
 
@@ -114,8 +114,16 @@ def power(a: Any, t: Any, *, unit: bool | None = None, along: Any = None) -> Any
     t : scalar
     unit, along : optional
         As in `log`.
+
+    Notes
+    -----
+    Of rotations in space, screws (also of the plane) and quaternions this takes one angle, and large powers are as
+    exact as the sine of so large an angle; everything else goes through both functions.
     """
-    return exp(t * log(a, unit=unit, along=along))
+    found = None
+    if not _is_scalar(a):
+        found = unit_versor_power(a, t) if _is_versor(a, unit) else number_power(a, t, along)
+    return exp(t * log(a, unit=unit, along=along)) if found is None else found
 
 
 def interpolate(a: Any, b: Any, t: Any, *, unit: bool | None = None) -> Any:

@@ -178,7 +178,7 @@ def unit_versor_square_root(r: Any) -> Any:
 def number_logarithm(a: Any, along: Any = None) -> Any:
     """The principal logarithm of ``w + v`` where ``v v`` is a scalar."""
     v, form = number_part(a)
-    w, turn = a["1"], _turn(v) if along is None else along
+    w, turn = a["1"], turn_of(v) if along is None else along
     if form.s.zero:
         return log(w) + v / w
     s = (v * v)["1"]
@@ -213,7 +213,7 @@ def number_logarithm(a: Any, along: Any = None) -> Any:
 def number_square_root(a: Any, along: Any = None) -> Any:
     """The principal square root of ``w + v`` where ``v v`` is a scalar."""
     v, form = number_part(a)
-    w, turn = a["1"], _turn(v) if along is None else along
+    w, turn = a["1"], turn_of(v) if along is None else along
     if form.s.zero:
         root = sqrt(w)
         return root + v / (2 * root)
@@ -248,7 +248,7 @@ def number_part(a: Any) -> tuple[Any, Form]:
     return v, form
 
 
-def _turn(v: Any) -> Any:
+def turn_of(v: Any) -> Any:
     """The first blade of `v` with a negative square, divided by the root of that."""
     algebra = v.algebra
     for blade in sorted(blades_of(v), key=lambda blade: (blade.bit_count(), blade)):

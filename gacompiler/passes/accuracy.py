@@ -2,8 +2,8 @@
 
 Relations hold exactly for the elements that are meant, and to rounding for the elements that arrive. Replacing
 ``b**2`` by ``1 - s**2`` is exact for unit rotors and useless close to the identity. So every candidate runs in double
-precision on ordinary elements, on versors close to 1 and on arguments close to each other, and is compared with the
-author's structure without rounding.
+precision on ordinary elements, on versors close to 1, on arguments close to each other, and on many times a small
+motion, and is compared with the author's structure without rounding.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from typing import Any
 
 import mpmath
 
+from ..algebra.layout import SCALARS, Layout
 from ..errors import GacError, InexactError
 from ..frontend.kernel import Kernel
 from ..ir.interpret import Tape, evaluate
@@ -98,6 +99,7 @@ def _references(kernel: Kernel, tape: Tape) -> Iterator[list[Point]]:
         [sample(kernel, random, near_one=True) for _ in range(n + n // 2)],
         [sample(kernel, random, spread=CLOSE, near_one=True) for _ in range(n)],
         [_close_together(kernel, random) for _ in range(n)],
+        [_many_times_a_little(kernel, random) for _ in range(n if _has_versor_and_scalar(kernel) else 0)],
     ):
         points: list[Point] = []
         for values in kind:
@@ -146,6 +148,24 @@ def _close_together(kernel: Kernel, random: Random) -> dict[str, Any]:
         base = bases.setdefault(layout, point(layout, random, near_one=True))
         for k, name in enumerate(parameter.components):
             values[name] = base[k % layout.size] + values[name]
+    return values
+
+
+def _has_versor_and_scalar(kernel: Kernel) -> bool:
+    layouts = [parameter.layout for parameter in kernel.parameters]
+    return any(layout.unit for layout in layouts) and any(_is_number(layout) for layout in layouts)
+
+
+def _is_number(layout: Layout) -> bool:
+    return layout.algebra == SCALARS and not layout.has_relations
+
+
+def _many_times_a_little(kernel: Kernel, random: Random) -> dict[str, Any]:
+    """Versors close to 1, and numbers so large that powers of the versors are not."""
+    values = sample(kernel, random, spread=CLOSE, near_one=True)
+    for parameter in kernel.parameters:
+        if _is_number(parameter.layout):
+            values.update({name: values[name] / CLOSE**2 for name in parameter.components})
     return values
 
 

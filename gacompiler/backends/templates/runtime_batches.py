@@ -37,6 +37,8 @@ _turn_in: Any = None
 _turn_out: Any = None
 _move_rows: Any = None
 _move_part: Any = None
+_lay_rows: Any = None
+_move_block: Any = None
 
 
 def _numba_move_rows(back: int, x: int, row: int, a: int, s: int, c: int, size: int, n: int) -> None:
@@ -83,6 +85,47 @@ def _numba_move_part(
             rest //= table[at + 2 + outer]
             outer -= 1
         _move_rows(back, x + k * row * _w, row, a + offset, s, step, count, n)
+
+
+def _numba_lay_rows(
+    table: Any, arrays: Any, steps: Any, hoisted: int, size: int, row: int, x: int, rows: Any, starts: Any, kinds: Any,
+    cores: Any
+) -> None:  # fmt: skip
+    """How every part gets to its loop, and where those that are moved have their rows, from `x` on."""
+    n_inputs, n_parts = table[0], table[1]
+    at, first = _HEAD, n_parts
+    for p in range(n_parts):
+        rank, step = table[at + 1], steps[p]
+        rows[p] = x
+        if p < _N_FLAGS and hoisted >> p & 1 == 1:
+            kinds[p] = _STILL
+        elif step == _w:
+            kinds[p] = _AS_IT_LIES
+        else:
+            kinds[p] = _MOVED
+            starts[p] = x
+            if step == 0 and p < n_inputs:
+                kinds[p] = _STILL
+                _move_part(0, x, row, table, at, arrays[p], 0, steps, first, min(row, size))
+            between = row * _w
+            for axis in range(rank - 1, -1, -1):
+                cores[first - n_parts + axis] = between
+                between *= table[at + 2 + axis]
+        x += row * table[at] * _w
+        first += rank
+        at += 2 + rank
+
+
+def _numba_move_block(
+    back: int, table: Any, arrays: Any, steps: Any, kinds: Any, rows: Any, row: int, i: int, n: int
+) -> None:
+    """What is moved of `n` elements from `i` on: arguments into their rows, or results back from there."""
+    at, first = _HEAD, table[1]
+    for p in range(table[1]):
+        if kinds[p] == _MOVED and (p >= table[0]) == (back == 1):
+            _move_part(back, rows[p], row, table, at, arrays[p] + i * steps[p], steps[p], steps, first, n)
+        first += table[at + 1]
+        at += 2 + table[at + 1]
 
 
 def _numba_batch(table: Any, arrays: Any, sizes: Any, steps: Any) -> int:
@@ -153,43 +196,14 @@ def _numba_batch(table: Any, arrays: Any, sizes: Any, steps: Any) -> int:
     while row > _LEAST_ROW and row * total * _w > _SPACE:
         row //= 2
     space = np.empty(row * total, _real)
-    x, at, first = _place(space), _HEAD, n_parts
-    for p in range(n_parts):
-        rank, step = table[at + 1], steps[p]
-        rows[p] = x
-        if p < _N_FLAGS and hoisted >> p & 1 == 1:
-            kinds[p] = _STILL
-        elif step == _w:
-            kinds[p] = _AS_IT_LIES
-        else:
-            kinds[p] = _MOVED
-            starts[p] = x
-            if step == 0 and p < n_inputs:
-                kinds[p] = _STILL
-                _move_part(0, x, row, table, at, arrays[p], 0, steps, first, min(row, size))
-            between = row * _w
-            for axis in range(rank - 1, -1, -1):
-                cores[first - n_parts + axis] = between
-                between *= table[at + 2 + axis]
-        x += row * table[at] * _w
-        first += rank
-        at += 2 + rank
+    _lay_rows(table, arrays, steps, hoisted, size, row, _place(space), rows, starts, kinds, cores)
     for i in range(0, size, row):
         n = min(row, size - i)
-        at, first = _HEAD, n_parts
         for p in range(n_parts):
             if kinds[p] == _AS_IT_LIES:
                 starts[p] = arrays[p] + i * _w
-            elif kinds[p] == _MOVED and p < n_inputs:
-                _move_part(0, rows[p], row, table, at, arrays[p] + i * steps[p], steps[p], steps, first, n)
-            first += table[at + 1]
-            at += 2 + table[at + 1]
+        _move_block(0, table, arrays, steps, kinds, rows, row, i, n)
         _call(run, n, _place(starts), _place(cores))
-        at, first = _HEAD, n_parts
-        for p in range(n_parts):
-            if kinds[p] == _MOVED and p >= n_inputs:
-                _move_part(1, rows[p], row, table, at, arrays[p] + i * steps[p], steps[p], steps, first, n)
-            first += table[at + 1]
-            at += 2 + table[at + 1]
+        _move_block(1, table, arrays, steps, kinds, rows, row, i, n)
     space[0] = local[0] = prepared[0]
     return _DONE

@@ -32,6 +32,8 @@ from .runtime_batches import (
     _SPACE,
     _STILL,
     _numba_batch,
+    _numba_lay_rows,
+    _numba_move_block,
     _numba_move_part,
     _numba_move_rows,
 )
@@ -166,16 +168,19 @@ def _numba_driver(dtype: np.dtype[Any]) -> Any:
             names |= {"_STILL": _STILL, "_AS_IT_LIES": _AS_IT_LIES, "_MOVED": _MOVED}
             plain = {"__name__": __name__, "range": range, "min": min, "abs": abs}
             integer, integers = numba.types.intp, numba.types.CPointer(numba.types.intp)
-            for name, function in (("_move_rows", _numba_move_rows), ("_move_part", _numba_move_part)):
+            types = dict.fromkeys(("table", "arrays", "steps", "strides"), integers)
+            types |= dict.fromkeys(("starts", "rows", "kinds", "cores"), integer[::1])
+            for function in (_numba_move_rows, _numba_move_part, _numba_lay_rows, _numba_move_block):
+                name = function.__name__.removeprefix("_numba")
                 bound = _bound(function, {**plain, **names})
                 bound.__qualname__ = f"{name}_{real}"
                 # Of that signature only: numba would make one more for each number that it sees.
-                kinds = [integers if part in ("table", "strides") else integer for part in _parameters(function)]
+                kinds = [types.get(part, integer) for part in _parameters(function)]
                 decorate = functools.partial(numba.njit, numba.types.void(*kinds))
                 names[name] = _kept(decorate, bound, error_model="numpy", **_INNER)
-            function = _callback(_numba_batch, integer(*[integers] * 4), f"_batch_{real}", names)
-            call = _foreign().cast("intptr_t(*)(void *, void *, void *, void *)", function.address)
-            _drivers[str(real)] = call, function
+            batch = _callback(_numba_batch, integer(*[integers] * 4), f"_batch_{real}", names)
+            call = _foreign().cast("intptr_t(*)(void *, void *, void *, void *)", batch.address)
+            _drivers[str(real)] = call, batch
         return _drivers[str(real)]
 
 
