@@ -2,7 +2,7 @@
 // command: gac generate --all cga2
 // spec: 4c56134e85f357ea
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: b8f458ac4bdff84fd1d7a43266c4800f44dc8e2cfa5aa2bc0f16a142b04eefee
+// body: 82cc609eeec6c7a4a1ee2855da7bfafcb364413e41b6616a10e9cfc8d34975d0
 
 #ifndef REAL
 #include "cga2.h"
@@ -11972,17 +11972,21 @@ static INLINE void NAME(motor_power_within)(const REAL *m, REAL t, REAL *out, WO
     const REAL t7 = SELECT(t1, (REAL)1, t6);
     const REAL t8 = SIN(t5);
     const REAL t9 = t8 / t2;
-    const REAL t10 = SELECT(t1, t, t9);
-    const REAL t11 = LESS(m_1, (REAL)0);
-    const REAL t12 = SELECT(t11, (REAL)-1, (REAL)1);
-    const REAL t13 = t10 * t12;
-    const REAL t14 = m_e12 * t13;
-    const REAL t15 = m_e1inf * t13;
-    const REAL t16 = m_e2inf * t13;
+    const REAL t10 = t * t;
+    const REAL t11 = (REAL)1 + t10;
+    const REAL t12 = t0 * t11;
+    const REAL t13 = LESS(t12, (REAL)1e-18);
+    const REAL t14 = SELECT(t13, t, t9);
+    const REAL t15 = LESS(m_1, (REAL)0);
+    const REAL t16 = SELECT(t15, (REAL)-1, (REAL)1);
+    const REAL t17 = t14 * t16;
+    const REAL t18 = m_e12 * t17;
+    const REAL t19 = m_e1inf * t17;
+    const REAL t20 = m_e2inf * t17;
     out[0] = t7;
-    out[1] = t14;
-    out[2] = t15;
-    out[3] = t16;
+    out[1] = t18;
+    out[2] = t19;
+    out[3] = t20;
 }
 
 FUSED(motor_power, (const REAL *m, REAL t, REAL *out), (m, t, out, NULL))
@@ -12002,15 +12006,16 @@ static INLINE void NAME(motor_power_prepare_m)(const REAL *m, REAL *prepared)
     const REAL t2 = SELECT(t1, (REAL)1, m_e12);
     const REAL t3 = ABS(m_1);
     const REAL t4 = ATAN2(t2, t3);
-    const REAL t11 = LESS(m_1, (REAL)0);
-    const REAL t12 = SELECT(t11, (REAL)-1, (REAL)1);
+    const REAL t15 = LESS(m_1, (REAL)0);
+    const REAL t16 = SELECT(t15, (REAL)-1, (REAL)1);
     prepared[0] = t4;
     prepared[1] = t1;
     prepared[2] = t2;
-    prepared[3] = t12;
-    prepared[4] = m_e12;
-    prepared[5] = m_e1inf;
-    prepared[6] = m_e2inf;
+    prepared[3] = t0;
+    prepared[4] = t16;
+    prepared[5] = m_e12;
+    prepared[6] = m_e1inf;
+    prepared[7] = m_e2inf;
 }
 
 static INLINE void NAME(motor_power_apply_m)(const REAL *prepared, REAL t, REAL *out, WORD *far)
@@ -12018,24 +12023,29 @@ static INLINE void NAME(motor_power_apply_m)(const REAL *prepared, REAL t, REAL 
     const REAL t4 = prepared[0];
     const REAL t1 = prepared[1];
     const REAL t2 = prepared[2];
-    const REAL t12 = prepared[3];
-    const REAL m_e12 = prepared[4];
-    const REAL m_e1inf = prepared[5];
-    const REAL m_e2inf = prepared[6];
+    const REAL t0 = prepared[3];
+    const REAL t16 = prepared[4];
+    const REAL m_e12 = prepared[5];
+    const REAL m_e1inf = prepared[6];
+    const REAL m_e2inf = prepared[7];
     const REAL t5 = t * t4;
     const REAL t6 = COS(t5);
     const REAL t7 = SELECT(t1, (REAL)1, t6);
     const REAL t8 = SIN(t5);
     const REAL t9 = t8 / t2;
-    const REAL t10 = SELECT(t1, t, t9);
-    const REAL t13 = t10 * t12;
-    const REAL t14 = m_e12 * t13;
-    const REAL t15 = m_e1inf * t13;
-    const REAL t16 = m_e2inf * t13;
+    const REAL t10 = t * t;
+    const REAL t11 = (REAL)1 + t10;
+    const REAL t12 = t0 * t11;
+    const REAL t13 = LESS(t12, (REAL)1e-18);
+    const REAL t14 = SELECT(t13, t, t9);
+    const REAL t17 = t14 * t16;
+    const REAL t18 = m_e12 * t17;
+    const REAL t19 = m_e1inf * t17;
+    const REAL t20 = m_e2inf * t17;
     out[0] = t7;
-    out[1] = t14;
-    out[2] = t15;
-    out[3] = t16;
+    out[1] = t18;
+    out[2] = t19;
+    out[3] = t20;
 }
 
 static INLINE void NAME(motor_power_block_m)(intptr_t n, char **args, const intptr_t *strides)
@@ -12141,30 +12151,34 @@ static INLINE void NAME(interpolate_motors_within)(const REAL *a, const REAL *b,
     const REAL t11 = t * t10;
     const REAL t12 = SIN(t11);
     const REAL t13 = t12 / t5;
-    const REAL t14 = SELECT(t4, t, t13);
-    const REAL t15 = t9 * t14;
-    const REAL t16 = COS(t11);
-    const REAL t17 = SELECT(t4, (REAL)1, t16);
-    const REAL t18 = t17 - t15;
-    const REAL t19 = a_1 * t18;
-    const REAL t20 = LESS(t8, (REAL)0);
-    const REAL t21 = SELECT(t20, (REAL)-1, (REAL)1);
-    const REAL t22 = t14 * t21;
-    const REAL t23 = b_1 * t22;
-    const REAL t24 = t19 + t23;
-    const REAL t25 = a_e12 * t18;
-    const REAL t26 = b_e12 * t22;
-    const REAL t27 = t25 + t26;
-    const REAL t28 = a_e1inf * t18;
-    const REAL t29 = b_e1inf * t22;
-    const REAL t30 = t28 + t29;
-    const REAL t31 = a_e2inf * t18;
-    const REAL t32 = b_e2inf * t22;
-    const REAL t33 = t31 + t32;
-    out[0] = t24;
-    out[1] = t27;
-    out[2] = t30;
-    out[3] = t33;
+    const REAL t14 = t * t;
+    const REAL t15 = (REAL)1 + t14;
+    const REAL t16 = t3 * t15;
+    const REAL t17 = LESS(t16, (REAL)1e-18);
+    const REAL t18 = SELECT(t17, t, t13);
+    const REAL t19 = t9 * t18;
+    const REAL t20 = COS(t11);
+    const REAL t21 = SELECT(t4, (REAL)1, t20);
+    const REAL t22 = t21 - t19;
+    const REAL t23 = a_1 * t22;
+    const REAL t24 = LESS(t8, (REAL)0);
+    const REAL t25 = SELECT(t24, (REAL)-1, (REAL)1);
+    const REAL t26 = t18 * t25;
+    const REAL t27 = b_1 * t26;
+    const REAL t28 = t23 + t27;
+    const REAL t29 = a_e12 * t22;
+    const REAL t30 = b_e12 * t26;
+    const REAL t31 = t29 + t30;
+    const REAL t32 = a_e1inf * t22;
+    const REAL t33 = b_e1inf * t26;
+    const REAL t34 = t32 + t33;
+    const REAL t35 = a_e2inf * t22;
+    const REAL t36 = b_e2inf * t26;
+    const REAL t37 = t35 + t36;
+    out[0] = t28;
+    out[1] = t31;
+    out[2] = t34;
+    out[3] = t37;
 }
 
 FUSED(interpolate_motors, (const REAL *a, const REAL *b, REAL t, REAL *out), (a, b, t, out, NULL))
@@ -12194,63 +12208,69 @@ static INLINE void NAME(interpolate_motors_prepare_a_b)(const REAL *a, const REA
     const REAL t8 = t6 + t7;
     const REAL t9 = ABS(t8);
     const REAL t10 = ATAN2(t5, t9);
-    const REAL t20 = LESS(t8, (REAL)0);
-    const REAL t21 = SELECT(t20, (REAL)-1, (REAL)1);
+    const REAL t24 = LESS(t8, (REAL)0);
+    const REAL t25 = SELECT(t24, (REAL)-1, (REAL)1);
     prepared[0] = t10;
     prepared[1] = t5;
-    prepared[2] = t4;
+    prepared[2] = t3;
     prepared[3] = t9;
-    prepared[4] = a_1;
-    prepared[5] = t21;
-    prepared[6] = b_1;
-    prepared[7] = a_e12;
-    prepared[8] = b_e12;
-    prepared[9] = a_e1inf;
-    prepared[10] = b_e1inf;
-    prepared[11] = a_e2inf;
-    prepared[12] = b_e2inf;
+    prepared[4] = t4;
+    prepared[5] = a_1;
+    prepared[6] = t25;
+    prepared[7] = b_1;
+    prepared[8] = a_e12;
+    prepared[9] = b_e12;
+    prepared[10] = a_e1inf;
+    prepared[11] = b_e1inf;
+    prepared[12] = a_e2inf;
+    prepared[13] = b_e2inf;
 }
 
 static INLINE void NAME(interpolate_motors_apply_a_b)(const REAL *prepared, REAL t, REAL *out, WORD *far)
 {
     const REAL t10 = prepared[0];
     const REAL t5 = prepared[1];
-    const REAL t4 = prepared[2];
+    const REAL t3 = prepared[2];
     const REAL t9 = prepared[3];
-    const REAL a_1 = prepared[4];
-    const REAL t21 = prepared[5];
-    const REAL b_1 = prepared[6];
-    const REAL a_e12 = prepared[7];
-    const REAL b_e12 = prepared[8];
-    const REAL a_e1inf = prepared[9];
-    const REAL b_e1inf = prepared[10];
-    const REAL a_e2inf = prepared[11];
-    const REAL b_e2inf = prepared[12];
+    const REAL t4 = prepared[4];
+    const REAL a_1 = prepared[5];
+    const REAL t25 = prepared[6];
+    const REAL b_1 = prepared[7];
+    const REAL a_e12 = prepared[8];
+    const REAL b_e12 = prepared[9];
+    const REAL a_e1inf = prepared[10];
+    const REAL b_e1inf = prepared[11];
+    const REAL a_e2inf = prepared[12];
+    const REAL b_e2inf = prepared[13];
     const REAL t11 = t * t10;
     const REAL t12 = SIN(t11);
     const REAL t13 = t12 / t5;
-    const REAL t14 = SELECT(t4, t, t13);
-    const REAL t15 = t9 * t14;
-    const REAL t16 = COS(t11);
-    const REAL t17 = SELECT(t4, (REAL)1, t16);
-    const REAL t18 = t17 - t15;
-    const REAL t19 = a_1 * t18;
-    const REAL t22 = t14 * t21;
-    const REAL t23 = b_1 * t22;
-    const REAL t24 = t19 + t23;
-    const REAL t25 = a_e12 * t18;
-    const REAL t26 = b_e12 * t22;
-    const REAL t27 = t25 + t26;
-    const REAL t28 = a_e1inf * t18;
-    const REAL t29 = b_e1inf * t22;
-    const REAL t30 = t28 + t29;
-    const REAL t31 = a_e2inf * t18;
-    const REAL t32 = b_e2inf * t22;
-    const REAL t33 = t31 + t32;
-    out[0] = t24;
-    out[1] = t27;
-    out[2] = t30;
-    out[3] = t33;
+    const REAL t14 = t * t;
+    const REAL t15 = (REAL)1 + t14;
+    const REAL t16 = t3 * t15;
+    const REAL t17 = LESS(t16, (REAL)1e-18);
+    const REAL t18 = SELECT(t17, t, t13);
+    const REAL t19 = t9 * t18;
+    const REAL t20 = COS(t11);
+    const REAL t21 = SELECT(t4, (REAL)1, t20);
+    const REAL t22 = t21 - t19;
+    const REAL t23 = a_1 * t22;
+    const REAL t26 = t18 * t25;
+    const REAL t27 = b_1 * t26;
+    const REAL t28 = t23 + t27;
+    const REAL t29 = a_e12 * t22;
+    const REAL t30 = b_e12 * t26;
+    const REAL t31 = t29 + t30;
+    const REAL t32 = a_e1inf * t22;
+    const REAL t33 = b_e1inf * t26;
+    const REAL t34 = t32 + t33;
+    const REAL t35 = a_e2inf * t22;
+    const REAL t36 = b_e2inf * t26;
+    const REAL t37 = t35 + t36;
+    out[0] = t28;
+    out[1] = t31;
+    out[2] = t34;
+    out[3] = t37;
 }
 
 static INLINE void NAME(interpolate_motors_block_a_b)(intptr_t n, char **args, const intptr_t *strides)

@@ -2,7 +2,7 @@
 // command: gac generate --all cga2
 // spec: 4c56134e85f357ea
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 99ebc35589b1b729cff78bc3dca89970b8f2df10b0b71b1dee6e4b19a2daabba
+// body: 8f128edee2abf9116ff2ae053b70431c869a7717b86236687c9981fcc33f4890
 /* cga2
    Conformal geometry of the plane in G(3,1) with the null basis ``e0, einf`` and ``einf . e0 = -1``.
    
@@ -1053,9 +1053,9 @@ void cga2_motor_square_root_loop_f32(char **args, const intptr_t *dimensions, co
      t  SCALAR.
      out[4]  CGA2.MOTOR: 1, e12, e1inf, e2inf; unit.
    Assumes ``m ~m = 1``.
-   Costs 6 mul, 0 add, 1 div, 3 call, 7 choice.
-   Where `m` stay the same for 2 elements or more: 1 mul, 0 add, 1 call, 5 choice once, then 5 mul, 0 add, 1 div,
-   2 call, 2 choice for each.
+   Costs 8 mul, 1 add, 1 div, 3 call, 8 choice.
+   Where `m` stay the same for 2 elements or more: 1 mul, 0 add, 1 call, 5 choice once, then 7 mul, 1 add, 1 div,
+   2 call, 3 choice for each.
    Error: 2.0 ulp of the largest coefficient, 64 random inputs. */
 void cga2_motor_power_f64(const double *m, double t, double *out);
 void cga2_motor_power_f32(const float *m, float t, float *out);
@@ -1068,9 +1068,9 @@ void cga2_motor_power_loop_f32(char **args, const intptr_t *dimensions, const in
      t  SCALAR.
      out[4]  CGA2.MOTOR: 1, e12, e1inf, e2inf; unit.
    Assumes ``a ~a = 1``, ``b ~b = 1``.
-   Costs 16 mul, 7 add, 1 div, 3 call, 7 choice.
-   Where `a` and `b` stay the same for 2 elements or more: 5 mul, 2 add, 1 call, 5 choice once, then 11 mul, 5
-   add, 1 div, 2 call, 2 choice for each.
+   Costs 18 mul, 8 add, 1 div, 3 call, 8 choice.
+   Where `a` and `b` stay the same for 2 elements or more: 5 mul, 2 add, 1 call, 5 choice once, then 13 mul, 6
+   add, 1 div, 2 call, 3 choice for each.
    Error: 4.0 ulp of the largest coefficient, 64 random inputs. */
 void cga2_interpolate_motors_f64(const double *a, const double *b, double t, double *out);
 void cga2_interpolate_motors_f32(const float *a, const float *b, float t, float *out);

@@ -2,7 +2,7 @@
 // command: gac generate --all cga3
 // spec: 5be712f275750a04
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 82dd1268dfdb463ed7a5f52afe98c7ff36e1ad44fcaa03b4ca47c06bcb0af7b7
+// body: 0136e6312bf7bb75fa86e05a1dc515a8336253f29081b07b27429bc0372035e7
 
 #ifndef REAL
 #include "cga3.h"
@@ -28937,63 +28937,200 @@ static INLINE void NAME(motor_power_within)(const REAL *m, REAL t, REAL *out, WO
     const REAL t2 = t0 + t1;
     const REAL t3 = m_e23 * m_e23;
     const REAL t4 = t2 + t3;
-    const REAL t5 = t * t;
-    const REAL t6 = (REAL)1 + t5;
-    const REAL t7 = t6 * t4;
-    const REAL t8 = LESS(t7, (REAL)1e-18);
-    const REAL t9 = SELECT(t8, (REAL)1, t4);
-    const REAL t10 = SQRT(t9);
-    const REAL t11 = ABS(m_1);
-    const REAL t12 = ATAN2(t10, t11);
-    const REAL t13 = t * t12;
-    const REAL t14 = COS(t13);
-    const REAL t15 = SELECT(t8, (REAL)1, t14);
-    const REAL t16 = SIN(t13);
-    const REAL t17 = (REAL)1 / t10;
-    const REAL t18 = t16 * t17;
-    const REAL t19 = SELECT(t8, t, t18);
-    const REAL t20 = LESS(m_1, (REAL)0);
-    const REAL t21 = SELECT(t20, (REAL)-1, (REAL)1);
-    const REAL t22 = t21 * t19;
-    const REAL t23 = m_e12 * t22;
-    const REAL t24 = m_e13 * t22;
-    const REAL t25 = m_e23 * t22;
-    const REAL t26 = t11 * t19;
-    const REAL t27 = t * t15;
-    const REAL t28 = t26 - t27;
-    const REAL t29 = t17 * t28;
-    const REAL t30 = t17 * t29;
-    const REAL t31 = t * t5;
-    const REAL t32 = t31 - t;
-    const REAL t33 = t32 * (REAL)(1.0 / 3.0);
-    const REAL t34 = SELECT(t8, t33, t30);
-    const REAL t35 = m_e123inf * t34;
-    const REAL t36 = m_e23 * t35;
-    const REAL t37 = m_e1inf * t22;
-    const REAL t38 = t37 - t36;
-    const REAL t39 = m_e13 * t35;
-    const REAL t40 = m_e2inf * t22;
-    const REAL t41 = t40 + t39;
-    const REAL t42 = m_e12 * t35;
-    const REAL t43 = m_e3inf * t22;
-    const REAL t44 = t43 - t42;
-    const REAL t45 = t * t21;
-    const REAL t46 = t45 * t19;
-    const REAL t47 = m_e123inf * t46;
-    out[0] = t15;
-    out[1] = t23;
-    out[2] = t24;
-    out[3] = t25;
-    out[4] = t38;
-    out[5] = t41;
-    out[6] = t44;
-    out[7] = t47;
+    const REAL t5 = LESS(t4, (REAL)1e-36);
+    const REAL t6 = SELECT(t5, (REAL)1, t4);
+    const REAL t7 = SQRT(t6);
+    const REAL t8 = ABS(m_1);
+    const REAL t9 = ATAN2(t7, t8);
+    const REAL t10 = t * t9;
+    const REAL t11 = COS(t10);
+    const REAL t12 = SELECT(t5, (REAL)1, t11);
+    const REAL t13 = SIN(t10);
+    const REAL t14 = (REAL)1 / t7;
+    const REAL t15 = t13 * t14;
+    const REAL t16 = t * t;
+    const REAL t17 = (REAL)1 + t16;
+    const REAL t18 = t4 * t17;
+    const REAL t19 = LESS(t18, (REAL)1e-18);
+    const REAL t20 = SELECT(t19, t, t15);
+    const REAL t21 = LESS(m_1, (REAL)0);
+    const REAL t22 = SELECT(t21, (REAL)-1, (REAL)1);
+    const REAL t23 = t22 * t20;
+    const REAL t24 = m_e12 * t23;
+    const REAL t25 = m_e13 * t23;
+    const REAL t26 = m_e23 * t23;
+    const REAL t27 = t8 * t20;
+    const REAL t28 = t * t12;
+    const REAL t29 = t27 - t28;
+    const REAL t30 = t14 * t29;
+    const REAL t31 = t14 * t30;
+    const REAL t32 = t * t16;
+    const REAL t33 = t32 - t;
+    const REAL t34 = t33 * (REAL)(1.0 / 3.0);
+    const REAL t35 = SELECT(t19, t34, t31);
+    const REAL t36 = m_e123inf * t35;
+    const REAL t37 = m_e23 * t36;
+    const REAL t38 = m_e1inf * t23;
+    const REAL t39 = t38 - t37;
+    const REAL t40 = m_e13 * t36;
+    const REAL t41 = m_e2inf * t23;
+    const REAL t42 = t41 + t40;
+    const REAL t43 = m_e12 * t36;
+    const REAL t44 = m_e3inf * t23;
+    const REAL t45 = t44 - t43;
+    const REAL t46 = t * t22;
+    const REAL t47 = t46 * t20;
+    const REAL t48 = m_e123inf * t47;
+    out[0] = t12;
+    out[1] = t24;
+    out[2] = t25;
+    out[3] = t26;
+    out[4] = t39;
+    out[5] = t42;
+    out[6] = t45;
+    out[7] = t48;
 }
 
 FUSED(motor_power, (const REAL *m, REAL t, REAL *out), (m, t, out, NULL))
 void NAME(motor_power)(const REAL *m, REAL t, REAL *out)
 {
     RUN(motor_power, (m, t, out), (m, t, out, NULL));
+}
+
+static INLINE void NAME(motor_power_prepare_m)(const REAL *m, REAL *prepared)
+{
+    const REAL m_1 = m[0];
+    const REAL m_e12 = m[1];
+    const REAL m_e13 = m[2];
+    const REAL m_e23 = m[3];
+    const REAL m_e1inf = m[4];
+    const REAL m_e2inf = m[5];
+    const REAL m_e3inf = m[6];
+    const REAL m_e123inf = m[7];
+    const REAL t0 = m_e12 * m_e12;
+    const REAL t1 = m_e13 * m_e13;
+    const REAL t2 = t0 + t1;
+    const REAL t3 = m_e23 * m_e23;
+    const REAL t4 = t2 + t3;
+    const REAL t5 = LESS(t4, (REAL)1e-36);
+    const REAL t6 = SELECT(t5, (REAL)1, t4);
+    const REAL t7 = SQRT(t6);
+    const REAL t8 = ABS(m_1);
+    const REAL t9 = ATAN2(t7, t8);
+    const REAL t14 = (REAL)1 / t7;
+    const REAL t21 = LESS(m_1, (REAL)0);
+    const REAL t22 = SELECT(t21, (REAL)-1, (REAL)1);
+    prepared[0] = t9;
+    prepared[1] = t5;
+    prepared[2] = t14;
+    prepared[3] = t4;
+    prepared[4] = t22;
+    prepared[5] = m_e12;
+    prepared[6] = m_e13;
+    prepared[7] = m_e23;
+    prepared[8] = t8;
+    prepared[9] = m_e123inf;
+    prepared[10] = m_e1inf;
+    prepared[11] = m_e2inf;
+    prepared[12] = m_e3inf;
+}
+
+static INLINE void NAME(motor_power_apply_m)(const REAL *prepared, REAL t, REAL *out, WORD *far)
+{
+    const REAL t9 = prepared[0];
+    const REAL t5 = prepared[1];
+    const REAL t14 = prepared[2];
+    const REAL t4 = prepared[3];
+    const REAL t22 = prepared[4];
+    const REAL m_e12 = prepared[5];
+    const REAL m_e13 = prepared[6];
+    const REAL m_e23 = prepared[7];
+    const REAL t8 = prepared[8];
+    const REAL m_e123inf = prepared[9];
+    const REAL m_e1inf = prepared[10];
+    const REAL m_e2inf = prepared[11];
+    const REAL m_e3inf = prepared[12];
+    const REAL t10 = t * t9;
+    const REAL t11 = COS(t10);
+    const REAL t12 = SELECT(t5, (REAL)1, t11);
+    const REAL t13 = SIN(t10);
+    const REAL t15 = t13 * t14;
+    const REAL t16 = t * t;
+    const REAL t17 = (REAL)1 + t16;
+    const REAL t18 = t4 * t17;
+    const REAL t19 = LESS(t18, (REAL)1e-18);
+    const REAL t20 = SELECT(t19, t, t15);
+    const REAL t23 = t22 * t20;
+    const REAL t24 = m_e12 * t23;
+    const REAL t25 = m_e13 * t23;
+    const REAL t26 = m_e23 * t23;
+    const REAL t27 = t8 * t20;
+    const REAL t28 = t * t12;
+    const REAL t29 = t27 - t28;
+    const REAL t30 = t14 * t29;
+    const REAL t31 = t14 * t30;
+    const REAL t32 = t * t16;
+    const REAL t33 = t32 - t;
+    const REAL t34 = t33 * (REAL)(1.0 / 3.0);
+    const REAL t35 = SELECT(t19, t34, t31);
+    const REAL t36 = m_e123inf * t35;
+    const REAL t37 = m_e23 * t36;
+    const REAL t38 = m_e1inf * t23;
+    const REAL t39 = t38 - t37;
+    const REAL t40 = m_e13 * t36;
+    const REAL t41 = m_e2inf * t23;
+    const REAL t42 = t41 + t40;
+    const REAL t43 = m_e12 * t36;
+    const REAL t44 = m_e3inf * t23;
+    const REAL t45 = t44 - t43;
+    const REAL t46 = t * t22;
+    const REAL t47 = t46 * t20;
+    const REAL t48 = m_e123inf * t47;
+    out[0] = t12;
+    out[1] = t24;
+    out[2] = t25;
+    out[3] = t26;
+    out[4] = t39;
+    out[5] = t42;
+    out[6] = t45;
+    out[7] = t48;
+}
+
+static INLINE void NAME(motor_power_block_m)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c2a = strides[1];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x1[1];
+            REAL x2[8];
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(motor_power_apply_m)(prepared, x1[0], x2, &far);
+            NAME(store_8)(a2 + i * w, c2a, x2);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x1[1];
+            REAL x2[8];
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(motor_power_apply_m)(prepared, x1[0], x2, NULL);
+            NAME(store_8)(a2 + i * w, c2a, x2);
+        }
+    }
+}
+LOOPS(motor_power_block_m)
+
+static void NAME(motor_power_start_m)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0];
+    REAL x0[8];
+    NAME(load_8)(x0, args[0], c0a);
+    NAME(motor_power_prepare_m)(x0, prepared);
 }
 
 static INLINE void NAME(motor_power_block)(intptr_t n, char **args, const intptr_t *strides)
@@ -29032,8 +29169,9 @@ LOOPS(motor_power_block)
 void NAME(motor_power_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
+    static const struct form forms[] = {{1, 2, NAME(motor_power_start_m), WIDTHS(motor_power_block_m), {NULL}, 0}};
     static const struct kernel kernel = {WIDTHS(motor_power_block), {NULL}, 0, (any_function *)NAME(motor_power),
-        NAME(call_anr), 2, 3, 0, 1, 1, parts, NULL};
+        NAME(call_anr), 2, 3, 1, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 

@@ -2,7 +2,7 @@
 // command: gac generate --all pga2
 // spec: 10ed350c99024528
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 636dd52e86426d1373b325177203fa6328d790105b6ac987e1ed96ed77636dde
+// body: 539cd410b8cf51aba6491ecb887e42525ad1e483311bb33f30b56f6d9c5947d5
 /* pga2
    The Euclidean plane by plane-based geometric algebra G(2,0,1): points, lines and rigid motions.
    
@@ -807,9 +807,9 @@ void pga2_motor_square_root_loop_f32(char **args, const intptr_t *dimensions, co
      t  SCALAR.
      out[4]  PGA2.MOTOR: 1, e12, e20, e01; unit.
    Assumes ``m ~m = 1``.
-   Costs 6 mul, 0 add, 1 div, 3 call, 7 choice.
-   Where `m` stay the same for 2 elements or more: 1 mul, 0 add, 1 call, 5 choice once, then 5 mul, 0 add, 1 div,
-   2 call, 2 choice for each.
+   Costs 8 mul, 1 add, 1 div, 3 call, 8 choice.
+   Where `m` stay the same for 2 elements or more: 1 mul, 0 add, 1 call, 5 choice once, then 7 mul, 1 add, 1 div,
+   2 call, 3 choice for each.
    Error: 2.0 ulp of the largest coefficient, 64 random inputs. */
 void pga2_motor_power_f64(const double *m, double t, double *out);
 void pga2_motor_power_f32(const float *m, float t, float *out);
@@ -822,9 +822,9 @@ void pga2_motor_power_loop_f32(char **args, const intptr_t *dimensions, const in
      t  SCALAR.
      out[4]  PGA2.MOTOR: 1, e12, e20, e01; unit.
    Assumes ``a ~a = 1``, ``b ~b = 1``.
-   Costs 16 mul, 7 add, 1 div, 3 call, 7 choice.
-   Where `a` and `b` stay the same for 2 elements or more: 5 mul, 2 add, 1 call, 5 choice once, then 11 mul, 5
-   add, 1 div, 2 call, 2 choice for each.
+   Costs 18 mul, 8 add, 1 div, 3 call, 8 choice.
+   Where `a` and `b` stay the same for 2 elements or more: 5 mul, 2 add, 1 call, 5 choice once, then 13 mul, 6
+   add, 1 div, 2 call, 3 choice for each.
    Error: 4.0 ulp of the largest coefficient, 64 random inputs. */
 void pga2_interpolate_motors_f64(const double *a, const double *b, double t, double *out);
 void pga2_interpolate_motors_f32(const float *a, const float *b, float t, float *out);

@@ -422,23 +422,33 @@ def powers_of_numbers(number: Layout) -> tuple[Function, Function]:
 
 
 @pytest.mark.parametrize("t", [0.5, 3.0, 1000.0])
-def test_derivatives_of_powers_of_small_turns(t: float, rng: np.random.Generator) -> None:
-    """Those of ``exp(t b)`` along a change of `b`; the slope of a screw's power divides by the square of its sine."""
+@pytest.mark.parametrize("algebra", [VGA3, PGA2, PGA3], ids=name_of)
+def test_derivatives_of_parts_of_small_turns(algebra: Algebra, t: float, rng: np.random.Generator) -> None:
+    """Those of ``exp(t b)`` along a change of `b`: derivatives of a quotient divide by the square of the sine."""
+    unit = algebra.UNIT_EVEN
 
-    @kernel(b=bivectors(PGA3), returns=PGA3.UNIT_EVEN)
+    @kernel(b=bivectors(algebra), returns=unit)
     def exponential(b):  # type: ignore[no-untyped-def]
         return ga.exp(b)
 
-    @kernel(r=PGA3.UNIT_EVEN, t=SCALAR, returns=PGA3.UNIT_EVEN)
+    @kernel(r=unit, t=SCALAR, returns=unit)
     def part(r, t):  # type: ignore[no-untyped-def]
         return ga.power(r, t)
 
-    grow, grow_part = (ga.compile(jvp(*pair), backend="arrays") for pair in ((exponential, "b"), (part, "r")))
-    b, change = rng.normal(size=(2, 400, 6))
-    b[:, turning(PGA3)] *= 10 ** rng.uniform(-18, -1, size=(400, 1))
-    expected = grow(t * b, t * change)[1]
-    found = grow_part(grow(b, change)[0], t, grow(b, change)[1])[1]
-    assert (np.abs(found - expected).max(-1) / np.abs(expected).max(-1)).max() < 1e-5
+    @kernel(a=unit, b=unit, t=SCALAR, returns=unit)
+    def between(a, b, t):  # type: ignore[no-untyped-def]
+        return ga.interpolate(a, b, t)
+
+    grow, grow_part, grow_between = (
+        ga.compile(jvp(definition, wrt), backend="arrays")
+        for definition, wrt in ((exponential, "b"), (part, "r"), (between, "b"))
+    )
+    b, change = rng.normal(size=(2, 400, len(algebra.blades(2))))
+    b[:, turning(algebra)] *= 10 ** rng.uniform(-18, -1, size=(400, 1))
+    (r, step), (_, expected) = grow(b, change), grow(t * b, t * change)
+    one = np.eye(r.shape[-1])[0]
+    for found in (grow_part(r, t, step)[1], grow_between(one, r, t, step)[1]):
+        assert (np.abs(found - expected).max(-1) / np.abs(expected).max(-1)).max() < 3e-7 * (1 + t)
 
 
 @pytest.mark.parametrize("number", [COMPLEX.NUMBER, QUATERNIONS.QUATERNION, VGA3.EVEN], ids=str)

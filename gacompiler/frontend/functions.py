@@ -118,7 +118,8 @@ def power(a: Any, t: Any, *, unit: bool | None = None, along: Any = None) -> Any
     Notes
     -----
     Of rotations in space, screws (also of the plane) and quaternions this takes one angle, and large powers are as
-    exact as the sine of so large an angle; everything else goes through both functions.
+    exact as the sine of so large an angle; everything else goes through both functions. Close to no turn at all, first
+    derivatives in double precision have errors of up to 3e-7 (1 + t) of the largest one.
     """
     found = None
     if not _is_scalar(a):

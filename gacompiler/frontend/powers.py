@@ -1,4 +1,4 @@
-"""Powers of unit versors and of numbers by their angle, without logarithms; ways between two unit versors as sums.
+"""Powers of unit versors and of numbers by one angle; ways between two unit versors as sums of both.
 
 A unit versor ``r = w + p + B`` of grades 0, 4 and 2 with ``p p = 0`` turns by a dual angle, ``cos x = w + p``, and
 ``r**t = cos(t x) + B sin(t x) / sin x``. With the angle ``cos y = w``, its sine ``u``, and ``C = cos(t y)``:
@@ -27,9 +27,7 @@ def unit_versor_power(r: Any, t: Any) -> Any | None:
     w, length = r["1"], length_of(bivector, form)
     flip = select(w < 0, -1, 1)
     square = -(bivector * bivector)["1"] if length is None else length * length
-    # derivatives of the slope have divisors of one more degree, and lose digits before it does
-    tiny = (1 + t * t) * square < NEARLY_ZERO if form.rest else square < TINY
-    turned, share, slope = _parts(absolute(w), square, length, tiny, t)
+    turned, share, slope = _parts(absolute(w), square, length, _is_flat(form, square, t), t)
     if not form.rest:
         return turned + flip * share * bivector
     p = r.grade(4)
@@ -48,7 +46,8 @@ def weights(ratio: Any, t: Any) -> tuple[Any, Any] | None:
     flip, cosine = select(w < 0, -1, 1), absolute(w)
     # errors of the sine matter little where it vanishes, and 1 - w w is shorter than the bivector's square
     square = 1 - w * w if length is None else length * length
-    turned, share, slope = _parts(cosine, square, length, square < TINY, t)
+    flat = square < TINY if length is None else _is_flat(form, square, t)
+    turned, share, slope = _parts(cosine, square, length, flat, t)
     start = turned - share * cosine
     if not form.rest:
         return start, flip * share
@@ -76,14 +75,24 @@ def _has_dual_angle(form: Form) -> bool:
     return form.s.negative and not form.s.positive and form.q.zero and not form.nilpotent
 
 
-def _parts(cosine: Value, square: Value, length: Value | None, tiny: Value, t: Value) -> tuple[Value, Value, Value]:
-    """``C``, ``S`` and ``(S w - t C) / u**2``, of the angle with this cosine, and their limits where that is `tiny`.
+def _is_flat(form: Form, square: Value, t: Value) -> Value:
+    """Whether ``S`` is `t` to the last digit.
 
-    `square` is ``u**2``, and `length` is `u`, of either sign, where it is known without a root.
+    With translations beside a rotation, their derivatives have those of ``S``, which lose digits before ``S`` does.
     """
+    return (1 + t * t) * square < NEARLY_ZERO if form.shifts else square < TINY
+
+
+def _parts(cosine: Value, square: Value, length: Value | None, flat: Value, t: Value) -> tuple[Value, Value, Value]:
+    """``C``, ``S`` and ``(S w - t C) / u**2`` of the angle with this cosine, the last two by limits where `flat`.
+
+    `square` is ``u**2``, and `length` is `u`, of either sign, where it is known without a root. What does not depend on
+    `t` is apart, so that it is computed once for many of them.
+    """
+    tiny = square < TINY
     sine = sqrt(select(tiny, ONE, square)) if length is None else select(tiny, ONE, length)
     inverse, angle = 1 / sine, t * atan2(sine, cosine)
     turned = select(tiny, 1, cos(angle))
-    share = select(tiny, t, sin(angle) * inverse)
-    slope = select(tiny, (t * t * t - t) / 3, (share * cosine - t * turned) * inverse * inverse)
+    share = select(flat, t, sin(angle) * inverse)
+    slope = select(flat, (t * t * t - t) / 3, (share * cosine - t * turned) * inverse * inverse)
     return turned, share, slope

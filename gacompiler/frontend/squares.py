@@ -65,6 +65,8 @@ class Form:
         Whether ``q`` can be large where ``s`` and ``Q`` are tiny, as it is where both come from rounding only.
     axis : int, optional
         The blade whose coefficient, squared, is ``s`` or ``-s``, if that is so.
+    shifts : bool
+        Whether some blades take no part in ``s``, as translations beside rotations.
     """
 
     s: Signs
@@ -75,6 +77,7 @@ class Form:
     vanishing: bool
     nilpotent: bool
     axis: int | None
+    shifts: bool
 
     @property
     def isoclinic(self) -> bool:
@@ -102,6 +105,7 @@ def form_of(algebra: Algebra, blades: frozenset[int]) -> Form | None:
     vectors = [k for k in range(algebra.dimension) if any(blade >> k & 1 for blade in blades)]
     positive, negative, null = inertia([[algebra.gram[i][j] for j in vectors] for i in vectors])
     first, second = _two_numbers(s, q, bool(rest), min(positive, negative))
+    taking_part = [b for b in blades if any(algebra.blade_product(a, b).get(0) for a in blades)]
     return Form(
         s=s,
         rest=grades_of(rest),
@@ -110,13 +114,13 @@ def form_of(algebra: Algebra, blades: frozenset[int]) -> Form | None:
         second=second,
         vanishing=s.both or (bool(rest) and min(positive, negative) > 0),
         nilpotent=bool(rest) and (min(positive, negative) + null > 1 if q.zero else q.both or has_null),
-        axis=_axis(algebra, blades),
+        axis=_axis(algebra, taking_part),
+        shifts=len(taking_part) < len(blades),
     )
 
 
-def _axis(algebra: Algebra, blades: Iterable[int]) -> int | None:
+def _axis(algebra: Algebra, taking_part: Sequence[int]) -> int | None:
     """The only blade that takes part in the scalar part of the square, if its own square is 1 or -1."""
-    taking_part = [b for b in blades if any(algebra.blade_product(a, b).get(0) for a in blades)]
     if len(taking_part) != 1 or abs(algebra.blade_product(taking_part[0], taking_part[0])[0]) != 1:
         return None
     return taking_part[0]
