@@ -22,7 +22,7 @@ from .squares import Form, Value
 def unit_versor_power(r: Any, t: Any) -> Any | None:
     """``r**t`` of `r` or ``-r``, the one with a positive scalar part; None where `weights` gives none."""
     form, bivector = form_of_versor(r), r.grade(2)
-    if not _has_dual_angle(form) or circle_of(bivector, form) is not None:
+    if not _has_dual_angle(form, bivector):
         return None
     w, length = r["1"], length_of(bivector, form)
     flip = select(w < 0, -1, 1)
@@ -40,7 +40,7 @@ def weights(ratio: Any, t: Any) -> tuple[Any, Any] | None:
     None of a ratio in one plane, whose power is short, and of one that is neither a rotation nor a screw.
     """
     form, bivector = form_of_versor(ratio), ratio.grade(2)
-    if not _has_dual_angle(form) or circle_of(bivector, form) is not None:
+    if not _has_dual_angle(form, bivector):
         return None
     w, length = ratio["1"], length_of(bivector, form)
     flip, cosine = select(w < 0, -1, 1), absolute(w)
@@ -70,9 +70,10 @@ def number_power(a: Any, t: Any, along: Any = None) -> Any | None:
     return exp(t / 2 * log(w * w - s)) * (cosine + factor * v + select(none, sine, 0) * turn)
 
 
-def _has_dual_angle(form: Form) -> bool:
-    """Whether ``cos x = w + p`` with a null `p`: rotations and screws."""
-    return form.s.negative and not form.s.positive and form.q.zero and not form.nilpotent
+def _has_dual_angle(form: Form, bivector: Any) -> bool:
+    """Whether ``cos x = w + p`` with a null `p`, in more than one plane: rotations and screws."""
+    turns = form.s.negative and not form.s.positive and form.q.zero and not form.nilpotent
+    return turns and circle_of(bivector, form) is None
 
 
 def _is_flat(form: Form, square: Value, t: Value) -> Value:
