@@ -16,7 +16,7 @@ from typing import Any
 
 import mpmath
 
-from ..algebra.layout import SCALARS, Layout
+from ..algebra.layout import Layout
 from ..errors import GacError, InexactError
 from ..frontend.kernel import Kernel
 from ..ir.interpret import Tape, evaluate
@@ -157,7 +157,7 @@ def _has_versor_and_scalar(kernel: Kernel) -> bool:
 
 
 def _is_number(layout: Layout) -> bool:
-    return layout.algebra == SCALARS and not layout.has_relations
+    return layout.is_scalar and not layout.has_relations
 
 
 def _many_times_a_little(kernel: Kernel, random: Random) -> dict[str, Any]:
