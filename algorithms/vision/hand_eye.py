@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import lru_cache
 from math import isqrt, prod
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,29 +12,16 @@ from generated import hand_eye as kernels
 from generated import pga3
 
 from ..arguments import Reals, real_array
+from . import hand_eye_consensus as agreement
 from . import hand_eye_loops as loops
 from . import hand_eye_noise as noises
+from . import hand_eye_solver as solver
 from .hand_eye_results import HandEye, HandEyeOfPoses, HandEyeStatus
+from .hand_eye_solver import Noise
 
-Noise = Literal["either", "hand", "camera"]
-
-_HALF_TURN = 0.02
-"""A motion is a half turn, for its sign, where the cosine of half its angle is below this."""
-_PARALLEL = 1e-7
-"""Axes are parallel where the sixth singular value is below this part of the first,"""
-_OPEN = 0.2
-"""or noise leaves a rotation of the camera open by more radians than this."""
-_ABOVE_NOISE = 3.0
-"""Angles are small that are below so many times what remains of rotations."""
-_STEPS = 6
-"""So many steps of Gauss and Newton are taken at most, of motions and of poses."""
-_CLOSED = 1e-6
-"""Motions are those of all pairs of poses where they differ by no more than this; translations, of the largest."""
-_BLOCK = 64
-"""So many problems are solved at once: their equations stay in the cache."""
-_DONE = 1e-4
-"""Steps end with one that lessens the sum of squares by less than this part: those behind it are far less."""
-_ROUNDING = 1e-30
+_CONTRADICTION = 0.3
+"""Data contradict themselves where more than this remains, far above the noise of any tracker: of rotations, in
+radians, or of translations, by those of the motions, as where the two units of length differ."""
 _MEANT, _MEANT_SINGLE = 1e-12, 1e-5
 """Translations below this, in double and in single precision, may be rounding of others: they need not be of motors."""
 
@@ -50,8 +35,8 @@ def hand_eye(a: ArrayLike, b: ArrayLike, refine: bool = True) -> HandEye:
     Newton on the manifold of motors then minimise what remains of ``~(X B) A X``, or of the inverse motions where that
     is less, rotations and translations weighed by their own noise.
 
-    Motions of all pairs of poses, in the order of `numpy.triu_indices`, are told by that they close; X is then refined
-    as in `hand_eye_from_poses`.
+    Motions of all pairs of poses, in the order of `numpy.triu_indices`, are recognised because they close; X is then
+    refined as in `hand_eye_from_poses`. Wrong motions are left out as wrong poses are there.
 
     Parameters
     ----------
@@ -78,17 +63,23 @@ def hand_eye(a: ArrayLike, b: ArrayLike, refine: bool = True) -> HandEye:
     one, two, leading, dtype = _two(a, b, "motions")
     if one.shape[1] < 2 or not len(one):
         return _nothing(one, two, leading, dtype)
-    closed = _closed(one, two) if refine else None
-    if closed is None:
-        found = _by_blocks(one, two, refine)
-    elif closed.all():
-        found = _of_pairs(one, two)
-    else:
-        some, others = _of_pairs(one[closed], two[closed]), _by_blocks(one[~closed], two[~closed], True)
-        found = [np.empty((len(one), *each.shape[1:]), each.dtype) for each in some]
-        for whole, left, right in zip(found, some, others, strict=True):
-            whole[closed], whole[~closed] = left, right
-    return HandEye(*(_shaped(each, leading, dtype) for each in found))
+    closed = solver.closed(one, two)
+    pairs = np.zeros(len(one), np.bool_) if closed is None else closed
+    suspect = _suspects_of_motions(one, two, pairs)
+    kept = {int(p): (one[p].copy(), two[p].copy()) for p in np.flatnonzero(suspect)}
+    inliers = np.ones(one.shape[:2], np.bool_)
+    reach = _reach(one, two)
+    found = solver.of_motions(one, two, pairs & refine, refine)
+    agreed = np.ones(len(one), np.bool_)
+    for p, (hand, eye) in kept.items():
+        some, agreed[p] = _right_motions(hand, eye, bool(pairs[p]))
+        inliers[p] = some
+        if agreed[p] and not some.all():
+            part = solver.of_motions(hand[None, some], eye[None, some], pairs[p : p + 1] & refine, refine)
+            for whole, left in zip(found, part, strict=True):
+                whole[p] = left[0]
+    found[1] = _tested(found[1], found[3], reach, agreed)
+    return HandEye(*(_shaped(each, leading, dtype) for each in (*found, inliers)))
 
 
 def hand_eye_from_poses(a: ArrayLike, b: ArrayLike, refine: bool = True, noise: Noise = "either") -> HandEyeOfPoses:
@@ -98,6 +89,11 @@ def hand_eye_from_poses(a: ArrayLike, b: ArrayLike, refine: bool = True, noise: 
     for both then minimise what remains of ``~(Z B) A X``, weighed by the variances of three kinds of noise: of the
     rotation of the hand, of that of the camera, and of translations. These are found with it, by restricted maximum
     likelihood.
+
+    Poses that contradict the others, such as those of a pattern that was detected wrongly, are left out: where the
+    screws of the motions between poses of the hand and of the camera differ by far more than is usual of the problem,
+    the place that most poses agree with is found by least median of squares over sets of three poses, and X and Z are
+    those of all poses that agree with it. Fewer than half of the poses may be wrong.
 
     Parameters
     ----------
@@ -129,159 +125,94 @@ def hand_eye_from_poses(a: ArrayLike, b: ArrayLike, refine: bool = True, noise: 
     n_poses = one.shape[1]
     if n_poses < 3 or not len(one):
         none = _nothing(one, two, leading, dtype)
-        return HandEyeOfPoses(none.motor, none.status, none.singular_values, none.residual, none.motor.copy())
-    i, j = np.triu_indices(n_poses, 1)
-    hands, eyes = (pga3.motor_product(pga3.motor_inverse(x[:, i]), x[:, j]) for x in (one, two))
-    motor, status, values, _ = _by_blocks(hands, eyes, False)
-    motor, world, residual = _refined(one, two, motor, status if refine else None, noise)
-    return HandEyeOfPoses(*(_shaped(each, leading, dtype) for each in (motor, status, values, residual, world)))
+        parts = none.motor, none.status, none.singular_values, none.residual, none.inliers
+        return HandEyeOfPoses(*parts, none.motor.copy())
+    hands, eyes = solver.between(one), solver.between(two)
+    suspect = agreement.suspect_poses(np.stack(kernels.screw_misfit(hands, eyes), -1), n_poses)
+    kept = {int(p): (one[p].copy(), two[p].copy()) for p in np.flatnonzero(suspect)}
+    inliers, agreed = np.ones((len(one), n_poses), np.bool_), np.ones(len(one), np.bool_)
+    reach = _reach(hands, eyes)
+    found = solver.of_all_poses(one, two, hands, eyes, refine, noise)
+    for p, (hand, eye) in kept.items():
+        some = inliers[p] = _right_poses(hand, eye)
+        agreed[p] = 2 * some.sum() > n_poses
+        if agreed[p] and not some.all():
+            one, two = hand[None, some], eye[None, some]
+            part = solver.of_all_poses(one, two, solver.between(one), solver.between(two), refine, noise)
+            for whole, left in zip(found, part, strict=True):
+                whole[p] = left[0]
+    found[1] = _tested(found[1], found[3], reach, agreed)
+    return HandEyeOfPoses(*(_shaped(each, leading, dtype) for each in (*found[:4], inliers, found[4])))
 
 
-@lru_cache(64)
-def _pairs_behind_the_first(count: int) -> tuple[Reals, Reals] | None:
-    """All pairs of poses but the first, from 0, where so many motions may be those of all pairs; else None."""
-    n_poses = (1 + isqrt(1 + 8 * count)) // 2
-    if n_poses < 3 or n_poses * (n_poses - 1) != 2 * count:
-        return None
-    i, j = np.triu_indices(n_poses - 1, 1)
-    return i, j
+def _suspects_of_motions(one: Reals, two: Reals, closed: Reals) -> Reals:
+    """Which problems (p,) have motions (p, n, 8), or poses where motions are those of all pairs, that are suspected."""
+    n_motions = one.shape[1]
+    misfits = np.stack(solver.called(kernels.screw_misfit, one, two), -1)
+    found = agreement.suspect_motions(misfits)
+    if closed.any():
+        found[closed] = agreement.suspect_poses(misfits[closed], (1 + isqrt(1 + 8 * n_motions)) // 2)
+    return found
 
 
-def _closed(one: Reals, two: Reals) -> Reals | None:
-    """Which problems (p,) have motions of all pairs of poses, in the order of `numpy.triu_indices`; None where none."""
-    pairs = _pairs_behind_the_first(one.shape[1])
-    if pairs is None:
-        return None
-    i, j = pairs
-    closed = np.ones(len(one), np.bool_)
-    for motions in (one, two):
-        # Poses but the first are the first motions.
-        between = _called(pga3.motor_product, _called(pga3.motor_inverse, motions[:, i]), motions[:, j])
-        if not loops.same_motions(between, motions, _CLOSED, closed):
-            return None
-    return closed
+def _right_motions(one: Reals, two: Reals, closed: bool) -> tuple[Reals, bool]:
+    """Which motions (n, 8) of one problem agree with most others, and whether these are more than half.
 
-
-def _poses(motions: Reals) -> Reals:
-    """Poses (p, k, 8) of motions (p, n, 8) between all pairs: the first does not move."""
-    still = np.broadcast_to(np.eye(8)[0], (len(motions), 1, 8))
-    return np.concatenate([still, motions[:, : isqrt(2 * motions.shape[1])]], 1)
-
-
-def _of_pairs(one: Reals, two: Reals) -> list[Reals]:
-    """As `_solved`, of motions between all pairs of poses."""
-    motor, status, values, _ = _by_blocks(one.copy(), two.copy(), False)
-    motor, _, _ = _refined(_poses(one), _poses(two), motor, status, None)
-    return [motor, status, values, _remains(one, two, motor)]
-
-
-def _refined(
-    one: Reals, two: Reals, motor: Reals, status: Reals | None, noise: Noise | None
-) -> tuple[Reals, Reals, Reals]:
-    """X and Z of poses (p, n, 8), and what they leave, from a first X; refined where its status is OK."""
-    clear, unit, finite = np.empty(one.shape[:2], np.bool_), np.empty(len(one)), np.empty(len(one), np.bool_)
-    loops.in_own_lengths(one, two, _HALF_TURN, clear, unit, finite, np.empty(len(one)))
-    x = np.where(finite[:, None], motor, np.eye(8)[0])
-    x[:, 4:] /= unit[:, None]
-    each = pga3.motor_product(pga3.motor_product(one, x[:, None]), pga3.motor_inverse(two))
-    same = np.where(np.einsum("pni,pi->pn", each[..., :4], each[:, 0, :4]) < 0, -1.0, 1.0)[..., None]
-    z, two = pga3.normalize_motor((same * each).mean(-2)), same * two
-    moving = np.zeros(len(one), np.bool_) if status is None else status == HandEyeStatus.OK
-    (x, z), squares = _of_poses(one, two, x, z, moving, noise)
-    residual = np.asarray(loops.root_mean_squares(squares, one.shape[1], unit, finite))
-    for found in (x, z):
-        loops.back_in_lengths(found, unit, finite)
-    return x, z, residual
-
-
-def _remains(one: Reals, two: Reals, motor: Reals) -> Reals:
-    """The residual (p, 2) of `HandEye`."""
-    rest, before, back = _at_both_ends(one, two, motor)
-    rest = rest if back is None else np.where(back[:, None, None], before, rest)
-    return np.asarray(2 * np.sqrt(np.mean(np.sum(rest.reshape(*rest.shape[:2], 2, 3) ** 2, -1), 1)))
-
-
-def _at_both_ends(one: Reals, two: Reals, motor: Reals) -> tuple[Reals, Reals, Reals | None]:
-    """Misfits (p, n, 6) of motions and of their inverses, and which problems (p,) these translate less in, or None."""
-    rest = _called(kernels.misfit, one, two, motor)
-    before = _called(pga3.move_line, two, rest)
-    back = np.empty(len(one), np.bool_)
-    return rest, before, back if loops.less_before(rest, before, back) else None
-
-
-def _by_blocks(one: Reals, two: Reals, refine: bool) -> list[Reals]:
-    """As `_solved`."""
-    parts = [_solved(one[k : k + _BLOCK], two[k : k + _BLOCK], refine) for k in range(0, len(one), _BLOCK)]
-    return list(parts[0]) if len(parts) == 1 else [np.concatenate(each) for each in zip(*parts, strict=True)]
-
-
-def _solved(one: Reals, two: Reals, refine: bool) -> tuple[Reals, Reals, Reals, Reals]:
-    """Motors, status, singular values and residuals of problems (p, n, 8), which are overwritten."""
-    count = len(one)
-    clear, unit, finite = np.empty(one.shape[:2], np.bool_), np.empty(count), np.empty(count, np.bool_)
-    (first, second, values), parallel, spread = np.empty((3, count, 8)), np.empty(count, np.bool_), np.empty(count)
-    all_clear, all_finite = loops.in_own_lengths(one, two, _HALF_TURN, clear, unit, finite, spread)
-    loops.null_space(_called(pga3.motor_equation, one, two), clear, _PARALLEL, first, second, values, parallel)
-    motor = _called(kernels.null_motor, first, second)
-    if not all_clear:
-        # Where scalar and pseudoscalar part vanish the sign is that of the X of the others.
-        loops.choose_signs(one, two, motor, clear)
-    one, two = _from_better_end(one, two, motor)
-    squares = np.empty((count, 2))
-    limits = _DONE, _ROUNDING * one.shape[1], _OPEN
-    any_parallel = loops.descend(one, two, motor, _STEPS if refine else 0, limits, spread, parallel, squares)
-    residual = loops.root_mean_squares(squares, one.shape[1], unit, finite)
-    status = _why(parallel, one, residual) if any_parallel else np.zeros(count, np.int_)
-    if not all_clear:
-        status[clear.sum(-1) < 2] = HandEyeStatus.AMBIGUOUS_SIGNS
-    loops.back_in_lengths(motor, unit, finite)
-    if not all_finite:
-        status[~finite] = HandEyeStatus.NOT_FINITE
-    return motor, status, values, residual
-
-
-def _of_poses(
-    one: Reals, two: Reals, x: Reals, z: Reals, moving: Reals, noise: Noise | None
-) -> tuple[tuple[Reals, Reals], Reals]:
-    """X and Z near a start, and the sums of squares of what they leave at the origin of the camera.
-
-    Noise turns a hand about its origin, and a camera about that of what it looks at, which is where encoders and
-    images measure; how much it does is found with them. Without `noise` it is that of either, and the place looked at
-    is unknown.
+    Where motions are those of all pairs of poses, more than half of the poses.
     """
-    count = len(one)
-    camera = np.broadcast_to(np.eye(8)[0], two.shape).copy()
-    to_camera, place = pga3.motor_inverse(two), np.zeros((count, 3))
-    seen = pga3.move_point(to_camera, np.zeros(3))
-    variances = np.tile([float(noise != "camera"), float(noise != "hand"), 1.0], (count, 1))
-    used, cost, worse = np.empty((count, 3)), np.empty(count), np.empty(count, np.bool_)
-    step, squares = np.empty((count, 12)), np.empty((count, 2))
-    before = x, z
-    frame = place, seen
-    for turn in range(_STEPS + 1):
-        turns, shifts = _called(kernels.misfit_of_poses_equations, one, two, x, z, camera)
-        hand = pga3.move_point(pga3.motor_inverse(x), np.zeros(3))
-        if noise is None:
-            # Motions of the camera do not say where what it looks at is: where what remains moves least.
-            noises.still_points(kernels.misfit_of_poses(one, two, x[:, None], z[:, None], to_camera), place)
-            seen = pga3.move_point(to_camera, place[:, None])
-        if turn and noises.grown(turns, shifts, *frame, used, cost, moving, worse):
-            x, z = (np.where(worse[:, None], old, new) for old, new in zip(before, (x, z), strict=True))
-        before, frame = (x, z), (hand, seen)
-        done = noises.likely_steps(turns, shifts, hand, seen, moving, turn == 0, variances, used, cost, step, squares)
-        if turn == _STEPS:
-            break
-        x, z = _moved(x, step[:, :6]), _moved(z, step[:, 6:])
-        if done:
-            break
-    return (x, z), squares
+    if closed:
+        right = _right_poses(solver.poses(one[None])[0], solver.poses(two[None])[0])
+        i, j = np.triu_indices(len(right), 1)
+        return np.asarray(right[i] & right[j]), bool(2 * right.sum() > len(right))
+
+    def place(sets: Reals) -> Reals:
+        return solver.by_blocks(one[sets], two[sets], False)[0]
+
+    def squares(motors: Reals) -> Reals:
+        return _squares(kernels.misfit(one, two, motors[:, None]))
+
+    right = agreement.agreeing(len(one), 2, place, squares)
+    return right, bool(2 * right.sum() > len(right))
 
 
-def _moved(motor: Reals, step: Reals) -> Reals:
-    """Motors (p, 8) moved by exponentials of steps (p, 6)."""
-    if len(motor) == 1:
-        return np.asarray(pga3.motor_product(motor[0], pga3.motor_exponential(step[0]))[None])
-    return np.asarray(pga3.motor_product(motor, pga3.motor_exponential(step)))
+def _right_poses(one: Reals, two: Reals) -> Reals:
+    """Which poses (n, 8) of one problem agree with most others."""
+    still, from_seen = np.eye(8)[0], pga3.motor_inverse(two)
+
+    def place(sets: Reals) -> Reals:
+        a, b = one[sets], two[sets]
+        motor = solver.by_blocks(solver.between(a), solver.between(b), False)[0]
+        return np.stack(solver.refined(a, b, motor, None, "either")[:2], 1)
+
+    def squares(places: Reals) -> Reals:
+        x, z = places[:, :1], places[:, 1:]
+        rest = kernels.misfit_of_poses(one, two, x, z, from_seen)
+        point = np.empty((len(places), 3))
+        noises.still_points(rest, point)
+        shift = pga3.move_point(from_seen, point[:, None])
+        at_point = pga3.motor_from_rotor_translation(np.eye(4)[0], shift)
+        # Noise turns hand and camera about points that it does not move, so the least of these translations is noise.
+        others = (kernels.misfit_of_poses(one, two, x, z, frame) for frame in (still, pga3.motor_inverse(x), at_point))
+        return np.asarray(np.minimum.reduce([_squares(each) for each in (rest, *others)]))
+
+    return agreement.agreeing(len(one), 3, place, squares)
+
+
+def _squares(misfits: Reals) -> Reals:
+    """Squares (h, n, 2) of rotations and translations of misfits (h, n, 6)."""
+    return np.asarray(4 * (misfits.reshape(*misfits.shape[:2], 2, 3) ** 2).sum(-1))
+
+
+def _reach(one: Reals, two: Reals) -> Reals:
+    """(p,) The root mean square of the lengths by which motions (p, n, 8) translate."""
+    return np.asarray(2 * np.sqrt((one[..., 4:] ** 2 + two[..., 4:] ** 2).sum(-1).mean(-1) / 2))
+
+
+def _tested(status: Reals, residual: Reals, reach: Reals, agreed: Reals) -> Reals:
+    """The status, INCONSISTENT where no place agrees with most of the data or what remains is no noise."""
+    large = residual > np.stack(np.broadcast_arrays(_CONTRADICTION, _CONTRADICTION * reach), -1)
+    open_ = np.isin(status, (HandEyeStatus.TOO_FEW, HandEyeStatus.NOT_FINITE, HandEyeStatus.AMBIGUOUS_SIGNS))
+    return np.where(~open_ & (~agreed | large.any(-1)), HandEyeStatus.INCONSISTENT, status)
 
 
 def _two(a: ArrayLike, b: ArrayLike, what: str) -> tuple[Reals, Reals, tuple[int, ...], np.dtype[Any]]:
@@ -316,39 +247,4 @@ def _nothing(one: Reals, two: Reals, leading: tuple[int, ...], dtype: np.dtype[A
     finite = np.isfinite(one).all((1, 2)) & np.isfinite(two).all((1, 2))
     status = np.where(finite, HandEyeStatus.TOO_FEW, HandEyeStatus.NOT_FINITE).reshape(leading)
     none = np.full((*leading, 8), np.nan, dtype)
-    return HandEye(none, status, none.copy(), none[..., :2].copy())
-
-
-def _called(kernel: Callable[..., Any], *arrays: Reals) -> Any:
-    """A kernel on motions (p, n, k), and motors (p, k) that are the same for all motions of a problem.
-
-    One problem has no axis of its own: calls on arrays with one axis cost least.
-    """
-    if len(arrays[0]) == 1:
-        found = kernel(*[each[0] for each in arrays])
-        return [part[None] for part in found] if type(found) is tuple else found[None]
-    shapes = [each.shape for each in arrays if each.ndim == 3]
-    if not shapes:
-        return kernel(*arrays)
-    count = shapes[0][1]
-    flat = [each.reshape(-1, each.shape[-1]) if each.ndim == 3 else np.repeat(each, count, 0) for each in arrays]
-    found = kernel(*flat)
-    parts = found if isinstance(found, tuple) else (found,)
-    folded = tuple(part.reshape(-1, count, *part.shape[1:]) for part in parts)
-    return folded if isinstance(found, tuple) else folded[0]
-
-
-def _from_better_end(one: Reals, two: Reals, motor: Reals) -> tuple[Reals, Reals]:
-    """Motions, or their inverses where these leave less of translations: noise is of the end where it is least."""
-    _, _, back = _at_both_ends(one, two, motor)
-    if back is None:
-        return one, two
-    turned = [np.where(back[:, None, None], pga3.motor_inverse(each), each) for each in (one, two)]
-    return turned[0], turned[1]
-
-
-def _why(parallel: Reals, a: Reals, residual: Reals) -> Reals:
-    """PARALLEL_AXES or SMALL_ANGLES where motions leave the place open."""
-    turn = 2 * np.linalg.norm(a[..., 1:4], axis=-1).max(-1)
-    small = turn <= np.maximum(_ABOVE_NOISE * residual[:, 0], _PARALLEL)
-    return np.where(parallel, np.where(small, HandEyeStatus.SMALL_ANGLES, HandEyeStatus.PARALLEL_AXES), 0)
+    return HandEye(none, status, none.copy(), none[..., :2].copy(), np.zeros((*leading, one.shape[1]), np.bool_))

@@ -24,6 +24,9 @@ class HandEyeStatus(IntEnum):
     """A coefficient is infinite or not a number."""
     SMALL_ANGLES = 5
     """No motion turns by more than its noise: translations leave the place of the camera open."""
+    INCONSISTENT = 6
+    """The motions of hand and camera contradict each other: no place agrees with more than half of them, or what
+    remains is above 0.3 radians or 0.3 of what motions translate by. Frames, their order or units may be mixed up."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,8 +41,10 @@ class HandEye:
     """(..., 8) Of the linear equations of motions that are not half turns, descending. The last two are what noise
     leaves; the sixth says how far from parallel the axes are. Values below 1e-8 of the first are rounding."""
     residual: Reals
-    """(..., 2) Root mean squares over all motions of what remains of ``~(X B) A X``: of its rotation, as
+    """(..., 2) Root mean squares over the inliers of what remains of ``~(X B) A X``: of its rotation, as
     ``2 sin(angle / 2)``, and of its translation, in the unit of length, at that end of the motions where it is less."""
+    inliers: Reals
+    """(..., n) bool. False for motions, or poses, that contradict most others and were left out."""
 
     @property
     def rotation_residual(self) -> Reals:
@@ -59,5 +64,5 @@ class HandEyeOfPoses(HandEye):
     world: Reals
     """(..., 8) Z, the motor from the frame of what is looked at to the base; NaN as `motor`."""
     residual: Reals
-    """(..., 2) Root mean squares over all poses of what remains of ``~(Z B) A X``: of its rotation, as
+    """(..., 2) Root mean squares over the inliers of what remains of ``~(Z B) A X``: of its rotation, as
     ``2 sin(angle / 2)``, and of how far it moves the origin of the camera, in the unit of length."""

@@ -41,6 +41,20 @@ def null_motor(u, v):
     return ga.select(motor["1"] < 0, -1, 1) * motor
 
 
+@kernel(a=MOTOR, b=MOTOR, returns=(SCALAR, SCALAR))
+def screw_misfit(a, b):
+    """By how much two motions differ that should be conjugate: the same screw about different lines.
+
+    Returns ``sin((alpha - beta) / 2)`` of their angles, and half the difference of their translations along the axis,
+    each multiplied by the sine of half the angle. Both vanish where ``a x = x b`` for some motor x (the screw
+    congruence theorem; Chen, CVPR 1991). Signs of the motors do not matter, nor the sense of the pitch, which that of
+    a motor decides where it turns by half a turn.
+    """
+    sines = [ga.sqrt(sum(m[name] * m[name] for name in ROTOR_BLADES[1:])) for m in (a, b)]
+    cosines, pitches = ([ga.select(m[name] < 0, -m[name], m[name]) for m in (a, b)] for name in ("1", "e0123"))
+    return cosines[1] * sines[0] - cosines[0] * sines[1], pitches[0] - pitches[1]
+
+
 @kernel(a=MOTOR, b=MOTOR, x=MOTOR, returns=BIVECTOR)
 def misfit(a, b, x):
     """The bivector part of ``~(x b) a x``: half of the rotation, and of the translation, that are left, negative."""

@@ -75,6 +75,24 @@ def test_rotations_and_translations_under_noise(of_hand: float) -> None:
     assert best >= 0.9 * settings
 
 
+@pytest.mark.parametrize("n_wrong", [1, 3, 5])
+def test_wrong_poses_do_no_harm(n_wrong: int) -> None:
+    """With wrong poses among 15, rotations are as exact as without them, and as any of OpenCV's without them."""
+    cv2 = pytest.importorskip("cv2")
+    rng = np.random.default_rng(40 + n_wrong)
+    x, z, hands = rigid(rng, (N_TRIALS,), 1, 0.3), rigid(rng, (N_TRIALS,), 1, 1), rigid(rng, (N_TRIALS, 15), 0.8, 1)
+    views = np.linalg.inv(np.linalg.inv(z)[:, None] @ hands @ x[:, None]) @ rigid(rng, (N_TRIALS, 15), 4e-3, 4e-3)
+    views[:, :n_wrong] = rigid(rng, (N_TRIALS, n_wrong), 1, 1)
+    one, two = pga3.motor_from_matrix(hands), pga3.motor_from_matrix(np.linalg.inv(views))
+    found, alone = hand_eye_from_poses(one, two), hand_eye_from_poses(one[:, n_wrong:], two[:, n_wrong:])
+    assert (found.status == HandEyeStatus.OK).all()
+    ours, least = (errors(pga3.motor_to_matrix(each.motor), x) for each in (found, alone))
+    assert ours[0] <= 1.2 * least[0] and ours[1] <= 1.2 * least[1]
+    for method in METHODS:
+        pairs = zip(hands[:, n_wrong:], views[:, n_wrong:], strict=True)
+        assert ours[0] <= errors(np.array([by_opencv(cv2, method, *pair) for pair in pairs]), x)[0]
+
+
 def test_an_endoscope_under_a_tracker_sees_points_where_they_are() -> None:
     """Noise of 0.35 mm and 0.2 degrees of the tracker: pixels that both places predict, against OpenCV's best."""
     cv2 = pytest.importorskip("cv2")

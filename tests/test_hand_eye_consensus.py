@@ -1,0 +1,145 @@
+"""Hand-eye calibration with wrong poses and motions among the data, against matrices of scipy."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from test_hand_eye import Array, poses
+
+from algorithms.vision import HandEyeStatus, hand_eye, hand_eye_from_poses
+from generated import pga3
+
+N_POSES = 15
+
+
+def noisy_poses(rng: np.random.Generator, problems: int, n_poses: int = N_POSES) -> tuple[Array, Array, Array]:
+    """X as a matrix, and poses of hand and camera as matrices with noise of some milliradians and millimetres."""
+    x, z, hands = poses(rng, problems), poses(rng, problems), poses(rng, problems, n_poses)
+    eyes = np.linalg.inv(z)[:, None] @ hands @ x[:, None]
+    at_target = poses(rng, problems, n_poses, angle=3e-3, length=2e-3)
+    at_camera = poses(rng, problems, n_poses, angle=1e-3, length=1e-3)
+    return x, hands, at_target @ eyes @ at_camera
+
+
+def spoiled(rng: np.random.Generator, eyes: Array, n_wrong: int, kind: str) -> Array:
+    """Poses of which the first are wrong: altogether, by a rotation, or by a translation."""
+    bad, some = eyes.copy(), eyes[:, :n_wrong].shape[:2]
+    if kind == "altogether":
+        bad[:, :n_wrong] = poses(rng, *some)
+    else:
+        off = poses(rng, *some, angle=0.2 if kind == "turned" else 1e-12, length=1e-12 if kind == "turned" else 0.3)
+        bad[:, :n_wrong] = bad[:, :n_wrong] @ off
+    return bad
+
+
+def rotation_error(motors: Array, x: Array) -> Array:
+    """Angles, in radians, between rotations found and true ones."""
+    turns = np.swapaxes(pga3.motor_to_matrix(motors)[..., :3, :3], -1, -2) @ x[..., :3, :3]
+    return np.asarray(Rotation.from_matrix(turns).magnitude())
+
+
+@pytest.mark.parametrize("kind", ["altogether", "turned", "shifted"])
+@pytest.mark.parametrize("n_wrong", [1, 3, 5, 7])
+def test_wrong_poses_are_left_out(n_wrong: int, kind: str) -> None:
+    """The place is that of the right poses alone, so that its error is theirs."""
+    rng = np.random.default_rng(n_wrong)
+    x, hands, eyes = noisy_poses(rng, 40)
+    bad = spoiled(rng, eyes, n_wrong, kind)
+    found = hand_eye_from_poses(pga3.motor_from_matrix(hands), -pga3.motor_from_matrix(bad))
+    alone = hand_eye_from_poses(pga3.motor_from_matrix(hands[:, n_wrong:]), pga3.motor_from_matrix(bad[:, n_wrong:]))
+    assert (found.status == HandEyeStatus.OK).all()
+    assert not found.inliers[:, :n_wrong].any()
+    assert found.inliers[:, n_wrong:].mean() > 0.99
+    error, least = rotation_error(found.motor, x), rotation_error(alone.motor, x)
+    assert np.median(error) <= 1.01 * np.median(least)
+    assert np.sqrt(np.mean(error**2)) <= 1.1 * np.sqrt(np.mean(least**2))
+    assert found.rotation_residual.max() < 0.02 and found.translation_residual.max() < 0.03
+
+
+@pytest.mark.parametrize("n_wrong", [1, 4])
+def test_wrong_poses_are_left_out_of_all_motions_between_poses(n_wrong: int) -> None:
+    """Most motions between 15 poses are wrong where five of them are, yet two thirds of the poses agree."""
+    rng = np.random.default_rng(10 + n_wrong)
+    x, hands, eyes = noisy_poses(rng, 20)
+    bad = spoiled(rng, eyes, n_wrong, "altogether")
+    i, j = np.triu_indices(N_POSES, 1)
+    a, b = (pga3.motor_from_matrix(np.linalg.inv(each[:, i]) @ each[:, j]) for each in (hands, bad))
+    found = hand_eye(a, b)
+    assert (found.status == HandEyeStatus.OK).all()
+    np.testing.assert_array_equal(found.inliers.all(0), (i >= n_wrong) & (j >= n_wrong))
+    assert rotation_error(found.motor, x).max() < 0.01
+
+
+def test_wrong_motions_are_left_out() -> None:
+    rng = np.random.default_rng(20)
+    x, a = poses(rng, 40), poses(rng, 40, 12)
+    b = np.linalg.inv(x)[:, None] @ a @ x[:, None] @ poses(rng, 40, 12, angle=2e-3, length=2e-3)
+    b[:, :4] = poses(rng, 40, 4)
+    found = hand_eye(pga3.motor_from_matrix(a), pga3.motor_from_matrix(b))
+    assert (found.status == HandEyeStatus.OK).all()
+    assert not found.inliers[:, :4].any() and found.inliers[:, 4:].mean() > 0.99
+    assert rotation_error(found.motor, x).max() < 0.02
+
+
+def test_right_poses_are_all_kept() -> None:
+    """Noise alone, also of a few poses, and exact poses, leave no pose out."""
+    rng = np.random.default_rng(21)
+    for n_poses in (5, 8, 15):
+        _, hands, eyes = noisy_poses(rng, 100, n_poses)
+        found = hand_eye_from_poses(pga3.motor_from_matrix(hands), pga3.motor_from_matrix(eyes))
+        assert found.inliers.shape == (100, n_poses) and found.inliers.mean() > 0.998
+    x, hands = poses(rng, 100), poses(rng, 100, 9)
+    exact = hand_eye_from_poses(pga3.motor_from_matrix(hands), pga3.motor_from_matrix(hands @ x[:, None]))
+    assert exact.inliers.all() and not exact.status.any()
+
+
+@pytest.mark.parametrize("n_poses", [6, 15])
+def test_poses_that_no_place_explains_are_inconsistent(n_poses: int) -> None:
+    rng = np.random.default_rng(22)
+    one, two = (pga3.motor_from_matrix(poses(rng, 50, n_poses)) for _ in range(2))
+    assert (hand_eye_from_poses(one, two).status == HandEyeStatus.INCONSISTENT).all()
+    assert (hand_eye(one, two).status == HandEyeStatus.INCONSISTENT).all()
+
+
+def test_different_units_of_length_are_inconsistent() -> None:
+    """Poses of the camera in millimetres, of the hand in metres: rotations agree, translations do not."""
+    rng = np.random.default_rng(23)
+    _, hands, eyes = noisy_poses(rng, 50)
+    eyes[..., :3, 3] *= 1000
+    found = hand_eye_from_poses(pga3.motor_from_matrix(hands), pga3.motor_from_matrix(eyes))
+    assert (found.status == HandEyeStatus.INCONSISTENT).all()
+
+
+def test_a_batch_gives_what_each_problem_gives_alone() -> None:
+    rng = np.random.default_rng(24)
+    _, hands, eyes = noisy_poses(rng, 6)
+    eyes[1::2] = spoiled(rng, eyes[1::2], 2, "altogether")
+    one, two = pga3.motor_from_matrix(hands), pga3.motor_from_matrix(eyes)
+    whole = hand_eye_from_poses(one, two)
+    for k in range(len(one)):
+        each: Any = hand_eye_from_poses(one[k], two[k])
+        assert each.status == whole.status[k] and np.array_equal(each.inliers, whole.inliers[k])
+        np.testing.assert_allclose(each.motor, whole.motor[k], atol=1e-9)
+        np.testing.assert_allclose(each.world, whole.world[k], atol=1e-9)
+
+
+def test_screws_of_conjugate_motions_are_the_same() -> None:
+    """Against angles and translations along the axis of matrices (Chen's screw congruence)."""
+    from generated import hand_eye as kernels
+
+    rng = np.random.default_rng(25)
+    a, b = poses(rng, 200), poses(rng, 200)
+
+    def screw(matrices: Array) -> tuple[Array, Array]:
+        turn = Rotation.from_matrix(matrices[:, :3, :3]).as_rotvec()
+        angle = np.linalg.norm(turn, axis=-1)
+        return angle, np.abs(np.einsum("ni,ni->n", turn / angle[:, None], matrices[:, :3, 3]))
+
+    signs = rng.choice([-1.0, 1.0], (2, 200, 1))
+    turn, pitch = kernels.screw_misfit(signs[0] * pga3.motor_from_matrix(a), signs[1] * pga3.motor_from_matrix(b))
+    (angle, along), (other, beside) = screw(a), screw(b)
+    np.testing.assert_allclose(turn, np.sin((angle - other) / 2), atol=1e-12)
+    np.testing.assert_allclose(pitch, (along * np.sin(angle / 2) - beside * np.sin(other / 2)) / 2, atol=1e-12)
