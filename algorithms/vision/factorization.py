@@ -13,11 +13,15 @@ from ..arguments import Reals, real_array
 from .fundamental import degenerate, eight_points, refined
 from .normalization import homogeneous, normalized
 from .status import VisionStatus
+from .tracks import agreeing, camera_of_most, distances, majority_of_pair, noise_of, points_of_most
 from .two_views import epipoles
 
 _PAIRS = 6
 """So many pairs of views, those with the most common points, are tried as a first one."""
 _ROUNDS = 100
+_PATIENCE = (4.0, 2.0, 1.0, 1.0, 1.0)
+"""How many times farther off than usual observations may be, each time that it is decided which of them are wrong:
+the first cameras are less exact than the last."""
 _STILL = 1e-7
 """The error is at rest where a round changes less than this part of it."""
 _ROUNDING = 1e-13
@@ -28,17 +32,26 @@ class Factorization:
     """Cameras and points whose images are those given, up to one projective map of space."""
 
     cameras: Reals
-    """(v, 3, 4) of norm 1; NaN for views that see too few of the points."""
+    """(v, 3, 4) of norm 1; NaN for views whose status is not OK."""
     points: Reals
-    """(n, 4) homogeneous, of norm 1; NaN for points that too few views see."""
+    """(n, 4) homogeneous, of norm 1; NaN for points whose status is not OK."""
     pixels: Reals
-    """(v, n, 2) of all points in all views: what was occluded is completed."""
+    """(v, n, 2) of all points in all views: what was occluded is completed, what was wrong is corrected."""
     status: VisionStatus
-    """DEGENERATE where no two views determine each other; TOO_FEW where a view or a point is left out."""
+    """DEGENERATE where no two views determine each other; TOO_FEW where a view is left out; NO_CONSENSUS where fewer
+    than half of the points that two views see agree with the cameras. OK says nothing of single points: see
+    `point_status`."""
     residual: float
-    """The root of the mean square of the distances of the given pixels, in pixels."""
+    """The root of the mean square of the distances of the inliers, in pixels."""
     singular_values: Reals
     """Of the join-image, descending: four, and then what noise leaves, by the first."""
+    inliers: Reals
+    """(v, n) bool: the observations that were used. Others were not given, or contradict these."""
+    view_status: Reals
+    """(v,) int, a `VisionStatus` each: TOO_FEW for views that see fewer than six points that others see too."""
+    point_status: Reals
+    """(n,) int, a `VisionStatus` each: TOO_FEW for points that fewer than two views see, NO_CONSENSUS where some
+    observations are wrong and no more than two, or than half of them, agree."""
 
 
 def factorize(pixels: ArrayLike, mask: ArrayLike | None = None) -> Factorization:
@@ -48,6 +61,10 @@ def factorize(pixels: ArrayLike, mask: ArrayLike | None = None) -> Factorization
     points and points that two known views see follow in turn; images of points where they were occluded complete the
     join-image, the matrix of all ``depth (x, y, 1)``, whose four first singular vectors are cameras and points (Sturm
     and Triggs 1996). Weighted linear equations for all cameras and all points in turn then lessen the error in pixels.
+
+    Wrong observations, such as tracks that jumped, are left out: the first pair and every camera come from samples with
+    the least median distance, noise is measured by the median of all distances, and what is off by more than five times
+    that is not used. Without such observations all are used.
 
     Parameters
     ----------
@@ -89,28 +106,32 @@ def factorize(pixels: ArrayLike, mask: ArrayLike | None = None) -> Factorization
     start = _first_pair(scaled, seen, common)
     if start is None:
         return _nothing(image, VisionStatus.DEGENERATE)
-    cameras, points = _grown(scaled, seen, *start)
+    cameras, points, used = _settled_on_most(scaled, seen, *_grown(scaled, seen, *start))
     views, known = np.asarray(np.isfinite(cameras).all((1, 2))), np.asarray(np.isfinite(points).all(1))
-    status = VisionStatus.OK if views.all() and known.all() else VisionStatus.TOO_FEW
-
-    part = seen[views][:, known]
-    found, shape, values = _settled(scaled[views][:, known], part, cameras[views], points[known])
+    view_status = np.where(views, VisionStatus.OK, VisionStatus.TOO_FEW)
+    point_status = np.where(known, VisionStatus.OK, VisionStatus.NO_CONSENSUS)
+    point_status[seen[views].sum(0) < 2] = VisionStatus.TOO_FEW
+    if 2 * known.sum() < (point_status != VisionStatus.TOO_FEW).sum() or known.sum() < 8:
+        return _nothing(image, VisionStatus.NO_CONSENSUS)
+    found, shape, values = _settled(scaled[views][:, known], used[views][:, known], cameras[views], points[known])
     cameras[views] = np.linalg.inv(maps[views]) @ found
     cameras /= np.linalg.norm(cameras, axis=(1, 2), keepdims=True)
     points[known] = shape / np.linalg.norm(shape, axis=1, keepdims=True)
     everywhere = np.einsum("vij,nj->vni", cameras, points)
     with np.errstate(divide="ignore", invalid="ignore"):
         completed = everywhere[..., :2] / everywhere[..., 2:]
-    off = (completed - image)[seen & views[:, None] & known]
-    return Factorization(cameras, points, completed, status, float(np.sqrt(np.mean((off**2).sum(-1)))), values)
+    off = (completed - image)[used]
+    status = VisionStatus.OK if views.all() else VisionStatus.TOO_FEW
+    residual = float(np.sqrt(np.mean((off**2).sum(-1))))
+    return Factorization(cameras, points, completed, status, residual, values, used, view_status, point_status)
 
 
 def _nothing(image: Reals, status: VisionStatus) -> Factorization:
     v, n = image.shape[:2]
     nan = np.nan
-    return Factorization(
-        np.full((v, 3, 4), nan), np.full((n, 4), nan), np.full((v, n, 2), nan), status, nan, np.empty(0)
-    )
+    cameras, points, pixels = np.full((v, 3, 4), nan), np.full((n, 4), nan), np.full((v, n, 2), nan)
+    inliers, of_views, of_points = np.zeros((v, n), np.bool_), np.full(v, int(status)), np.full(n, int(status))
+    return Factorization(cameras, points, pixels, status, nan, np.empty(0), inliers, of_views, of_points)
 
 
 def _first_pair(image: Reals, seen: Reals, common: Reals) -> tuple[Reals, Reals] | None:
@@ -121,6 +142,9 @@ def _first_pair(image: Reals, seen: Reals, common: Reals) -> tuple[Reals, Reals]
         both = seen[i] & seen[j]
         if both.sum() < 8:
             break
+        both[both] = majority_of_pair(image[i, both], image[j, both])
+        if both.sum() < 8:
+            continue
         one, two = image[i, both], image[j, both]
         matrix = refined(eight_points(one, two), one, two)
         if degenerate(matrix, one, two):
@@ -146,10 +170,11 @@ def _grown(image: Reals, seen: Reals, cameras: Reals, points: Reals) -> tuple[Re
         open_views = [v for v in np.nonzero(~views)[0] if (seen[v] & known).sum() >= 6]
         if open_views:
             v = max(open_views, key=lambda v: int((seen[v] & known).sum()))
-            visible = seen[v] & known
-            cameras[v] = linear_cameras_of(
-                image[v : v + 1, visible], np.ones((1, int(visible.sum()))), points[visible]
-            )[0]
+            visible = np.flatnonzero(seen[v] & known)
+            if len(visible) >= 8:
+                _, right = camera_of_most(image[v, visible], points[visible])
+                visible = visible[right] if right.sum() >= 6 else visible
+            cameras[v] = linear_cameras_of(image[v : v + 1, visible], np.ones((1, len(visible))), points[visible])[0]
             views[v] = True
         open_points = ~known & (seen[views].sum(0) >= 2)
         if open_points.any():
@@ -158,6 +183,46 @@ def _grown(image: Reals, seen: Reals, cameras: Reals, points: Reals) -> tuple[Re
             )
         if not open_views and not open_points.any():
             return cameras, points
+
+
+def _settled_on_most(image: Reals, seen: Reals, cameras: Reals, points: Reals) -> tuple[Reals, Reals, Reals]:
+    """Cameras and points, NaN for those that too few observations agree on, and the observations (v, n) that agree."""
+    views = np.asarray(np.isfinite(cameras).all((1, 2)))
+    asked = seen & views[:, None] & (seen[views].sum(0) >= 2)
+    used = asked & np.isfinite(points).all(1)
+    for patience in _PATIENCE:
+        off = distances(image, cameras, points)
+        noise = patience * noise_of(off, used)
+        right = agreeing(off, asked, noise)
+        doubtful = np.flatnonzero((asked & ~right).any(0))
+        if len(doubtful):
+            right[:, doubtful], points[doubtful] = _reconsidered(
+                image[:, doubtful], asked[:, doubtful], cameras, noise, views
+            )
+        # Two observations agree on some point where they keep the epipolar constraint, which may be by chance.
+        agreed, whole = right.sum(0), asked.sum(0)
+        right &= (agreed == whole) | ((agreed >= 3) & (2 * agreed > whole))
+        known = right.sum(0) >= 2
+        points[~known] = np.nan
+        if known.sum() < 8 or (patience == 1 and np.array_equal(right, used)):
+            used = right
+            break
+        used = right
+        cameras[views], points[known], _ = _settled(
+            image[views][:, known], used[views][:, known], cameras[views], points[known]
+        )
+    return cameras, points, used
+
+
+def _reconsidered(image: Reals, asked: Reals, cameras: Reals, noise: float, views: Reals) -> tuple[Reals, Reals]:
+    """Which observations (v, n) of points agree where some are wrong, and the points (n, 4) from these."""
+    points = points_of_most(image[views], asked[views], cameras[views])
+    right = agreeing(distances(image, cameras, points), asked, noise)
+    enough = right.sum(0) >= 2
+    if enough.any():
+        weights = right[views][:, enough] / _depths(cameras[views], points[enough])
+        points[enough] = _points(image[views][:, enough], weights, cameras[views])
+    return agreeing(distances(image, cameras, points), asked, noise), points
 
 
 def _settled(image: Reals, seen: Reals, cameras: Reals, points: Reals) -> tuple[Reals, Reals, Reals]:

@@ -1,0 +1,120 @@
+"""Tracks of points through many views, some of them wrong: which observations agree with the others.
+
+Sampling is by least median of squares (Rousseeuw 1984), which needs no threshold: noise is what the median leaves.
+Images are normalised, so that points are at a mean distance of some units from the origin.
+"""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from generated import projective3
+
+from ..arguments import Reals
+from .fundamental import eight_points
+from .normalization import homogeneous
+
+Flags = NDArray[np.bool_]
+
+_SAMPLES = 300
+"""With a quarter of the tracks wrong, 30 of so many samples of eight have none of them."""
+_ENOUGH = 12
+"""Of fewer points than this the median says little: all are kept."""
+_SURE = 5.0
+"""An observation is wrong that is farther off than so many times the noise: one right one in 270,000 is."""
+_MEDIAN = 1.1774
+"""Median of the distance of a point with noise of 1 in both coordinates."""
+_ROUNDING = 1e-9
+"""Distances below this are rounding."""
+_SPREAD = 0.1
+"""Noise above this is none: images are of one another's points by chance."""
+_PAIRS = 40
+"""So many pairs of views at most propose a place for a point that some see wrongly."""
+
+
+def majority_of_pair(one: Reals, two: Reals) -> Flags:
+    """Which of the pairs of pixels (n, 2) fit the F that leaves the least median distance."""
+    n = len(one)
+    if n < _ENOUGH:
+        return np.ones(n, np.bool_)
+    sets = _samples(n, 8)
+    models = eight_points(one[sets], two[sets])
+    off = np.abs(projective3.sampson_distance(models[:, None], one, two))
+    median = np.median(np.nan_to_num(off, nan=np.inf), axis=1)
+    best = int(np.argmin(median))
+    # The factor of Rousseeuw and Leroy (1987) for the few points that a sample leaves over.
+    noise = 1.4826 * (1 + 5 / (n - 8)) * median[best]
+    return np.asarray(off[best] <= np.maximum(_SURE * noise, _ROUNDING))
+
+
+def camera_of_most(image: Reals, points: Reals) -> tuple[Reals, Flags]:
+    """The camera (3, 4) that leaves the least median distance of pixels (n, 2) of points (n, 4), and which fit it."""
+    n = len(image)
+    spread = np.linalg.cholesky(points.T @ points / n + 1e-14 * np.eye(4) * (points**2).mean())
+    even = np.linalg.solve(spread, points.T).T
+    sets = _samples(n, 6)
+    x, pixel = even[sets], image[sets]
+    nothing = np.zeros_like(x)
+    rows = [[x, nothing, -pixel[..., :1] * x], [nothing, x, -pixel[..., 1:] * x]]
+    models = np.linalg.svd(np.concatenate([np.concatenate(row, -1) for row in rows], 1))[2][:, -1].reshape(-1, 3, 4)
+    off = distances(image[None], models, even)
+    median = np.median(np.nan_to_num(off, nan=np.inf), axis=1)
+    best = int(np.argmin(median))
+    noise = (1 + 5 / max(n - 6, 1)) * median[best] / _MEDIAN
+    camera = np.linalg.solve(spread.T, models[best].T).T
+    return camera, np.asarray(off[best] <= np.maximum(_SURE * noise, _ROUNDING))
+
+
+def distances(image: Reals, cameras: Reals, points: Reals) -> Reals:
+    """Distances (v, n) of pixels (v, n, 2) from the images of points (n, 4) in cameras (v, 3, 4)."""
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        there = np.einsum("vij,nj->vni", cameras, points)
+        return np.asarray(np.linalg.norm(there[..., :2] / there[..., 2:] - image, axis=-1))
+
+
+def noise_of(off: Reals, used: Flags) -> float:
+    """The noise of pixels, by the median of distances (v, n) of those used; infinite where it is no noise."""
+    if not used.any():
+        return np.inf
+    # A point takes three of the two numbers of each of its images, a camera eleven of those of its points.
+    of_points, of_views = 1 - 1.5 / np.maximum(used.sum(0), 2), 1 - 5.5 / np.maximum(used.sum(1), 8)
+    left = np.nan_to_num(off, nan=np.inf) / np.sqrt(of_points * of_views[:, None])
+    noise = float(np.median(left[used])) / _MEDIAN
+    return noise if noise <= _SPREAD else np.inf
+
+
+def agreeing(off: Reals, seen: Flags, noise: float) -> Flags:
+    """Which observations (v, n) are off by no more than noise."""
+    return np.asarray(seen & (off <= max(_SURE * noise, _ROUNDING)))
+
+
+def points_of_most(image: Reals, seen: Flags, cameras: Reals) -> Reals:
+    """Points (n, 4) from those two of their views that leave the least median distance in all that see them."""
+    n_views, n_points = seen.shape
+    best, least = np.full((n_points, 4), np.nan), np.full(n_points, np.inf)
+    pairs = list(combinations(range(n_views), 2))
+    for i, j in [pairs[k] for k in np.linspace(0, len(pairs) - 1, min(len(pairs), _PAIRS)).astype(int)]:
+        both = seen[i] & seen[j]
+        if not both.any():
+            continue
+        pair = cameras[[i, j]]
+        rows = [
+            homogeneous(image[v, both])[:, k, None] * camera[2] - camera[k]
+            for v, camera in zip((i, j), pair, strict=True)
+            for k in (0, 1)
+        ]
+        found = np.linalg.svd(np.stack(rows, 1))[2][:, -1]
+        off = np.where(seen[:, both], distances(image[:, both], cameras, found), np.nan)
+        middle = np.nanmedian(np.nan_to_num(off, nan=np.nan, posinf=1e300), axis=0)
+        better = middle < least[both]
+        place = np.flatnonzero(both)[better]
+        best[place], least[place] = found[better], middle[better]
+    return best
+
+
+def _samples(n: int, size: int) -> Reals:
+    order = np.random.default_rng(n).random((_SAMPLES, n))
+    return np.argpartition(order, size - 1, axis=1)[:, :size]
