@@ -259,6 +259,8 @@ TABLE: list[tuple[str, Callable[[], Any], Result]] = [
     ("LandmarkMap", lambda: MAP.recognize(RAYS[:7], 1e-3), R.TOO_FEW),
     ("LandmarkMap", lambda: MAP.recognize(np.linspace(RAYS[0], RAYS[1], 9), 1e-3), R.DEGENERATE),
     ("LandmarkMap", lambda: MAP.recognize(RAYS * np.nan, 1e-3), R.NOT_FINITE),
+    ("localize_by_landmarks", lambda: vision.localize_by_landmarks(MAP, [RAYS], [], 1e-3), R.TOO_FEW),
+    ("localize_by_landmarks", lambda: vision.localize_by_landmarks(MAP, [RAYS[1:]], [RAYS], 1e-3), R.REFUSED),
 ]
 
 NOT_ASKED = {
@@ -269,6 +271,7 @@ NOT_ASKED = {
     "HandEye": "a result",
     "HandEyeOfPoses": "a result",
     "HandEyeStatus": "a status",
+    "LandmarkPose": "a result",
     "Localization": "a result",
     "PlaneCalibration": "a result",
     "Recognition": "a result",

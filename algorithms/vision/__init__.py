@@ -13,6 +13,7 @@ from .hand_eye_results import HandEye, HandEyeOfPoses, HandEyeStatus
 from .invariants import cross_ratio, invariants_3d, invariants_3d_deviation, p2_invariants, permutation_invariant
 from .landmarks import LandmarkMap, Recognition
 from .localization import Localization, localize
+from .navigation import LandmarkPose, localize_by_landmarks
 from .omnidirectional import OmnidirectionalCamera, conic_value
 from .planes import homography, robust_homography
 from .robust import RobustEstimate
@@ -44,6 +45,7 @@ __all__ = [
     "HandEyeOfPoses",
     "HandEyeStatus",
     "LandmarkMap",
+    "LandmarkPose",
     "Localization",
     "OmnidirectionalCamera",
     "PlaneCalibration",
@@ -73,6 +75,7 @@ __all__ = [
     "invariants_3d_deviation",
     "localizations",
     "localize",
+    "localize_by_landmarks",
     "p2_invariants",
     "permutation_invariant",
     "projective_depths",

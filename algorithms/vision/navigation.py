@@ -1,0 +1,147 @@
+"""Where a camera that sees all around stands, by landmarks that it recognises: no odometry, no earlier pose."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.optimize import least_squares
+
+from generated import pga3
+
+from ..arguments import Reals, finite_number, real_array
+from .landmarks import LandmarkMap
+from .localization import localize
+from .status import VisionStatus
+
+_AGREE = 4.0
+"""Landmarks agree with a pose that leaves no more than this many times the noise between their directions."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LandmarkPose:
+    """The pose of a camera by landmarks."""
+
+    pose: Reals
+    """(8,) The unit motor from the camera frame to the world frame; NaN where the status is not OK."""
+    status: VisionStatus
+    """NO_CONSENSUS where no landmark is recognised, or those that are contradict each other."""
+    residual: float
+    """The root of the mean square of the angles between directions that are seen and expected, in radians."""
+    landmarks: Reals
+    """(g,) int, for each group of directions its landmark; -1 where none was recognised or it contradicts the pose."""
+
+
+def localize_by_landmarks(
+    learned: LandmarkMap, places: Sequence[ArrayLike], groups: Sequence[ArrayLike], noise: float
+) -> LandmarkPose:
+    """The pose from which groups of directions are those of landmarks whose points have known places.
+
+    Each group is recognised by its invariants, and gives a pose by the homography of its plane. The pose that most
+    landmarks agree with is then refined on the directions of all of these (Bayro-Corrochano 2010, 14.10).
+
+    Parameters
+    ----------
+    learned : LandmarkMap
+        Of m landmarks.
+    places : sequence of m array_like, (k, 3)
+        World coordinates of the points of each landmark, in the order in which they were learned.
+    groups : sequence of array_like, (n, 3)
+        Directions in the camera frame, one group of eight and more for each landmark that is seen, in any order.
+    noise : float
+        Of directions, in radians: that of a pixel by the focal length.
+
+    Returns
+    -------
+    LandmarkPose
+        TOO_FEW without groups.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where places are not those of the landmarks, or groups not directions.
+    """
+    size = finite_number(noise, "noise")
+    known = np.isfinite(learned.points[..., 0]).sum(1)
+    points = [real_array(place, f"places[{k}]", (-1, 3), "x y z") for k, place in enumerate(places)]
+    if [len(place) for place in points] != known.tolist():
+        raise ValueError(
+            f"places: {[len(p) for p in points]} points; expected {known.tolist()}, those of the landmarks"
+        )
+    none = np.full(len(groups), -1)
+    if not len(groups):
+        return LandmarkPose(np.full(8, np.nan), VisionStatus.TOO_FEW, np.nan, none)
+    seen = []
+    for g, group in enumerate(groups):
+        directions = real_array(group, f"groups[{g}]", (-1, 3), "x y z").astype(np.float64)
+        found = learned.recognize(directions, size)
+        if found.status == VisionStatus.OK:
+            matched = found.matches >= 0
+            unit = directions[matched] / np.linalg.norm(directions[matched], axis=-1, keepdims=True)
+            seen.append((g, found.landmark, points[found.landmark][found.matches[matched]], unit))
+    starts = [pose for _, _, place, unit in seen if (pose := _pose_of_one(place, unit)) is not None]
+    best: tuple[int, float, Reals, list[int]] | None = None
+    for start in starts:
+        agreeing = _agreeing(start, seen, 2 * _AGREE * size)
+        if not agreeing:
+            continue
+        pose = _refined(start, [seen[k] for k in agreeing])
+        agreeing = _agreeing(pose, seen, _AGREE * size)
+        if agreeing:
+            residual = float(np.sqrt(np.mean(np.concatenate([_off(pose, *seen[k][2:]) for k in agreeing]) ** 2)))
+            if best is None or (-len(agreeing), residual) < best[:2]:
+                best = -len(agreeing), residual, pose, agreeing
+    if best is None or 2 * len(best[3]) <= len(seen):
+        return LandmarkPose(np.full(8, np.nan), VisionStatus.NO_CONSENSUS, np.nan, none)
+    _, residual, pose, agreeing = best
+    for k in agreeing:
+        none[seen[k][0]] = seen[k][1]
+    return LandmarkPose(pose, VisionStatus.OK, residual, none)
+
+
+_Seen = tuple[int, int, Reals, Reals]
+"""Of a landmark that was recognised: its group and number, places (n, 3) of points and directions (n, 3) to them."""
+
+
+def _pose_of_one(place: Reals, unit: Reals) -> Reals | None:
+    """The pose from one landmark, by a camera that looks at the middle of it."""
+    axis = unit.mean(0)
+    frame = np.linalg.svd(axis[None])[2]
+    frame[0] *= np.sign(frame[0] @ axis)
+    frame[1] *= np.linalg.det(frame)
+    turned = np.eye(4)
+    turned[:3, :3] = frame[[1, 2, 0]]
+    there = unit @ turned[:3, :3].T
+    found = localize(place, there[:, :2] / there[:, 2:], np.eye(3))
+    if found.status != VisionStatus.OK:
+        return None
+    return np.asarray(pga3.motor_product(found.pose, pga3.motor_from_matrix(turned)))
+
+
+def _off(pose: Reals, place: Reals, unit: Reals) -> Reals:
+    """Angles (n,) between the directions of places and those seen, as lengths of chords."""
+    return np.asarray(np.linalg.norm(_difference(pose, place, unit), axis=-1))
+
+
+def _difference(pose: Reals, place: Reals, unit: Reals) -> Reals:
+    there = pga3.move_point_back(pose, place)
+    return np.asarray(there / np.linalg.norm(there, axis=-1, keepdims=True) - unit)
+
+
+def _agreeing(pose: Reals, seen: list[_Seen], limit: float) -> list[int]:
+    return [k for k, (_, _, place, unit) in enumerate(seen) if np.sqrt(np.mean(_off(pose, place, unit) ** 2)) <= limit]
+
+
+def _refined(start: Reals, seen: list[_Seen]) -> Reals:
+    """The pose near `start` with the least squares of angles."""
+    place, unit = (np.concatenate([each[k] for each in seen]) for k in (2, 3))
+    size = float(np.abs(start[4:]).max()) or 1.0
+
+    def moved(step: Reals) -> Reals:
+        bivector = step * np.array([1, 1, 1, size, size, size])
+        return np.asarray(pga3.motor_product(start, pga3.motor_exponential(bivector)))
+
+    found = least_squares(lambda step: _difference(moved(step), place, unit).ravel(), np.zeros(6), method="lm")
+    return np.asarray(pga3.normalize_motor(moved(found.x)))
