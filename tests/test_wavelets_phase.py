@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from test_wavelets import exponential, product
 
-from algorithms.wavelets import QuaternionPyramid, dual_tree, gabor_bank, qft, quaternion_phase
+from algorithms.wavelets import QuaternionPyramid, complex_gabor_bank, dual_tree, gabor_bank, qft, quaternion_phase
 
 KNOWN = Path(__file__).parent / "golden" / "dtcwt.npz"
 
@@ -102,6 +102,23 @@ def test_transfer_function_of_a_gabor_filter() -> None:
     rows, columns = (np.exp(-2 * np.pi**2 * sigma**2 * (f - w) ** 2) for w in (u, v))
     assert np.abs(spectrum[..., 0] - rows[:, None] * columns).max() < 2e-3
     assert np.abs(spectrum[..., 1:]).max() < 1e-14
+
+
+@pytest.mark.parametrize(("truncate", "error"), [(4.0, 2e-4), (5.5, 2e-7), (6.0, 1e-8)])
+def test_where_gabor_filters_end(truncate: float, error: float) -> None:
+    """The spectrum of the filter is the Gaussian, of its two widths, but for what is cut off."""
+    impulse = np.zeros((100, 100))
+    impulse[50, 50] = 1
+    sigma, aspect, u, v = 6.0, 1.5, 12 / 100, 20 / 100
+    bands = gabor_bank(impulse, [(u, v)], sigma, aspect=aspect, truncate=truncate)[0]
+    spectrum = qft(np.roll(bands, (-50, -50), (0, 1)))
+    f = np.fft.fftfreq(100)
+    rows, columns = (np.exp(-2 * np.pi**2 * width**2 * (f - w) ** 2) for w, width in ((u, sigma), (v, sigma / aspect)))
+    found = np.abs(spectrum[..., 0] - rows[:, None] * columns).max()
+    assert error / 100 < found < error and np.abs(spectrum[..., 1:]).max() < 1e-14
+    complex_band = complex_gabor_bank(impulse, [(u, v)], sigma, aspect, truncate=truncate)[0]
+    w, x, y, z = np.moveaxis(bands, -1, 0)
+    assert np.abs(complex_band - ((w - z) + 1j * (x + y))).max() < 1e-16
 
 
 def test_bank_options() -> None:

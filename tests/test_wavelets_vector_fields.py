@@ -40,6 +40,22 @@ def test_waves_in_space() -> None:
     single = divergence_and_curl((np.cos(phase)[..., None] * a).astype(np.float32), sigma, "wrap")
     assert single.dtype == np.float32 and np.abs(single - found).max() < 1e-6
     assert derivative_mask(3, 1.5).shape == (13, 13, 13, 3)
+    assert derivative_mask(2, 1.5, truncate=5.0).shape == (17, 17, 2)
+
+
+def test_where_masks_of_derivatives_end() -> None:
+    """Waves in the plane: with a longer mask, what the whole Gaussian gives."""
+    phase = 2 * np.pi * (2 * np.arange(64)[:, None] + np.arange(72) * 64 / 72) / 64
+    u, v = 4 * np.pi / 64, 2 * np.pi / 72
+    field = np.stack([np.cos(phase), 2 * np.sin(phase)], -1)
+    waves = [-u * np.sin(phase) + 2 * v * np.cos(phase), 2 * u * np.cos(phase) + v * np.sin(phase)]
+    for sigma in (2.0, 4.0):
+        expected = np.exp(-(sigma**2) * (u**2 + v**2) / 2) * np.stack(waves, -1)
+        errors = [
+            np.abs(divergence_and_curl(field, sigma, "wrap", truncate=each) - expected).max() / np.abs(expected).max()
+            for each in (4.0, 5.5)
+        ]
+        assert 1e-4 < errors[0] < 1e-3 and errors[1] < 1e-6
 
 
 @pytest.mark.parametrize("angle", [0.3, -2.9, 3.1, np.pi])
@@ -123,8 +139,9 @@ def test_a_whole_pattern_is_turned_in_space() -> None:
         (lambda f: match_template(f * np.nan, f[:5, :5]), "field: a number is not finite"),
         (lambda f: match_template(f[..., :1], f[:5, :5]), "field: shape .*a vector field M N 2 or L M N 3"),
         (lambda f: divergence_and_curl(f, mode="full"), "mode: 'full'; expected 'same' or 'wrap'"),
-        (lambda f: divergence_and_curl(f, -1.0), "sigma: -1.0; expected a positive number"),
+        (lambda f: divergence_and_curl(f, -1.0), "sigma: -1.0; expected positive numbers"),
         (lambda f: divergence_and_curl(f[0]), "field: shape"),
+        (lambda f: derivative_mask(2, 1.0, 0.0), "truncate: 0.0; expected positive numbers"),
         (lambda f: derivative_mask(4), "dimension: 4; expected 2 or 3"),
     ],
 )

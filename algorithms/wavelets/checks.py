@@ -1,13 +1,96 @@
-"""Arguments that several wavelets share, checked once."""
+"""Arguments that several functions share, checked once: images, their range, and what conformal wavelets take."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
-from numpy.typing import ArrayLike
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import Reals, finite_number, real_array
+from .colours import refuse_channels
 from .discrete import check_finite
+
+
+def image_stack(value: ArrayLike, name: str = "image", least: int = 1) -> Reals:
+    """Real images (..., M, N), checked.
+
+    Parameters
+    ----------
+    value : array_like, (..., M, N)
+        Leading axes are those of a stack. Where there are some, N is at least 5: see `refuse_channels`.
+    name : str
+        What the caller calls the argument.
+    least : int
+        Rows and columns that are needed.
+
+    Returns
+    -------
+    array, (..., M, N)
+        float32 or float64.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where `value` is not an array of finite real numbers with two axes, has channels, or is too small.
+    """
+    array = real_array(value, name, (-1, -1), "images M N")
+    refuse_channels(array.shape, name)
+    check_finite(array, name)
+    if min(array.shape[-2:]) < least:
+        raise ValueError(f"{name}: shape {array.shape}; expected images of at least {least} x {least} pixels")
+    return array
+
+
+def single_image(value: ArrayLike, name: str = "image", least: int = 1) -> Reals:
+    """One real image (M, N), checked as by `image_stack`; stacks are refused."""
+    array = real_array(value, name, (-1, -1), "one image M N")
+    refuse_channels(array.shape, name)
+    if array.ndim != 2 or min(array.shape) < least:
+        raise ValueError(f"{name}: shape {array.shape}; expected one image of at least {least} x {least} pixels")
+    check_finite(array, name)
+    return array
+
+
+def in_range(array: Reals, axes: tuple[int, ...] = (-2, -1)) -> tuple[Reals, NDArray[np.intc]]:
+    """Images, divided by powers of 2 where their largest numbers are so large, or small, that powers leave the range.
+
+    Parameters
+    ----------
+    array : array, (..., M, N)
+        Finite.
+    axes : tuple of int
+        Of one image.
+
+    Returns
+    -------
+    array, (..., M, N)
+        Itself where the fourth powers of the largest numbers are in the range of floats; else exactly divided, to
+        largest numbers from 1/2 to 1.
+    exponents : array of int, (..., 1, 1)
+        0, or those of the powers of 2.
+    """
+    limit = np.finfo(array.dtype).maxexp // 5
+    exponents = np.frexp(np.abs(array).max(axes, keepdims=True))[1]
+    exponents = np.where(np.abs(exponents) > limit, exponents, 0).astype(np.intc)
+    return (np.ldexp(array, -exponents) if exponents.any() else array), exponents
+
+
+def back_in_range(array: Reals, exponents: NDArray[np.intc], name: str = "image") -> Reals:
+    """What was found from images of `in_range`, times the powers of 2.
+
+    Raises
+    ------
+    ValueError
+        Where that is larger than any float.
+    """
+    if not exponents.any():
+        return array
+    with np.errstate(over="ignore", under="ignore"):
+        result = np.ldexp(array, exponents)
+    if not np.isfinite(result).all():
+        raise ValueError(f"{name}: so large that results overflow; expected numbers below a tenth of the largest float")
+    return result
 
 
 def positive_number(value: object, name: str) -> float:

@@ -14,6 +14,8 @@ from .filters import ANALYSIS, ORTHOGONAL, SYNTHESIS
 from .polyphase import MODES, beyond, merge, split
 from .sharing import Progress, n_threads, steps
 
+_TERMS = 16
+"""Sums in transforms and filters are at most that of the sizes of all numbers, so many times."""
 _NAMES = {"da": "H", "ad": "V", "dd": "D"}
 """Names of the details of images: of horizontal, vertical and diagonal structures."""
 
@@ -207,11 +209,17 @@ def synthesis(
 
 
 def check_finite(array: Reals, name: str) -> None:
-    """Refuse empty arrays and numbers that are not finite, which would spread over whole bands."""
+    """Refuse empty arrays and numbers that are not finite, or whose sum is not, which would spread over whole bands."""
     if array.size == 0:
         raise ValueError(f"{name}: shape {array.shape}; expected no empty axis")
-    if not np.isfinite(array).all():
+    largest = max(float(array.max()), -float(array.min()))
+    if not np.isfinite(largest):
         raise ValueError(f"{name}: a number is not finite; expected finite numbers")
+    if array.dtype.kind == "f" and largest > np.finfo(array.dtype).max / (_TERMS * array.size):
+        raise ValueError(
+            f"{name}: numbers up to {largest:.3g}, of which the sums that transforms make are not finite; expected "
+            "smaller numbers: divide by a power of 2"
+        )
 
 
 def checked_levels(levels: int | None, most: int, why: str) -> int:

@@ -12,12 +12,11 @@ from numpy.typing import ArrayLike, NDArray
 from generated import quaternion
 
 from ..arguments import Reals, finite_number, real_array
-from .checks import positive_number
-from .discrete import check_finite
+from .checks import image_stack, positive_number
 from .sharing import in_threads
 
-_REACH = 4.0
-"""Gabor filters end at so many standard deviations, where the Gaussian is 3e-4."""
+_TRUNCATE = 4.0
+"""Standard deviations at which filters end: there the Gaussian is 3e-4 of its largest value."""
 
 
 class Phase(NamedTuple):
@@ -72,6 +71,9 @@ def gabor_bank(
     sigma: float | Sequence[float] = 4.0,
     balanced: bool = False,
     workers: int | None = None,
+    *,
+    aspect: float = 1.0,
+    truncate: float = _TRUNCATE,
 ) -> Reals:
     """Images filtered by quaternionic Gabor functions ``g(x, y) exp(i 2 pi u x) exp(j 2 pi v y)``.
 
@@ -82,46 +84,78 @@ def gabor_bank(
     frequencies : sequence of (u, v)
         In cycles per pixel, from 0 to 1/2.
     sigma : float or sequence of float
-        Standard deviations of the Gaussians g, of sum 1, in pixels; one for all or one for each frequency.
+        Standard deviations along x of the Gaussians g, of sum 1, in pixels; one for all or one for each frequency.
     balanced : bool
-        Whether the cosines lose a part of the Gaussian, so that their sum is 0 and brightness does not count.
+        Whether the filter loses a part of the Gaussian, so that its sum is 0 and brightness does not count.
     workers : int, optional
         How many threads share the work, counted as in `scipy.fft`; the result is the same.
+    aspect : float
+        The standard deviation along x over that along y.
+    truncate : float
+        Filters end at so many standard deviations, rounded up to a pixel. Their spectra are Gaussians to 2e-4 at 4,
+        2e-7 at 5.5, and 1e-8 at 6.
 
     Returns
     -------
     array, (..., K, M, N, 4)
         Quaternions (w, x, y, z) for each of K frequencies. The complex Gabor filters of (u, v) and (u, -v) are
-        ``(w - z) + i (x + y)`` and ``(w + z) + i (x - y)``.
+        ``(w - z) + i (x + y)`` and ``(w + z) + i (x - y)``, balanced or not.
 
     Raises
     ------
     TypeError, ValueError
-        Where `image` is not an array of finite real numbers with two axes, for frequencies and sigmas out of range.
+        Where `image` is not an array of finite real numbers with two axes, has channels, and for frequencies, widths
+        and options out of range.
     """
-    array = real_array(image, "image", (-1, -1), "images M N")
-    check_finite(array, "image")
+    array = image_stack(image)
     pairs = [(_frequency(u), _frequency(v)) for u, v in frequencies]
-    given = [sigma] * len(pairs) if np.ndim(sigma) == 0 else list(np.atleast_1d(sigma))
-    widths = [positive_number(each, "sigma") for each in given]
-    if len(widths) != len(pairs):
-        raise ValueError(f"sigma: {len(widths)} for {len(pairs)} frequencies; expected one, or one for each")
+    sizes = widths(sigma, aspect, len(pairs))
+    reach = positive_number(truncate, "truncate")
     result = np.empty((*array.shape[:-2], len(pairs), *array.shape[-2:], 4), array.dtype)
 
     def part(place: tuple[int, int]) -> None:
         k, m = place
-        rows, columns = (gabor_taps(2 * np.pi * frequency, widths[k], balanced) for frequency in pairs[k])
+        rows, columns = (
+            gabor_taps(2 * np.pi * frequency, size, False, reach)
+            for frequency, size in zip(pairs[k], sizes[k], strict=True)
+        )
         along = filtered(array, rows[m], -2)
         for n, column in enumerate(columns):
             result[..., k, :, :, m + 2 * n] = filtered(along, column, -1)
+        if balanced and m == 0:
+            result[..., k, :, :, 0] -= brightness(array, (rows[0], columns[0]), sizes[k], reach)
 
     in_threads(part, [(k, m) for k in range(len(pairs)) for m in range(2)], workers)
     return result
 
 
-def gabor_taps(frequency: float, sigma: float, balanced: bool) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The even and the odd part of a Gabor filter; `frequency` in radians per pixel."""
-    reach = int(np.ceil(_REACH * sigma))
+def widths(sigma: float | Sequence[float], aspect: float, count: int) -> list[tuple[float, float]]:
+    """The standard deviations of so many Gabor filters, along x and y."""
+    given = [sigma] * count if np.ndim(sigma) == 0 else list(np.atleast_1d(sigma))
+    if len(given) != count:
+        raise ValueError(f"sigma: {len(given)} for {count} frequencies; expected one, or one for each")
+    ratio = positive_number(aspect, "aspect")
+    return [(size, size / ratio) for size in (positive_number(each, "sigma") for each in given)]
+
+
+def brightness(
+    array: Reals, even: tuple[NDArray[np.float64], NDArray[np.float64]], sizes: tuple[float, float], truncate: float
+) -> Reals:
+    """What a filter of these even parts along x and y gives for a constant image, of smoothed images.
+
+    Only products of even parts have a sum. The whole band is balanced by it: parts that were balanced along one axis
+    would vanish where the frequency along that axis is 0.
+    """
+    rows, columns = (gabor_taps(0.0, size, False, truncate)[0] for size in sizes)
+    smooth = filtered(filtered(array, rows, -2), columns, -1)
+    return np.asarray(array.dtype.type(even[0].sum() * even[1].sum()) * smooth)
+
+
+def gabor_taps(
+    frequency: float, sigma: float, balanced: bool, truncate: float = _TRUNCATE
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The even and the odd part of a Gabor filter along one axis; `frequency` in radians per pixel."""
+    reach = int(np.ceil(truncate * sigma))
     x = np.arange(-reach, reach + 1.0)
     g = np.exp(-(x**2) / (2 * sigma**2))
     g /= g.sum()

@@ -12,13 +12,14 @@ from numpy.typing import ArrayLike, NDArray
 from generated import quaternion
 
 from ..arguments import Reals, real_array
+from .checks import single_image
 from .discrete import check_finite
 from .phase import gabor_bank
 from .sharing import Progress, in_threads, steps
 
-_FREQUENCIES = ((0.0, 0.11), (0.0, 0.19), (0.11, 0.11), (0.19, 0.19), (0.11, 0.0), (0.19, 0.0))
+_FREQUENCIES = ((0.0, 0.16), (0.0, 0.25), (0.16, 0.16), (0.25, 0.25), (0.16, 0.0), (0.25, 0.0))
 """Cycles per pixel along rows and columns."""
-_SIGMA = 1.5
+_SIGMA = 1.2
 _WINDOW = 2.5
 """Standard deviation of the neighbourhood over which bands are compared, in pixels."""
 _MEDIAN = 5
@@ -120,7 +121,7 @@ def disparity(
     Notes
     -----
     Between whole pixels by a parabola through three distances; then a median over 5 x 5 pixels. Unlike `optical_flow`,
-    which needs no range, it does not smooth over jumps. On the Motorcycle pair, the median error is 0.20 pixels, and 79
+    which needs no range, it does not smooth over jumps. On the Motorcycle pair, the median error is 0.18 pixels, and 80
     % are right to one pixel.
     """
     images = _pair(left, right, ("left", "right"))
@@ -230,13 +231,7 @@ def _local_frequencies(planes: Reals) -> tuple[Reals, Reals]:
 
 
 def _pair(first: ArrayLike, second: ArrayLike, names: tuple[str, str]) -> list[Reals]:
-    images = [
-        real_array(image, name, (-1, -1), "an image M N") for image, name in zip((first, second), names, strict=True)
-    ]
-    for image, name in zip(images, names, strict=True):
-        if image.ndim != 2:
-            raise ValueError(f"{name}: shape {image.shape}; expected one image M N")
-        check_finite(image, name)
+    images = [single_image(image, name) for image, name in zip((first, second), names, strict=True)]
     if images[0].shape != images[1].shape:
         raise ValueError(f"{names[1]}: shape {images[1].shape}; expected that of the other image, {images[0].shape}")
     return images

@@ -1,0 +1,94 @@
+"""Colour images as pure quaternions, and the colours that images of one number per pixel do not have."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..arguments import Reals, finite_number, real_array
+
+_CHANNELS = {1: "one channel", 2: "grey and alpha", 3: "RGB", 4: "RGBA"}
+"""What the last axis of pictures means where it is this short."""
+_SCALAR = 1e-4
+"""Largest scalar part of pure quaternions, relative to their largest number: what rounding of float32 may leave."""
+
+
+def from_rgb(image: ArrayLike) -> Reals:
+    """Colour images as pure quaternions ``R i + G j + B k``, for `qft`.
+
+    Parameters
+    ----------
+    image : array_like, (..., M, N, 3)
+        Red, green and blue. float32 is kept; integers become float64, and are not scaled: bytes give numbers up to 255.
+
+    Returns
+    -------
+    array, (..., M, N, 4)
+        Quaternions (0, R, G, B).
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where `image` is not an array of real numbers with three channels; images with alpha are refused, as alpha is
+        no colour: take ``image[..., :3]``, or blend with a background first.
+
+    Notes
+    -----
+    With the axis ``(1, 1, 1) / sqrt(3)`` of grey, the left and right transforms keep luminance and chrominance apart
+    (Ell and Sangwine, *IEEE Trans. Image Processing* 16:22, 2007).
+    """
+    array = real_array(image, "image")
+    if array.ndim < 3 or array.shape[-1] != 3:
+        hint = "; leave alpha out: image[..., :3]" if array.ndim > 2 and array.shape[-1] == 4 else ""
+        raise ValueError(f"image: shape {array.shape}; expected (..., any, any, 3), RGB images M N 3{hint}")
+    result = np.zeros((*array.shape[:-1], 4), array.dtype)
+    result[..., 1:] = array
+    return result
+
+
+def to_rgb(q: ArrayLike, tolerance: float = _SCALAR) -> Reals:
+    """The colours of pure quaternions: the inverse of `from_rgb`.
+
+    Parameters
+    ----------
+    q : array_like, (..., M, N, 4)
+        Quaternions (w, x, y, z).
+    tolerance : float
+        How large w may be, relative to the largest number of `q`. ``numpy.inf`` drops it, whatever it is.
+
+    Returns
+    -------
+    array, (..., M, N, 3)
+        x, y and z as red, green and blue; not clipped to any range.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where `q` is not an array of real numbers of that shape, or has a scalar part: then it is no colour image.
+    """
+    array = real_array(q, "q", (-1, -1, 4), "quaternions M N 4")
+    bound = np.inf if tolerance == np.inf else finite_number(tolerance, "tolerance")
+    if array.size and bound < np.inf:
+        scalar, largest = np.abs(array[..., 0]).max(), np.abs(array).max()
+        if not scalar <= bound * largest:
+            raise ValueError(
+                f"q: scalar parts up to {scalar:.3g} beside numbers up to {largest:.3g}; expected pure quaternions; "
+                "tolerance=numpy.inf drops scalar parts"
+            )
+    return np.ascontiguousarray(array[..., 1:])
+
+
+def refuse_channels(shape: tuple[int, ...], name: str) -> None:
+    """Refuse shapes (..., M, N) of which the last axis is that of channels rather than of columns.
+
+    Raises
+    ------
+    ValueError
+        For three axes or more, the last of length 1 to 4.
+    """
+    if len(shape) > 2 and shape[-1] in _CHANNELS:
+        raise ValueError(
+            f"{name}: shape {shape}; expected images M N, but the last axis looks like {_CHANNELS[shape[-1]]}: take "
+            "grey values, or numpy.moveaxis(image, -1, 0) for each channel as an image; from_rgb makes quaternions of "
+            "colours, for qft. Stacks of images of 1 to 4 columns are taken one image at a time"
+        )
