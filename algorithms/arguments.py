@@ -19,7 +19,8 @@ def real_array(value: ArrayLike, name: str, shape: tuple[int, ...] = (), meaning
     Parameters
     ----------
     value : array_like, (..., *shape)
-        Real numbers. float32 stays; integers, and booleans, which are exact, become float64.
+        Real numbers. float32 stays; integers, and booleans, which are exact, become float64. Masked arrays are taken
+        where nothing is masked.
     name : str
         What the caller calls the argument.
     shape : tuple of int
@@ -37,8 +38,13 @@ def real_array(value: ArrayLike, name: str, shape: tuple[int, ...] = (), meaning
     TypeError
         Where the values are not real numbers.
     ValueError
-        Where the shape is another.
+        Where the shape is another, or numbers are masked.
     """
+    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
+        raise ValueError(
+            f"{name}: {np.ma.count_masked(value)} masked numbers; expected an array without a mask: give them values "
+            "with numpy.ma.filled, or leave them out"
+        )
     try:
         array = np.asarray(value)
     except ValueError as error:

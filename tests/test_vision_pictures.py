@@ -108,6 +108,8 @@ def test_what_is_no_image() -> None:
     points, matrix = np.zeros((3, 2)), np.eye(3)
     with pytest.raises(ValueError, match="first: float64 of shape"):
         draw_epipolar_lines(np.zeros(3), np.zeros((4, 4)), matrix, points, points)
+    with pytest.raises(ValueError, match="second: 1 masked numbers"):
+        draw_matches(np.zeros((4, 4)), np.ma.array(np.zeros((4, 4)), mask=np.eye(16)[5].reshape(4, 4)), points, points)
     with pytest.raises(ValueError, match="partners: 2 points"):
         draw_matches(np.zeros((4, 4)), np.zeros((4, 4)), points, points[1:])
     with pytest.raises(ValueError, match="inliers"):

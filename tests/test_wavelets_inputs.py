@@ -81,6 +81,8 @@ CALLS: dict[str, tuple[Call, tuple[int, ...]]] = {
 OTHERS = {
     "admissibility": "takes a name",
     "derivative_mask": "takes two numbers",
+    "from_rgb": "takes colours, with nothing to transform",
+    "to_rgb": "takes colours, with nothing to transform",
     "quaternion_phase": "takes numbers one by one, as kernels do",
     "similarity_versor": "takes versors, as kernels do",
     "sphere_versor": "takes versors, as kernels do",
@@ -173,6 +175,77 @@ def test_wrong_shapes_are_refused(name: str) -> None:
     if shape[-1] in (2, 4, 8, 16) and len(shape) > 1 and name != "sphere_wavelet":
         with pytest.raises((ValueError, TypeError), match=r"expected|coefficients|shape"):
             call(np.ones((*shape[:-1], 5)))
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_masked_numbers_are_refused(name: str) -> None:
+    """A mask would be forgotten; where nothing is masked, there is nothing to forget."""
+    call, shape = CALLS[name]
+    array = whole(shape).astype(float)
+    mask = np.zeros(shape, bool)
+    assert np.array_equal(call(np.ma.array(array, mask=mask)), call(array))
+    mask[tuple(n // 2 for n in shape)] = True
+    with pytest.raises(ValueError, match="1 masked numbers; expected an array without a mask"):
+        call(np.ma.array(array, mask=mask))
+
+
+SHAPES_ONLY = {"disparity", "local_phase", "match_template", "quaternion_local_phase", "similarity_distance"}
+"""Functions whose results here do not change with the size of their numbers."""
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+@pytest.mark.parametrize("name", [name for name in CALLS if name not in ("texture_features", "optical_flow")])
+@pytest.mark.filterwarnings("error")
+def test_numbers_of_any_size(name: str, dtype: type) -> None:
+    """Powers of 2 are factors of all results, from 1e-300 to 1e300; what is larger may be refused, but not silently."""
+    call, shape = CALLS[name]
+    if name == "denoise":
+        call = w.denoise
+    array = np.random.default_rng(3).normal(size=shape).astype(dtype)
+    expected = np.asarray(call(array))
+    many = 996 if dtype is np.float64 else 100
+    for power in (many, -many):
+        found = np.asarray(call(np.ldexp(array, power)))
+        back = 0 if name in SHAPES_ONLY else -power
+        parts = [(found.real, expected.real), (found.imag, expected.imag)]
+        for one, other in parts if np.iscomplexobj(found) else parts[:1]:
+            error = np.abs(np.ldexp(one, back) - other).max()
+            assert error <= 100 * np.finfo(dtype).eps * np.abs(expected).max()
+    huge = np.ldexp(dtype(0.99) * array / np.abs(array).max(), np.finfo(dtype).maxexp)
+    try:
+        found = np.asarray(call(huge))
+    except ValueError as error:
+        assert "finite" in str(error) or "overflow" in str(error)
+    else:
+        assert np.isfinite(found).all()
+
+
+@pytest.mark.filterwarnings("error")
+def test_amplitudes_and_phases_of_any_size() -> None:
+    """Of quaternions one by one, of bands, of noise and of textures, whose logarithms move."""
+    rng = np.random.default_rng(4)
+    q, powers = rng.normal(size=(300, 4)), rng.integers(-1000, 1000, 300)
+    q[7] = 0
+    one, other = w.quaternion_phase(np.ldexp(q, powers[:, None])), w.quaternion_phase(q)
+    assert np.abs(np.ldexp(one.amplitude, -powers) - other.amplitude).max() < 1e-15
+    assert all(np.abs(a - b).max() < 1e-15 for a, b in zip(one[1:4], other[1:4], strict=True))
+    image = rng.normal(size=(32, 40))
+    for power in (990, -990):
+        large = np.ldexp(image, power)
+        found, expected = w.texture_features(large, 2), w.texture_features(image, 2)
+        expected[::3] += power * np.log(2)
+        assert np.abs(found - expected).max() < 1e-12
+        assert np.ldexp(w.estimated_noise(large), -power) == w.estimated_noise(image)
+        assert np.array_equal(w.denoise(large, np.ldexp(0.4, power)), np.ldexp(w.denoise(image, 0.4), power))
+        sizes = w.QuaternionPyramid(large, 1).amplitude()[0]["D"]
+        assert np.array_equal(np.ldexp(sizes, -power), w.QuaternionPyramid(image, 1).amplitude()[0]["D"])
+        local, known = w.local_phase(large, (0.1, 0.2)), w.local_phase(image, (0.1, 0.2))
+        assert np.array_equal(np.ldexp(local.amplitude, -power), known.amplitude)
+        assert all(np.abs(a - b).max() < 1e-11 for a, b in zip(local[1:], known[1:], strict=True))
+        wave, size = w.monogenic_signal(large), w.monogenic_signal(image)
+        assert np.array_equal(np.ldexp(wave.amplitude, -power), size.amplitude)
+    both = np.stack([image, np.ldexp(image, 900), np.ldexp(image, -900)])
+    assert np.ptp(w.local_phase(both, (0.1, 0.2)).confidence, 0).max() < 1e-12
 
 
 @pytest.mark.parametrize("name", LEVELS)

@@ -214,10 +214,10 @@ def draw_omnidirectional(
 
 def _image(image: ArrayLike, name: str) -> Reals:
     """In colour, between 0 and 1."""
-    array = np.asarray(image)
-    if array.ndim not in (2, 3) or (array.ndim == 3 and array.shape[2] not in (3, 4)) or array.dtype.kind not in "fiub":
-        raise ValueError(f"{name}: {array.dtype} of shape {array.shape}; expected an image, (M, N) or (M, N, 3)")
-    numbers = array.astype(np.float64) / (255.0 if array.dtype.kind in "iu" else 1.0)
+    array, dtype = real_array(image, name), np.asarray(image).dtype
+    if array.ndim not in (2, 3) or (array.ndim == 3 and array.shape[2] not in (3, 4)):
+        raise ValueError(f"{name}: {dtype} of shape {array.shape}; expected an image, (M, N), (M, N, 3) or (M, N, 4)")
+    numbers = array.astype(np.float64) / (255.0 if dtype.kind in "iu" else 1.0)
     return np.clip(np.repeat(numbers[..., None], 3, -1) if numbers.ndim == 2 else numbers[..., :3], 0, 1)
 
 

@@ -12,6 +12,7 @@ from .analytic import (
 from .clifford_fourier import clifford_fft, iclifford_fft, ispacetime_fft, spacetime_fft
 from .clifford_wavelet import CliffordWavelet, clifford_wavelet
 from .clifford_wavelet_nd import CliffordWaveletND, clifford_wavelet_nd
+from .colours import from_rgb, to_rgb
 from .complex_pyramid import ComplexPyramid, complex_pyramid
 from .conformal_wavelet import conformal_wavelet, similarity_versor
 from .continuous import ContinuousWavelet, admissibility, continuous_wavelet
@@ -79,6 +80,7 @@ __all__ = [
     "divergence_and_curl",
     "dual_tree",
     "estimated_noise",
+    "from_rgb",
     "gabor_bank",
     "geometric_fft",
     "iclifford_fft",
@@ -109,6 +111,7 @@ __all__ = [
     "sphere_versor",
     "sphere_wavelet",
     "texture_features",
+    "to_rgb",
     "total_analytic_signal",
     "volume_time_fft",
     "wavelet_filters",

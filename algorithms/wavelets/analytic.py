@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from generated import vga3
 
 from ..arguments import Reals, finite_number, real_array
+from .checks import back_in_range, image_stack, in_range
 from .discrete import check_finite
 from .sharing import blocks, in_threads, slices
 
@@ -90,7 +91,7 @@ def total_analytic_signal(image: ArrayLike, workers: int | None = None) -> Compl
     TypeError, ValueError
         Where `image` is not an array of finite real numbers with two axes.
     """
-    array = _image(image)
+    array = image_stack(image)
     spectrum = scipy.fft.rfft2(array, workers=workers)
     s, t = _signs(array)
     result = np.empty(array.shape, np.result_type(array.dtype, np.complex64))
@@ -121,7 +122,7 @@ def partial_analytic_signal(image: ArrayLike, angle: float = 0.0, workers: int |
     TypeError, ValueError
         As in `total_analytic_signal`, and where `angle` is not finite.
     """
-    array = _image(image)
+    array = image_stack(image)
     direction = finite_number(angle, "angle")
     u, v = (np.fft.fftfreq(n) for n in array.shape[-2:])
     along = np.cos(direction) * u[:, None] + np.sin(direction) * v
@@ -139,7 +140,7 @@ def single_orthant_signal(image: ArrayLike, workers: int | None = None) -> Compl
     Arguments, results and errors are those of `total_analytic_signal`. It is that of ``scipy.signal.hilbert2`` for odd
     sizes; of even ones, that function drops the frequency 1/2, which stays here as in `analytic_signal`.
     """
-    array = _image(image)
+    array = image_stack(image)
     s, t = (_sign(n).astype(array.dtype) for n in array.shape[-2:])
     spectrum = scipy.fft.fft2(array, workers=workers)
     spectrum *= (1 + s)[:, None] * (1 + t)
@@ -172,7 +173,7 @@ def quaternionic_analytic_signal(image: ArrayLike, workers: int | None = None) -
     -----
     Along columns one real transform there and back; along rows a complex one, of the image and what that gave.
     """
-    array = _image(image)
+    array = image_stack(image)
     images = array.reshape(-1, *array.shape[-2:])
     rows, columns = images.shape[1:]
     result = np.empty((*images.shape, 4), array.dtype)
@@ -226,7 +227,7 @@ def monogenic_signal(image: ArrayLike, workers: int | None = None) -> Monogenic:
     Trans. Signal Processing* 49:3136, 2001). A wave has its own amplitude and phase, and the orientation of its
     frequency.
     """
-    array = _image(image)
+    array, exponents = in_range(image_stack(image))
     spectrum = scipy.fft.rfft2(array, workers=workers)
     u, v = np.fft.fftfreq(array.shape[-2])[:, None], np.fft.rfftfreq(array.shape[-1])
     length = np.hypot(u, v)
@@ -238,15 +239,10 @@ def monogenic_signal(image: ArrayLike, workers: int | None = None) -> Monogenic:
         part = spectrum * weight.astype(spectrum.dtype)
         vector[..., k] = scipy.fft.irfft2(part, array.shape[-2:], overwrite_x=True, workers=workers)
     vector[..., 2] = array
-    amplitude = vga3.vector_norm(vector)
-    across = np.hypot(vector[..., 0], vector[..., 1])
-    return Monogenic(vector, amplitude, np.arctan2(across, vector[..., 2]), np.arctan2(vector[..., 1], vector[..., 0]))
-
-
-def _image(image: ArrayLike) -> Reals:
-    array = real_array(image, "image", (-1, -1), "images M N")
-    check_finite(array, "image")
-    return array
+    amplitude = back_in_range(vga3.vector_norm(vector), exponents)
+    phase = np.arctan2(np.hypot(vector[..., 0], vector[..., 1]), vector[..., 2])
+    orientation = np.arctan2(vector[..., 1], vector[..., 0])
+    return Monogenic(back_in_range(vector, exponents[..., None]), amplitude, phase, orientation)
 
 
 def _sign(size: int) -> NDArray[np.float64]:

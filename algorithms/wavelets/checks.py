@@ -18,7 +18,7 @@ def image_stack(value: ArrayLike, name: str = "image", least: int = 1) -> Reals:
     Parameters
     ----------
     value : array_like, (..., M, N)
-        Leading axes are those of a stack. Where there are some, N is at least 5: see `refuse_channels`.
+        Leading axes are those of a stack; pictures with channels are refused, see `refuse_channels`.
     name : str
         What the caller calls the argument.
     least : int
@@ -52,7 +52,9 @@ def single_image(value: ArrayLike, name: str = "image", least: int = 1) -> Reals
     return array
 
 
-def in_range(array: Reals, axes: tuple[int, ...] = (-2, -1)) -> tuple[Reals, NDArray[np.intc]]:
+def in_range(
+    array: Reals, axes: tuple[int, ...] = (-2, -1), dtype: type[np.floating] | None = None
+) -> tuple[Reals, NDArray[np.intc]]:
     """Images, divided by powers of 2 where their largest numbers are so large, or small, that powers leave the range.
 
     Parameters
@@ -61,6 +63,8 @@ def in_range(array: Reals, axes: tuple[int, ...] = (-2, -1)) -> tuple[Reals, NDA
         Finite.
     axes : tuple of int
         Of one image.
+    dtype : type, optional
+        Of the floats, if they are not those of `array`.
 
     Returns
     -------
@@ -70,8 +74,9 @@ def in_range(array: Reals, axes: tuple[int, ...] = (-2, -1)) -> tuple[Reals, NDA
     exponents : array of int, (..., 1, 1)
         0, or those of the powers of 2.
     """
-    limit = np.finfo(array.dtype).maxexp // 5
-    exponents = np.frexp(np.abs(array).max(axes, keepdims=True))[1]
+    limit = np.finfo(array.dtype if dtype is None else dtype).maxexp // 5
+    largest = np.maximum(array.max(axes, keepdims=True), -array.min(axes, keepdims=True))
+    exponents = np.frexp(largest)[1]
     exponents = np.where(np.abs(exponents) > limit, exponents, 0).astype(np.intc)
     return (np.ldexp(array, -exponents) if exponents.any() else array), exponents
 

@@ -7,8 +7,11 @@ from numpy.typing import ArrayLike
 
 from ..arguments import Reals, finite_number, real_array
 
+GREY = (3**-0.5, 3**-0.5, 3**-0.5)
+"""The axis of grey, for `qft` of colours."""
 _CHANNELS = {1: "one channel", 2: "grey and alpha", 3: "RGB", 4: "RGBA"}
 """What the last axis of pictures means where it is this short."""
+_ONE_BY_ONE = "Stacks of images of 1 to 4 columns are taken one image at a time"
 _SCALAR = 1e-4
 """Largest scalar part of pure quaternions, relative to their largest number: what rounding of float32 may leave."""
 
@@ -78,17 +81,28 @@ def to_rgb(q: ArrayLike, tolerance: float = _SCALAR) -> Reals:
     return np.ascontiguousarray(array[..., 1:])
 
 
-def refuse_channels(shape: tuple[int, ...], name: str) -> None:
-    """Refuse shapes (..., M, N) of which the last axis is that of channels rather than of columns.
+def refuse_channels(shape: tuple[int, ...], name: str, choice: str = _ONE_BY_ONE) -> None:
+    """Refuse shapes (..., M, N) of which the last axis may be that of channels rather than of columns.
+
+    A shape does not say which it is. What is refused has a last axis of 1 to 4, after two axes that are longer, and at
+    least 4: pictures with channels have that shape, and stacks of images hardly ever.
+
+    Parameters
+    ----------
+    shape : tuple of int
+    name : str
+        What the caller calls the argument.
+    choice : str, optional
+        How a function takes images of 1 to 4 columns all the same.
 
     Raises
     ------
     ValueError
-        For three axes or more, the last of length 1 to 4.
+        For such a shape.
     """
-    if len(shape) > 2 and shape[-1] in _CHANNELS:
+    if len(shape) > 2 and shape[-1] in _CHANNELS and min(shape[-3:-1]) > max(shape[-1], 3):
         raise ValueError(
             f"{name}: shape {shape}; expected images M N, but the last axis looks like {_CHANNELS[shape[-1]]}: take "
             "grey values, or numpy.moveaxis(image, -1, 0) for each channel as an image; from_rgb makes quaternions of "
-            "colours, for qft. Stacks of images of 1 to 4 columns are taken one image at a time"
+            f"colours, for qft. {choice}"
         )

@@ -11,6 +11,7 @@ import scipy.fft
 from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import Reals, real_array
+from .discrete import check_finite
 from .sharing import n_threads
 
 Product = Callable[..., Any]
@@ -105,10 +106,7 @@ def _combined(
     if values.ndim != weights.ndim:
         raise ValueError(f"mask: shape {weights.shape} for a field of shape {values.shape}; expected as many axes")
     for name, array in (("field", values), ("mask", weights)):
-        if 0 in array.shape:
-            raise ValueError(f"{name}: shape {array.shape}; expected no empty axis")
-        if not np.isfinite(array).all():
-            raise ValueError(f"{name}: a number is not finite; expected finite numbers")
+        check_finite(array, name)
     dtype = np.result_type(values, weights)
     values, weights = values.astype(dtype, copy=False), weights.astype(dtype, copy=False)
     large, small = values.shape[:-1], weights.shape[:-1]

@@ -6,8 +6,9 @@ import numpy as np
 import scipy.ndimage
 from numpy.typing import ArrayLike
 
-from ..arguments import Reals, finite_number, real_array
-from .discrete import check_finite, checked_levels
+from ..arguments import Reals, finite_number
+from .checks import back_in_range, in_range, single_image
+from .discrete import checked_levels
 from .pyramid import QuaternionPyramid
 from .sharing import n_threads
 
@@ -31,10 +32,8 @@ def estimated_noise(image: ArrayLike) -> float:
     TypeError, ValueError
         Where `image` is not one image of finite real numbers.
     """
-    array = _image(image)
-    band = QuaternionPyramid(array, 1).detail[0]["D"]
-    # Each of the four trees has half the energy of the image's noise.
-    return float(2 * np.median(np.abs(band)) / _MEDIAN)
+    array, exponents = in_range(single_image(image, least=2))
+    return float(np.ldexp(_noise(array), exponents.item()))
 
 
 def denoise(
@@ -80,18 +79,21 @@ def denoise(
     noise of 10 and of 25, ratios of peak signal to noise are 0.4 to 2.6 dB above those of its `denoise_wavelet` with
     BayesShrink and the better of two wavelets.
     """
-    array = _image(image)
+    array, exponents = in_range(single_image(image, least=2))
     n_threads(workers)
     if rule not in _RULES:
         raise ValueError(f"rule: {rule!r}; expected 'local' or 'bayes'")
-    noise = estimated_noise(array) if sigma is None else finite_number(sigma, "sigma")
-    if noise < 0:
-        raise ValueError(f"sigma: {noise}; expected 0 or more")
+    given = 0.0 if sigma is None else finite_number(sigma, "sigma")
+    if given < 0:
+        raise ValueError(f"sigma: {given}; expected 0 or more")
+    # More noise than this leaves nothing of the image.
+    largest = np.finfo(array.dtype).max ** 0.25
+    noise = _noise(array) if sigma is None else min(float(np.ldexp(given, -exponents.item())), largest)
     most = int(np.log2(min(array.shape)))
     count = min(5, most) if levels is None else levels
     checked_levels(count, most, f"as images of {array.shape[0]} x {array.shape[1]} pixels have")
     if noise == 0:
-        return array.copy()
+        return back_in_range(array.copy(), exponents)
     pyramid = QuaternionPyramid(array, count, workers=workers)
     sizes = pyramid.amplitude()
     # Four trees of half the deviation each.
@@ -113,12 +115,10 @@ def denoise(
                 threshold = variance / 4 * np.sqrt(numbers * (numbers + 1)) / np.maximum(np.sqrt(signal), tiny)
             gain = np.maximum(together - threshold, 0) / np.maximum(together, tiny)
             band *= gain[..., None].astype(band.dtype)
-    return pyramid.inverse(workers)
+    return back_in_range(pyramid.inverse(workers), exponents)
 
 
-def _image(image: ArrayLike) -> Reals:
-    array = real_array(image, "image", (-1, -1), "an image M N")
-    check_finite(array, "image")
-    if array.ndim != 2 or min(array.shape) < 2:
-        raise ValueError(f"image: shape {array.shape}; expected one image of at least 2 x 2 pixels")
-    return array
+def _noise(array: Reals) -> float:
+    band = QuaternionPyramid(array, 1).detail[0]["D"]
+    # Each of the four trees has half the energy of the image's noise.
+    return float(2 * np.median(np.abs(band)) / _MEDIAN)

@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import Reals, real_array
+from .colours import refuse_channels
 from .filters import ANALYSIS, ORTHOGONAL, SYNTHESIS
 from .polyphase import MODES, beyond, merge, split
 from .sharing import Progress, n_threads, steps
 
-_TERMS = 16
+_TERMS = 4
 """Sums in transforms and filters are at most that of the sizes of all numbers, so many times."""
 _NAMES = {"da": "H", "ad": "V", "dd": "D"}
 """Names of the details of images: of horizontal, vertical and diagonal structures."""
@@ -142,7 +143,8 @@ def discrete_wavelet(
         "constant", "periodic", "smooth" (a line through the last two), "antisymmetric", "antireflect", or
         "periodization", which is periodic with as many coefficients as numbers.
     axes : tuple of int, optional
-        By default the last two, or the only one.
+        By default the last two, or the only one. Arrays with the shape of pictures with channels, whose last axis is at
+        most 4, and those before longer, need them.
     workers : int, optional
         How many threads share the work, counted as in `scipy.fft`; the result is the same.
     progress : function of (done, total), optional
@@ -166,6 +168,8 @@ def discrete_wavelet(
     if mode not in MODES:
         raise ValueError(f"mode: {mode!r}; expected {', '.join(map(repr, MODES))}")
     chosen = _axes(axes, array.ndim)
+    if axes is None:
+        refuse_channels(array.shape, "signal", "axes=(0, 1) takes all channels, axes=(-2, -1) images of so few columns")
     check_finite(array, "signal")
     count = _levels(levels, [array.shape[axis] for axis in chosen], len(filters.low))
     detail, shapes, told = [], [], steps(progress, count)

@@ -9,9 +9,10 @@ import numpy as np
 import scipy.ndimage
 from numpy.typing import ArrayLike, NDArray
 
-from ..arguments import Reals, real_array
+from ..arguments import Reals
 from . import polyphase
-from .discrete import Filters, check_finite, checked_levels, orthogonal_filters
+from .checks import image_stack
+from .discrete import Filters, checked_levels, orthogonal_filters
 from .filters import LEVEL_ONE_ANALYSIS, LEVEL_ONE_SYNTHESIS, QSHIFT
 from .polyphase import Lines, beyond
 from .sharing import Progress, in_threads, n_threads, steps
@@ -110,8 +111,7 @@ def dual_tree(
     forward, followed by those of the other backward. Coefficients are those of the dtcwt package; `DualTree.inverse`
     gives the image to 1e-14 of the largest number.
     """
-    array = real_array(image, "image", (-1, -1), "images M N")
-    check_finite(array, "image")
+    array = image_stack(image)
     size = array.shape[-2:]
     most = int(np.log2(min(size)))
     count = checked_levels(levels, most, f"as images of {size[0]} x {size[1]} pixels have")

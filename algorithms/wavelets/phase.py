@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from generated import quaternion
 
 from ..arguments import Reals, finite_number, real_array
-from .checks import image_stack, positive_number
+from .checks import back_in_range, image_stack, in_range, positive_number
 from .sharing import in_threads
 
 _TRUNCATE = 4.0
@@ -61,7 +61,17 @@ def quaternion_phase(q: ArrayLike) -> Phase:
     q again to 4 units of the last place of the amplitude, in the singular set too.
     """
     array = real_array(q, "q", (4,), "quaternions")
-    amplitude, phi, theta, psi, cosine = quaternion.to_phases(array)
+    parts = [np.asarray(part) for part in quaternion.to_phases(array)]
+    amplitude = parts[0]
+    # Squares of other numbers leave the range of floats, as those of 0 and of what is not finite seem to.
+    low, high = (float(bound) ** 0.25 for bound in (np.finfo(array.dtype).tiny, np.finfo(array.dtype).max))
+    outside = ~((amplitude > low) & (amplitude < high))
+    if outside.any():
+        some, exponents = in_range(array[outside], (-1,))
+        for part, found in zip(parts, quaternion.to_phases(some), strict=True):
+            part[outside] = found
+        amplitude[outside] = back_in_range(amplitude[outside], exponents[..., 0], "q")
+    _, phi, theta, psi, cosine = parts
     return Phase(amplitude, phi, theta, psi, np.asarray(cosine < 16 * np.finfo(array.dtype).eps))
 
 

@@ -13,12 +13,15 @@ from numpy.typing import ArrayLike
 from generated import vga2
 
 from ..arguments import Reals, real_array
+from .checks import single_image
+from .colours import GREY, to_rgb
 from .continuous import ContinuousWavelet
 from .discrete import WaveletPyramid, check_finite
 from .dual_tree import DualTree
 from .flow import Flow
 from .phase import quaternion_phase
 from .pyramid import QuaternionPyramid
+from .quaternion_fourier import qft
 from .similarity import Disparity
 from .vector_fields import Match
 
@@ -48,6 +51,39 @@ def draw_spectrum(spectrum: ArrayLike) -> Figure:
     extent = (-(columns // 2) - 0.5, columns - columns // 2 - 0.5, rows - rows // 2 - 0.5, -(rows // 2) - 0.5)
     _image(figure, axes, np.log10(np.maximum(size, floor)), "norm, power of ten", extent=extent)
     axes.set(xlabel="v, periods per row", ylabel="u, periods per column")
+    return figure
+
+
+def draw_colours(q: ArrayLike) -> Figure:
+    """A colour image, and the spectra of its luminance and of its chrominance.
+
+    Parameters
+    ----------
+    q : array_like, (M, N, 4)
+        Pure quaternions, of `from_rgb`. The largest number is drawn as the brightest, those below 0 as 0.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where it is not an array of finite real numbers of that shape, or has scalar parts.
+
+    Notes
+    -----
+    The left quaternion Fourier transform with the axis of grey keeps two planes apart: that of 1 and grey, of
+    luminance, and that of the colours across grey, of chrominance.
+    """
+    array = _checked(q, "q", 3, "quaternions M N 4", 4)
+    colours = to_rgb(array)
+    spectrum = np.fft.fftshift(qft(array, "left", (GREY, GREY), values="quaternion"), (0, 1))
+    along = spectrum[..., 1:] @ np.array(GREY)
+    across = spectrum[..., 1:] - along[..., None] * np.array(GREY)
+    figure, panels = _figure(3)
+    panels[0].imshow(np.clip(colours / (colours.max() or 1.0), 0, 1), interpolation="nearest")
+    panels[0].set(title="image", xticks=[], yticks=[])
+    sizes = np.hypot(spectrum[..., 0], along), np.sqrt((across**2).sum(-1))
+    floor = 1e-8 * (max(size.max() for size in sizes) or 1.0)
+    for axes, size, name in zip(panels[1:], sizes, ("luminance", "chrominance"), strict=True):
+        _image(figure, axes, np.log10(np.maximum(size, floor)), f"{name}, power of ten")
     return figure
 
 
@@ -306,6 +342,8 @@ def _image(figure: Figure, axes: Any, values: Any, label: str, cmap: str = "magm
 
 
 def _checked(value: ArrayLike, name: str, axes: int, meaning: str, last: int = -1) -> Reals:
+    if axes == 2 and meaning.startswith("an image"):
+        return single_image(value, name)
     array = real_array(value, name, (*(-1,) * (axes - 1), last), meaning)
     if array.ndim != axes:
         raise ValueError(f"{name}: shape {array.shape}; expected {meaning}")

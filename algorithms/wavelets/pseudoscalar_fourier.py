@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from generated import quaternion
 
 from ..arguments import Reals, real_array
+from .colours import refuse_channels
 from .discrete import check_finite
 from .planes import NORMS, check_norm
 from .sharing import Progress, steps
@@ -117,7 +118,8 @@ def real_product_fft(
     ----------
     signal : array_like, (..., N1, ..., Nn)
     dimension : int, optional
-        n, the number of last axes, up to 6; by default all.
+        n, the number of last axes, up to 6; by default all. Volumes with the shape of pictures with channels, whose
+        last axis is at most 4, and the others longer, need it.
     norm, workers
         As in `scipy.fft`.
 
@@ -135,6 +137,8 @@ def real_product_fft(
     array = real_array(signal, "signal", (-1,))
     check_finite(array, "signal")
     check_norm(norm)
+    if dimension == 2 or (dimension is None and array.ndim == 3):
+        refuse_channels(array.shape, "signal", f"dimension={array.ndim} takes all axes for those of space")
     n = array.ndim if dimension is None else dimension
     if isinstance(n, bool) or not isinstance(n, (int, np.integer)) or not 1 <= n <= min(array.ndim, _LARGEST):
         raise ValueError(f"dimension: {n!r}; expected 1 to {min(array.ndim, _LARGEST)} for shape {array.shape}")

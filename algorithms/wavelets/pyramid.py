@@ -14,8 +14,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from generated import quaternion
 
-from ..arguments import Reals, real_array
-from .discrete import check_finite, checked_levels
+from ..arguments import Reals
+from .checks import image_stack
+from .discrete import checked_levels
 from .dual_tree import joined, split
 from .phase import quaternion_phase
 from .sharing import Progress, n_threads, steps
@@ -79,8 +80,7 @@ class QuaternionPyramid:
     ) -> None:
         if kind not in _KINDS:
             raise ValueError(f"kind: {kind!r}; expected 'dual-tree' or 'gabor'")
-        array = real_array(image, "image", (-1, -1), "images M N")
-        check_finite(array, "image")
+        array = image_stack(image)
         rows, columns = array.shape[-2:]
         most = int(np.log2(min(rows, columns)))
         count = checked_levels(levels, most, f"as images of {rows} x {columns} pixels have")
@@ -103,7 +103,7 @@ class QuaternionPyramid:
 
     def amplitude(self) -> tuple[dict[str, Reals], ...]:
         """The norms of the details: for each level and band, (..., m, n)."""
-        return tuple({name: quaternion.norm(band) for name, band in level.items()} for level in self.detail)
+        return tuple({name: quaternion_phase(band).amplitude for name, band in level.items()} for level in self.detail)
 
     def phases(self) -> tuple[dict[str, Reals], ...]:
         """Phases phi, theta and psi of the details, see `quaternion_phase`: for each level and band, (..., m, n, 3)."""

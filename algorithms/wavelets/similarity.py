@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import product as every
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.ndimage
@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from generated import quaternion
 
 from ..arguments import Reals, real_array
-from .checks import single_image
+from .checks import in_range, single_image
 from .discrete import check_finite
 from .phase import gabor_bank
 from .sharing import Progress, in_threads, steps
@@ -78,8 +78,7 @@ def similarity_distance(
     interpolated (Bayro-Corrochano, *J. Math. Imaging and Vision* 24:79, 2006; Magarey and Kingsbury, *IEEE Trans.
     Signal Processing* 46:1069, 1998). Least distances are at the true shift to 0.07 pixels on textures.
     """
-    images = _pair(first, second, ("first", "second"))
-    dtype = np.result_type(*images)
+    images, dtype = _pair(first, second, ("first", "second"))
     moves = real_array(shifts, "shifts", (2,), "shifts u v").astype(float).reshape(-1, 2)
     check_finite(moves, "shifts")
     rows, columns = images[0].shape
@@ -124,8 +123,7 @@ def disparity(
     which needs no range, it does not smooth over jumps. On the Motorcycle pair, the median error is 0.18 pixels, and 80
     % are right to one pixel.
     """
-    images = _pair(left, right, ("left", "right"))
-    dtype = np.result_type(*images)
+    images, dtype = _pair(left, right, ("left", "right"))
     for name, value in (("largest", largest), ("smallest", smallest)):
         if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
             raise ValueError(f"{name}: {value!r}; expected a whole number of pixels")
@@ -230,8 +228,12 @@ def _local_frequencies(planes: Reals) -> tuple[Reals, Reals]:
     return u, v
 
 
-def _pair(first: ArrayLike, second: ArrayLike, names: tuple[str, str]) -> list[Reals]:
+def _pair(
+    first: ArrayLike, second: ArrayLike, names: tuple[str, str]
+) -> tuple[list[Reals], np.dtype[np.floating[Any]]]:
+    """Both images, in a range that float32 has too, and the type of results."""
     images = [single_image(image, name) for image, name in zip((first, second), names, strict=True)]
     if images[0].shape != images[1].shape:
         raise ValueError(f"{names[1]}: shape {images[1].shape}; expected that of the other image, {images[0].shape}")
-    return images
+    # Distances compare sizes too: both images are divided by one number.
+    return list(in_range(np.stack(images), (0, 1, 2), np.float32)[0]), np.result_type(*images)

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from generated import vga2, vga3
 
 from ..arguments import Reals, real_array
-from .checks import positive_number
+from .checks import in_range, positive_number
 from .convolution import clifford_convolve, clifford_correlate
 from .discrete import check_finite
 
@@ -187,6 +187,7 @@ def match_template(
         )
     if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or count < 1:
         raise ValueError(f"count: {count!r}; expected a whole number, 1 or more")
+    values, mask = (in_range(each, tuple(range(each.ndim)))[0] for each in (values, mask))
     mask = mask.astype(values.dtype)
     window = _ball(mask.shape[:-1]) if turned == "whole" else np.ones(mask.shape[:-1])
     rotors = _turns(dimension, turned)
