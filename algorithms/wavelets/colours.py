@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -106,3 +108,17 @@ def refuse_channels(shape: tuple[int, ...], name: str, choice: str = _ONE_BY_ONE
             "grey values, or numpy.moveaxis(image, -1, 0) for each channel as an image; from_rgb makes quaternions of "
             f"colours, for qft. {choice}"
         )
+
+
+def quaternions_meant(array: Reals, dtype: np.dtype[Any], values: str | None) -> bool:
+    """Whether an image, which came with this type, is one of quaternions rather than real."""
+    if values is not None:
+        if values not in ("real", "quaternion"):
+            raise ValueError(f"values: {values!r}; expected 'real', 'quaternion' or None")
+        if values == "quaternion":
+            real_array(array, "image", (-1, -1, 4), "quaternions M N 4")
+        return values == "quaternion"
+    four = array.ndim > 2 and array.shape[-1] == 4
+    if not four or (dtype.kind == "u" and dtype.itemsize <= 2):
+        refuse_channels(array.shape, "image", "values='real' takes stacks of images of so few columns")
+    return four

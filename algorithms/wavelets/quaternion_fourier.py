@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from generated import quaternion
 
 from ..arguments import Reals, real_array
-from .colours import refuse_channels
+from .colours import quaternions_meant, refuse_channels
 from .planes import Complexes, Directions, check_norm, through_planes
 from .sharing import in_threads, slices
 
@@ -77,8 +77,7 @@ def qft(
     Parameters
     ----------
     image : array_like, (..., M, N) or (..., M, N, 4)
-        Real images, or quaternions (w, x, y, z), scalar first; of colours, those of `from_rgb`. float32 gives float32;
-        integers become float64.
+        Real images, or quaternions (w, x, y, z), such as of `from_rgb`. float32 stays; integers become float64.
     side : str
         "two", "left" or "right": where the exponentials stand, see `Side`.
     axes : (axis, axis)
@@ -89,9 +88,8 @@ def qft(
     workers : int, optional
         As in `scipy.fft`.
     values : str, optional
-        "real" or "quaternion". By default an array of three axes or more whose last has length 4 is taken for
-        quaternions, unless its numbers are bytes or words without sign, as those of RGBA pictures; these, and arrays
-        with the shape of pictures with other channels, are refused.
+        "real" or "quaternion". By default, where the last of three axes or more has length 4, "quaternion", except for
+        bytes and words without sign. These, which may be RGBA, and other shapes of pictures with channels are refused.
 
     Returns
     -------
@@ -112,7 +110,7 @@ def qft(
     """
     array = real_array(image, "image")
     where, mu, nu = _options(side, axes, norm)
-    if not _quaternions_meant(array, np.asarray(image).dtype, values):
+    if not quaternions_meant(array, np.asarray(image).dtype, values):
         array = real_array(array, "image", (-1, -1), "real images M N, or quaternions M N 4")
         _check_size(array.shape, "image")
         return _checked(_of_real(array, _exponents(where, mu, nu), array.shape[-1], norm, workers), "image")
@@ -226,20 +224,6 @@ def irqft(
     if not np.isfinite(images[..., 0, 0]).all():
         raise ValueError("spectrum: a number, or the sum of all, is not finite; expected finite numbers")
     return _mirrored(images, -1) if opposite else images
-
-
-def _quaternions_meant(array: Reals, dtype: np.dtype[Any], values: str | None) -> bool:
-    """Whether an image, which came with this type, is one of quaternions rather than real."""
-    if values is not None:
-        if values not in ("real", "quaternion"):
-            raise ValueError(f"values: {values!r}; expected 'real', 'quaternion' or None")
-        if values == "quaternion":
-            real_array(array, "image", (-1, -1, 4), "quaternions M N 4")
-        return values == "quaternion"
-    four = array.ndim > 2 and array.shape[-1] == 4
-    if not four or (dtype.kind == "u" and dtype.itemsize <= 2):
-        refuse_channels(array.shape, "image", "values='real' takes stacks of images of so few columns")
-    return four
 
 
 def _of_quaternions(
