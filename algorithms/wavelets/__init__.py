@@ -41,6 +41,7 @@ from .pseudoscalar_fourier import (
 )
 from .pyramid import QuaternionPyramid
 from .quaternion_fourier import Side, iqft, irqft, qft, rqft
+from .scalar_convolution import convolve, correlate
 from .similarity import Disparity, disparity, similarity_distance
 from .spherical_wavelet import sphere_versor, sphere_wavelet
 from .texture import texture_features
@@ -73,6 +74,8 @@ __all__ = [
     "complex_pyramid",
     "conformal_wavelet",
     "continuous_wavelet",
+    "convolve",
+    "correlate",
     "denoise",
     "derivative_mask",
     "discrete_wavelet",

@@ -11,6 +11,7 @@ import scipy.fft
 from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import Reals, real_array
+from .checks import back_in_range, in_range
 from .discrete import check_finite
 from .sharing import n_threads
 
@@ -109,6 +110,8 @@ def _combined(
         check_finite(array, name)
     dtype = np.result_type(values, weights)
     values, weights = values.astype(dtype, copy=False), weights.astype(dtype, copy=False)
+    (values, moved), (weights, moved_too) = (in_range(each, tuple(range(each.ndim))) for each in (values, weights))
+    exponents = (moved + moved_too).reshape(1)
     large, small = values.shape[:-1], weights.shape[:-1]
     if mode in ("valid", "wrap") and any(n > m for m, n in zip(large, small, strict=True)):
         raise ValueError(f"mask: {small} is larger than the field, {large}; expected one that fits for mode {mode!r}")
@@ -128,10 +131,12 @@ def _combined(
     result = combine(values, weights, product, whole, workers)
     if mode == "wrap":
         # A turned mask begins at 1 - its size.
-        return np.roll(result, [1 - n for n in small], space) if correlation else result
+        return back_in_range(
+            np.roll(result, [1 - n for n in small], space) if correlation else result, exponents, "field"
+        )
     start = {"full": (0,) * len(small), "same": [(n - 1) // 2 for n in small], "valid": [n - 1 for n in small]}[mode]
     size = {"full": whole, "same": large, "valid": [m - n + 1 for m, n in zip(large, small, strict=True)]}[mode]
-    return result[tuple(slice(a, a + n) for a, n in zip(start, size, strict=True))]
+    return back_in_range(result[tuple(slice(a, a + n) for a, n in zip(start, size, strict=True))], exponents, "field")
 
 
 def _direct(values: Reals, weights: Reals, product: Product, whole: tuple[int, ...], workers: int | None) -> Reals:
