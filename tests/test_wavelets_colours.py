@@ -16,7 +16,9 @@ from algorithms.wavelets.colours import GREY
 from algorithms.wavelets.pictures import draw_colours, draw_denoised, draw_flow
 
 IMAGES = [
-    name for name, (_, shape) in CALLS.items() if len(shape) == 2 and name not in ("conformal_wavelet", "optical_flow")
+    name
+    for name, (_, shape) in CALLS.items()
+    if len(shape) == 2 and name not in ("conformal_wavelet", "iconformal_wavelet", "optical_flow")
 ]
 """Functions of images of one number per pixel."""
 

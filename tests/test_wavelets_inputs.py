@@ -46,6 +46,10 @@ CALLS: dict[str, tuple[Call, tuple[int, ...]]] = {
     "gabor_bank": (lambda f, **o: w.gabor_bank(f, [(0.1, 0.2)], **o), (19, 17)),
     "geometric_fft": (lambda f, **o: w.geometric_fft(f, vga2.geometric_product, right=E12, **o), (9, 7, 4)),
     "iclifford_fft": (w.iclifford_fft, (9, 7, 4)),
+    "iconformal_wavelet": (
+        lambda f, **o: w.iconformal_wavelet(f, np.eye(3)[:2], np.tile(IDENTITY, (6, 1)), **o).field,
+        (6, 8),
+    ),
     "igeometric_fft": (lambda f, **o: w.igeometric_fft(f, vga2.geometric_product, right=E12, **o), (9, 7, 4)),
     "iproduct_fft": (w.iproduct_fft, (9, 7, 4)),
     "ipseudoscalar_fft": (w.ipseudoscalar_fft, (9, 7, 4)),
@@ -106,6 +110,7 @@ DOUBLE = {
     "convolve",
     "correlate",
     "estimated_noise",
+    "iconformal_wavelet",
     "match_template",
     "sphere_wavelet",
 }

@@ -14,7 +14,7 @@ from .clifford_wavelet import CliffordWavelet, clifford_wavelet
 from .clifford_wavelet_nd import CliffordWaveletND, clifford_wavelet_nd
 from .colours import from_rgb, to_rgb
 from .complex_pyramid import ComplexPyramid, complex_pyramid
-from .conformal_wavelet import conformal_wavelet, similarity_versor
+from .conformal_wavelet import ConformalInverse, conformal_wavelet, iconformal_wavelet, similarity_versor
 from .continuous import ContinuousWavelet, admissibility, continuous_wavelet
 from .convolution import clifford_convolve, clifford_correlate
 from .denoise import denoise, estimated_noise
@@ -51,6 +51,7 @@ __all__ = [
     "CliffordWavelet",
     "CliffordWaveletND",
     "ComplexPyramid",
+    "ConformalInverse",
     "ContinuousWavelet",
     "Disparity",
     "DualTree",
@@ -87,6 +88,7 @@ __all__ = [
     "gabor_bank",
     "geometric_fft",
     "iclifford_fft",
+    "iconformal_wavelet",
     "igeometric_fft",
     "iproduct_fft",
     "ipseudoscalar_fft",

@@ -111,9 +111,9 @@ class Samples(NamedTuple):
 
     Attributes
     ----------
-    values : array, (P, ...)
-    places : array, (P, 3)
-    moves : array, (K, 16)
+    values : array, (P, ...), or (K, ...)
+    places : array, (P, n)
+    moves : array, (K, 2**(n + 1))
     weights : array, (P,) or ()
     frequency, sigma : float
     """
@@ -128,11 +128,12 @@ class Samples(NamedTuple):
 
 def samples(
     field: tuple[str, ArrayLike, tuple[int, ...], str],
-    points: tuple[str, ArrayLike, str],
-    versors: ArrayLike,
+    points: tuple[str, ArrayLike, int, str],
+    versors: tuple[str, ArrayLike, int, str],
     frequency: float,
     sigma: float,
     weights: ArrayLike,
+    per_versor: bool = False,
 ) -> Samples:
     """What conformal wavelets take, checked.
 
@@ -140,9 +141,12 @@ def samples(
     ----------
     field : (name, array_like, shape, meaning)
         As in `real_array`.
-    points : (name, array_like, meaning)
-    versors, frequency, sigma, weights
+    points, versors : (name, array_like, length, meaning)
+        Of the last axis.
+    frequency, sigma, weights
         As in `conformal_wavelet`.
+    per_versor : bool
+        Whether there is one value for each versor, rather than for each point.
 
     Raises
     ------
@@ -150,16 +154,22 @@ def samples(
         Where arguments are not finite real numbers of these shapes, and frequency or sigma are not positive.
     """
     name, value, shape, meaning = field
-    where, points_value, points_meaning = points
+    where, points_value, dimension, points_meaning = points
+    versors_name, versors_value, size, versors_meaning = versors
     values = real_array(value, name, shape, meaning)
-    places = real_array(points_value, where, (-1, 3), points_meaning)
-    moves = real_array(versors, "versors", (16,), "even elements of G(4,1)").reshape(-1, 16)
+    places = real_array(points_value, where, (-1, dimension), points_meaning)
+    moves = real_array(versors_value, versors_name, (size,), versors_meaning).reshape(-1, size)
     shares = real_array(weights, "weights")
-    if values.ndim != len(shape) or places.shape != (len(values), 3):
-        raise ValueError(f"{where}: shape {places.shape}; expected ({len(values)}, 3), one for each of {name}")
-    if shares.shape not in ((), (len(values),)):
+    if per_versor:
+        if values.ndim != len(shape) or len(values) != len(moves) or places.ndim != 2:
+            raise ValueError(f"{name}: shape {values.shape}; expected one for each of {len(moves)} {versors_name}")
+    elif values.ndim != len(shape) or places.shape != (len(values), dimension):
+        raise ValueError(
+            f"{where}: shape {places.shape}; expected ({len(values)}, {dimension}), one for each of {name}"
+        )
+    if shares.shape not in ((), (len(places),)):
         raise ValueError(f"weights: shape {shares.shape}; expected one number, or one for each of {where}")
-    for what, array in ((name, values), (where, places), ("versors", moves), ("weights", shares)):
+    for what, array in ((name, values), (where, places), (versors_name, moves), ("weights", shares)):
         check_finite(array, what)
     return Samples(
         values, places, moves, shares, positive_number(frequency, "frequency"), positive_number(sigma, "sigma")

@@ -1,16 +1,40 @@
-"""Continuous wavelets of fields in space whose parameters are conformal versors."""
+"""Continuous wavelets of fields in the plane and in space whose parameters are conformal versors, and the inverse."""
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import ArrayLike
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
-from generated import cga3, vga3
+import numpy as np
+import scipy.linalg
+from numpy.typing import ArrayLike, NDArray
+
+from generated import cga2, cga3, vga2, vga3
 
 from ..arguments import Reals, real_array
-from .checks import samples
+from .checks import Samples, positive_number, samples
 from .discrete import check_finite
 from .sharing import Progress, in_threads, steps
+
+_CONFORMAL: dict[int, Any] = {2: cga2, 3: cga3}
+_ALGEBRAS: dict[int, Any] = {2: vga2, 3: vga3}
+_NAMES = {2: "G(3,1)", 3: "G(4,1)"}
+
+
+class ConformalInverse(NamedTuple):
+    """What `iconformal_wavelet` gives.
+
+    Attributes
+    ----------
+    field : array, (P, 4) or (P, 8)
+        Elements of G(2) or G(3).
+    rank : int
+        How many combinations of points the coefficients determine. Where that is P, `field` is the only one with
+        coefficients nearest to the given ones; else the smallest of them.
+    """
+
+    field: Reals
+    rank: int
 
 
 def similarity_versor(shift: ArrayLike, rotor: ArrayLike, scale: ArrayLike) -> Reals:
@@ -18,36 +42,32 @@ def similarity_versor(shift: ArrayLike, rotor: ArrayLike, scale: ArrayLike) -> R
 
     Parameters
     ----------
-    shift : array_like, (..., 3)
-    rotor : array_like, (..., 4)
-        Unit rotors 1 e12 e13 e23.
+    shift : array_like, (..., 2) or (..., 3)
+    rotor : array_like, (..., 2) or (..., 4)
+        Unit rotors 1 e12, or 1 e12 e13 e23.
     scale : array_like, (...)
         Positive numbers.
 
     Returns
     -------
-    array, (..., 16)
-        Even elements of G(4,1), in the order of ``cga3.even_product``.
+    array, (..., 8) or (..., 16)
+        Even elements of G(3,1), in the order of ``cga2.even_product``, or of G(4,1), of ``cga3.even_product``.
 
     Raises
     ------
     TypeError, ValueError
         Where arguments are not real numbers of these shapes, or a scale is not positive.
     """
-    motor = cga3.motor_from_rotor_translation(real_array(rotor, "rotor", (4,)), real_array(shift, "shift", (3,)))
-    factor = real_array(scale, "scale")
-    for name, array in (("shift", shift), ("rotor", rotor), ("scale", factor)):
-        check_finite(np.asarray(array), name)
+    place = real_array(shift, "shift", (-1,), "x y or x y z")
+    algebra = _CONFORMAL[_dimension(place, "shift")]
+    turn, factor = real_array(rotor, "rotor", (2 * place.shape[-1] - 2,)), real_array(scale, "scale")
+    for name, array in (("shift", place), ("rotor", turn), ("scale", factor)):
+        check_finite(array, name)
     if not (factor > 0).all():
         raise ValueError("scale: a number is not positive; expected positive scales")
-    dilator = cga3.dilator_from_scale(factor)
-    blades = cga3.even_product.layouts["a"].blades
-    parts = []
-    for part, kernel in ((motor, cga3.motor_from_rotor_translation), (dilator, cga3.dilator_from_scale)):
-        element = np.zeros((*part.shape[:-1], 16), part.dtype)
-        element[..., [blades.index(name) for name in kernel.layouts["out"].blades]] = part
-        parts.append(element)
-    result: Reals = cga3.even_product(*parts)
+    motor = algebra.versor_from_motor(algebra.motor_from_rotor_translation(turn, place))
+    dilator = algebra.versor_from_dilator(algebra.dilator_from_scale(factor))
+    result: Reals = algebra.even_product(motor, dilator)
     return result
 
 
@@ -61,21 +81,22 @@ def conformal_wavelet(
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> Reals:
-    """The wavelet transform of a sampled field in space by Gabor wavelets that conformal versors move.
+    """The wavelet transform of a sampled field by Gabor wavelets that conformal versors move.
 
     Parameters
     ----------
-    field : array_like, (P, 8)
-        Elements of G(3), of coefficients 1 e1 e2 e3 e12 e13 e23 e123.
-    points : array_like, (P, 3)
+    field : array_like, (P, 4) or (P, 8)
+        In the plane, elements of G(2), of coefficients 1 e1 e2 e12; in space, of G(3), of coefficients
+        1 e1 e2 e3 e12 e13 e23 e123.
+    points : array_like, (P, 2) or (P, 3)
         Where they are.
-    versors : array_like, (K, 16)
-        Unit even versors of G(4,1), of `similarity_versor`, ``cga3.versor_exponential`` or products: similarities and
-        transversions.
+    versors : array_like, (K, 8) or (K, 16)
+        Unit even versors of G(3,1) or G(4,1), of `similarity_versor`, ``versor_exponential`` of `generated.cga2` or
+        `generated.cga3`, or products: similarities and transversions.
     frequency, sigma : float
         Of the wavelet that the versor 1 stands for: radians per unit of length along e1, and the standard deviation.
     weights : array_like, (P,) or a number
-        The volume for which each point stands.
+        The area or volume for which each point stands.
     workers : int, optional
         How many threads share the versors, counted as in `scipy.fft`; the result is the same.
     progress : function of (done, total), optional
@@ -83,7 +104,7 @@ def conformal_wavelet(
 
     Returns
     -------
-    array, (K, 8)
+    array, (K, 4) or (K, 8)
         ``W(U) = sum f(x) ~psi(y) |dy / dx|**(1/2) weight`` with the point y of ``~U X U``, of the points X at x.
 
     Raises
@@ -94,34 +115,132 @@ def conformal_wavelet(
 
     Notes
     -----
-    The wavelet is that of `clifford_wavelet`. A conformal map scales lengths at x by ``1 / |m|``, where m is the weight
-    of the moved point, the coefficient of e0; so a moved wavelet has the norm of the first one, and moving field and
-    wavelet alike changes nothing: ``W[V f](V U) = W[f](U)``.
+    The wavelet is that of `clifford_wavelet_nd`, and in space of `clifford_wavelet`. A conformal map scales lengths at
+    x by ``1 / |m|``, where m is the weight of the moved point, the coefficient of e0; so a moved wavelet has the norm
+    of the first one, and moving field and wavelet alike changes nothing: ``W[V f](V U) = W[f](U)``. In the plane the
+    pseudoscalar exchanges with even elements only: the field is the first factor.
     """
-    field_of = ("field", field, (-1, 8), "elements of G(3)")
-    known = samples(field_of, ("points", points, "points"), versors, frequency, sigma, weights)
-    embedded, backward = cga3.embed_point(known.places), cga3.even_reverse(known.moves)
-    result = np.empty((len(backward), 8), np.result_type(known.values, known.places, known.moves))
-    told = steps(progress, len(backward))
+    known, dimension = _samples("field", field, points, versors, frequency, sigma, weights)
+    result = np.empty((len(known.moves), 2**dimension), np.result_type(known.values, known.places, known.moves))
+    wavelet, told = _reversed_wavelets(known, dimension), steps(progress, len(known.moves))
+    product = _ALGEBRAS[dimension].geometric_product
 
     def compare(k: int) -> None:
-        moved = cga3.transform_vector(backward[k], embedded)
-        weight = moved[:, 3]
-        if not np.abs(weight).min() > 0:
-            raise ValueError(f"versors: number {k} takes a point of the field to infinity; expected finite points")
-        share = known.weights * np.abs(weight) ** -1.5
-        mother = _reversed_gabor(moved[:, :3] / weight[:, None], known.frequency, known.sigma) * share[:, None]
-        result[k] = vga3.geometric_product(known.values, mother).sum(0)
+        scalar, pseudoscalar, share = wavelet(k)
+        mother = np.zeros((len(scalar), 2**dimension), scalar.dtype)
+        mother[:, 0], mother[:, -1] = scalar, pseudoscalar
+        result[k] = product(known.values, mother * (known.weights * share)[:, None]).sum(0)
         told()
 
-    in_threads(compare, range(len(backward)), workers)
+    in_threads(compare, range(len(known.moves)), workers)
     return result
 
 
-def _reversed_gabor(y: Reals, frequency: float, sigma: float) -> Reals:
-    """The reverse of the wavelet, which negates e123."""
-    g = np.exp(-((y / sigma) ** 2).sum(-1) / 2) / (2 * np.pi * sigma**2) ** 1.5
-    result = np.zeros((len(y), 8), y.dtype)
-    result[:, 0] = g * (np.cos(frequency * y[:, 0]) - np.exp(-((frequency * sigma) ** 2) / 2))
-    result[:, 7] = -g * np.sin(frequency * y[:, 0])
-    return result
+def iconformal_wavelet(
+    coefficients: ArrayLike,
+    points: ArrayLike,
+    versors: ArrayLike,
+    frequency: float = 1.5,
+    sigma: float = 2.0,
+    weights: ArrayLike = 1.0,
+    tolerance: float = 1e-10,
+    workers: int | None = None,
+    progress: Progress | None = None,
+) -> ConformalInverse:
+    """The field whose `conformal_wavelet` is nearest to given coefficients.
+
+    Parameters
+    ----------
+    coefficients : array_like, (K, 4) or (K, 8)
+        One element of G(2) or G(3) for each versor.
+    points, versors, frequency, sigma, weights
+        Those of the transform. Weights are positive.
+    tolerance : float
+        Combinations of points count where their singular values are larger than this part of the largest one.
+    workers, progress
+        As in `conformal_wavelet`.
+
+    Returns
+    -------
+    ConformalInverse
+        To rounding over `tolerance`, relative to the largest number.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As in `conformal_wavelet`.
+
+    Notes
+    -----
+    The least-squares solution, and of several the one with the least sum of squares times weights. Multiplication by
+    wavelets from the right acts on pairs of coefficients as on complex numbers, so it takes one complex matrix of K by
+    P numbers and its singular values, in time that grows with ``K P min(K, P)``. For all shifts on a periodic grid,
+    `clifford_wavelet_nd` has a faster inverse.
+    """
+    known, dimension = _samples("coefficients", coefficients, points, versors, frequency, sigma, weights)
+    cut = positive_number(tolerance, "tolerance")
+    if not (known.weights > 0).all():
+        raise ValueError("weights: a number is not positive; expected positive weights")
+    roots = np.broadcast_to(np.sqrt(known.weights), len(known.places))
+    matrix = np.empty((len(known.moves), len(roots)), np.result_type(known.places, known.moves, np.complex64))
+    wavelet, told = _reversed_wavelets(known, dimension), steps(progress, len(known.moves))
+
+    def fill(k: int) -> None:
+        scalar, pseudoscalar, share = wavelet(k)
+        matrix[k] = (scalar + 1j * pseudoscalar) * (share * roots)
+        told()
+
+    in_threads(fill, range(len(known.moves)), workers)
+    algebra = _ALGEBRAS[dimension]
+    numbers = np.stack([pair[:, 0] + 1j * pair[:, 1] for pair in algebra.pack_field(known.values)], -1)
+    solution, _, rank, _ = scipy.linalg.lstsq(matrix, numbers, cut, overwrite_a=True, check_finite=False)
+    solution = (solution / roots[:, None]).astype(np.result_type(matrix, numbers))
+    field = algebra.unpack_field(*(np.stack([part.real, part.imag], -1) for part in solution.T))
+    return ConformalInverse(np.asarray(field), int(rank))
+
+
+def _samples(
+    name: str,
+    values: ArrayLike,
+    points: ArrayLike,
+    versors: ArrayLike,
+    frequency: float,
+    sigma: float,
+    weights: ArrayLike,
+) -> tuple[Samples, int]:
+    """The arguments, checked, and the dimension of space."""
+    dimension = _dimension(real_array(points, "points", (-1, -1), "points x y or x y z"), "points")
+    meaning = f"elements of G({dimension})"
+    given = (name, values, (-1, 2**dimension), meaning)
+    moves = ("versors", versors, 2 ** (dimension + 1), f"even elements of {_NAMES[dimension]}")
+    places = ("points", points, dimension, "points")
+    return samples(given, places, moves, frequency, sigma, weights, name == "coefficients"), dimension
+
+
+def _dimension(array: Reals, name: str) -> int:
+    if array.shape[-1] not in _CONFORMAL:
+        raise ValueError(f"{name}: shape {array.shape}; expected (..., 2), in the plane, or (..., 3), in space")
+    return int(array.shape[-1])
+
+
+def _reversed_wavelets(known: Samples, dimension: int) -> Callable[[int], tuple[Reals, Reals, Reals]]:
+    """For each versor, the reverse of its wavelet at all points, which negates the pseudoscalar.
+
+    What is given takes the number of the versor, and gives the scalar and the pseudoscalar part of the reverse of
+    psi(y), and ``|dy / dx|**(1/2)``.
+    """
+    algebra = _CONFORMAL[dimension]
+    embedded, backward = algebra.embed_point(known.places), algebra.even_reverse(known.moves)
+    frequency, sigma = known.frequency, known.sigma
+
+    def wavelet(k: int) -> tuple[Reals, Reals, Reals]:
+        moved = algebra.transform_vector(backward[k], embedded)
+        weight = moved[:, dimension]
+        if not np.abs(weight).min() > 0:
+            raise ValueError(f"versors: number {k} takes a point of the field to infinity; expected finite points")
+        y: NDArray[Any] = moved[:, :dimension] / weight[:, None]
+        g = np.exp(-((y / sigma) ** 2).sum(-1) / 2) / (2 * np.pi * sigma**2) ** (dimension / 2)
+        scalar = g * (np.cos(frequency * y[:, 0]) - np.exp(-((frequency * sigma) ** 2) / 2))
+        return scalar, -g * np.sin(frequency * y[:, 0]), np.abs(weight) ** (-dimension / 2)
+
+    return wavelet

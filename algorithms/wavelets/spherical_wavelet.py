@@ -97,8 +97,8 @@ def sphere_wavelet(
     """
     known = samples(
         ("image", image, (-1,), "numbers"),
-        ("directions", directions, "unit vectors"),
-        versors,
+        ("directions", directions, 3, "unit vectors"),
+        ("versors", versors, 16, "even elements of G(4,1)"),
         frequency,
         sigma,
         weights,
