@@ -42,7 +42,7 @@ def real_array(value: ArrayLike, name: str, shape: tuple[int, ...] = (), meaning
     """
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
         raise ValueError(
-            f"{name}: {np.ma.count_masked(value)} masked numbers; expected an array without a mask: give them values "
+            f"{name}: {int(np.ma.getmaskarray(value).sum())} masked numbers; expected an array without a mask: give them values "
             "with numpy.ma.filled, or leave them out"
         )
     try:
