@@ -41,9 +41,10 @@ def real_array(value: ArrayLike, name: str, shape: tuple[int, ...] = (), meaning
         Where the shape is another, or numbers are masked.
     """
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
+        count = int(np.ma.getmaskarray(value).sum())
         raise ValueError(
-            f"{name}: {int(np.ma.getmaskarray(value).sum())} masked numbers; expected an array without a mask: give them values "
-            "with numpy.ma.filled, or leave them out"
+            f"{name}: {count} masked numbers; expected an array without a mask: give them values with numpy.ma.filled, "
+            "or leave them out"
         )
     try:
         array = np.asarray(value)

@@ -121,7 +121,7 @@ def test_small_stacks_are_no_pictures() -> None:
 
 
 def test_stacks_of_few_columns() -> None:
-    """Where a function can be told what is meant, it does that."""
+    """Explicit arguments say what is meant."""
     stack = np.random.default_rng(0).normal(size=(5, 32, 4))
     assert np.abs(qft(stack, values="real")[1] - qft(stack[1])).max() < 1e-13
     assert np.abs(qft(stack) - qft(stack, values="quaternion")).max() == 0

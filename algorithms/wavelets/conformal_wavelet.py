@@ -122,7 +122,7 @@ def conformal_wavelet(
     """
     known, dimension = _samples("field", field, points, versors, frequency, sigma, weights)
     result = np.empty((len(known.moves), 2**dimension), np.result_type(known.values, known.places, known.moves))
-    wavelet, told = _reversed_wavelets(known, dimension), steps(progress, len(known.moves))
+    wavelet, advance = _reversed_wavelets(known, dimension), steps(progress, len(known.moves))
     product = _ALGEBRAS[dimension].geometric_product
 
     def compare(k: int) -> None:
@@ -130,7 +130,7 @@ def conformal_wavelet(
         mother = np.zeros((len(scalar), 2**dimension), scalar.dtype)
         mother[:, 0], mother[:, -1] = scalar, pseudoscalar
         result[k] = product(known.values, mother * (known.weights * share)[:, None]).sum(0)
-        told()
+        advance()
 
     in_threads(compare, range(len(known.moves)), workers)
     return result
@@ -183,12 +183,12 @@ def iconformal_wavelet(
         raise ValueError("weights: a number is not positive; expected positive weights")
     roots = np.broadcast_to(np.sqrt(known.weights), len(known.places))
     matrix = np.empty((len(known.moves), len(roots)), np.result_type(known.places, known.moves, np.complex64))
-    wavelet, told = _reversed_wavelets(known, dimension), steps(progress, len(known.moves))
+    wavelet, advance = _reversed_wavelets(known, dimension), steps(progress, len(known.moves))
 
     def fill(k: int) -> None:
         scalar, pseudoscalar, share = wavelet(k)
         matrix[k] = (scalar + 1j * pseudoscalar) * (share * roots)
-        told()
+        advance()
 
     in_threads(fill, range(len(known.moves)), workers)
     algebra = _ALGEBRAS[dimension]

@@ -169,8 +169,8 @@ def local_phase(
     -----
     Phases are not reliable near zeros of the amplitude, and where the frequency leaves the band (Fleet and Jepson,
     *IEEE Trans. Pattern Analysis and Machine Intelligence* 15:1253, 1993). Both show in the phases of the eight
-    neighbours, which the confidence compares with those that the frequency predicts. By the confidence, phases of moved
-    textures whose change is predicted to 0.2 radians are told from others with an area under the curve of at least
+    neighbours, which the confidence compares with those that the frequency predicts. The confidence separates phases
+    of moved textures whose change is predicted to 0.2 radians from others with an area under the curve of at least
     0.97 for motions of (0.8, -0.6) pixels, and 0.85 for (1.7, 1.2).
     """
     array, exponents = in_range(image_stack(image, least=2))
@@ -218,8 +218,8 @@ def quaternion_local_phase(
     unwrapping. One of them vanishes where psi is pi/4 or -pi/4. The confidence compares the phases of the eight
     neighbours with those that the two frequencies predict, in both planes; so it falls too where phi changes along y,
     or theta along x. Phases, which are periodic by pi together, of moved textures whose changes are both predicted to
-    0.2 radians are told from others with an area under the curve of at least 0.93 for motions of (0.8, -0.6) pixels,
-    and 0.85 for (1.7, 1.2).
+    0.2 radians are separated from others with an area under the curve of at least 0.93 for motions of (0.8, -0.6)
+    pixels, and 0.85 for (1.7, 1.2).
     """
     array, exponents = in_range(image_stack(image, least=2))
     q = gabor_bank(array, [frequency], sigma, balanced, aspect=aspect, truncate=truncate)[..., 0, :, :, :]

@@ -29,8 +29,8 @@ def convolve(
     Parameters
     ----------
     field : array_like, (..., N1, ..., Nn)
-        Real numbers, in as many last axes as the mask has; axes before them are those of a stack. float32 stays where
-        both are; integers become float64.
+        Real numbers, in as many last axes as the mask has; axes before them are those of a stack. float32 is kept
+        where both are; integers become float64.
     mask : array_like, (K1, ..., Kn)
         May be larger than the field, except for "valid".
     mode : str
