@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from generated import quaternion
 
 from ..arguments import Reals, finite_number, real_array
-from .checks import back_in_range, image_stack, in_range, positive_number
+from .checks import image_stack, in_range, positive_number
 from .sharing import in_threads
 
 _TRUNCATE = 4.0
@@ -63,16 +63,32 @@ def quaternion_phase(q: ArrayLike) -> Phase:
     array = real_array(q, "q", (4,), "quaternions")
     parts = [np.asarray(part) for part in quaternion.to_phases(array)]
     amplitude = parts[0]
-    # Squares of other numbers leave the range of floats, as those of 0 and of what is not finite seem to.
-    low, high = (float(bound) ** 0.25 for bound in (np.finfo(array.dtype).tiny, np.finfo(array.dtype).max))
-    outside = ~((amplitude > low) & (amplitude < high))
+    outside = _outside(amplitude)
     if outside.any():
         some, exponents = in_range(array[outside], (-1,))
         for part, found in zip(parts, quaternion.to_phases(some), strict=True):
             part[outside] = found
-        amplitude[outside] = back_in_range(amplitude[outside], exponents[..., 0], "q")
+        with np.errstate(over="ignore"):
+            amplitude[outside] = np.ldexp(amplitude[outside], exponents[..., 0])
     _, phi, theta, psi, cosine = parts
     return Phase(amplitude, phi, theta, psi, np.asarray(cosine < 16 * np.finfo(array.dtype).eps))
+
+
+def amplitudes(q: Reals) -> Reals:
+    """Norms of quaternions (..., 4) of any size."""
+    found = np.asarray(quaternion.norm(q))
+    outside = _outside(found)
+    if outside.any():
+        some, exponents = in_range(q[outside], (-1,))
+        with np.errstate(over="ignore"):
+            found[outside] = np.ldexp(quaternion.norm(some), exponents[..., 0])
+    return found
+
+
+def _outside(amplitude: Reals) -> NDArray[np.bool_]:
+    """Where squares may have left the range of floats, as those of 0 and of what is not finite seem to have."""
+    low, high = (float(bound) ** 0.25 for bound in (np.finfo(amplitude.dtype).tiny, np.finfo(amplitude.dtype).max))
+    return ~((amplitude > low) & (amplitude < high))
 
 
 def gabor_bank(

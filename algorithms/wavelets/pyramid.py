@@ -18,7 +18,7 @@ from ..arguments import Reals
 from .checks import image_stack
 from .discrete import checked_levels
 from .dual_tree import joined, split
-from .phase import quaternion_phase
+from .phase import amplitudes, quaternion_phase
 from .sharing import Progress, n_threads, steps
 
 _FIRST, _LATER = "near_sym_b", "qshift_b"
@@ -103,7 +103,7 @@ class QuaternionPyramid:
 
     def amplitude(self) -> tuple[dict[str, Reals], ...]:
         """The norms of the details: for each level and band, (..., m, n)."""
-        return tuple({name: quaternion_phase(band).amplitude for name, band in level.items()} for level in self.detail)
+        return tuple({name: amplitudes(band) for name, band in level.items()} for level in self.detail)
 
     def phases(self) -> tuple[dict[str, Reals], ...]:
         """Phases phi, theta and psi of the details, see `quaternion_phase`: for each level and band, (..., m, n, 3)."""
