@@ -88,7 +88,7 @@ def amplitudes(q: Reals) -> Reals:
 def _outside(amplitude: Reals) -> NDArray[np.bool_]:
     """Where squares may have left the range of floats, as those of 0 and of what is not finite seem to have."""
     low, high = (float(bound) ** 0.25 for bound in (np.finfo(amplitude.dtype).tiny, np.finfo(amplitude.dtype).max))
-    return ~((amplitude > low) & (amplitude < high))
+    return np.asarray(~((amplitude > low) & (amplitude < high)))
 
 
 def gabor_bank(
