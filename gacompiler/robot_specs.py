@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from math import floor, log10
+from decimal import Decimal
 from pathlib import Path
 from textwrap import wrap
 
@@ -74,6 +74,7 @@ def spec_text(name: str, chain: Chain, source: str) -> str:
     chain : Chain
         Numbers that are within 5e-11 (of their unit; for tensors, of their largest entry) of one with six decimals
         become that: quarter turns are written with eleven digits in many files, and their cosines are meant to vanish.
+        Tensors are written to fifteen digits of their largest entry.
     source : str
         Where the numbers are from, a sentence or two.
     """
@@ -149,13 +150,16 @@ def _rows(name: str, rows: Sequence[tuple[Number, ...]]) -> str:
     return "".join([f"    {name}=(\n", *(_literal("", list(map(repr, row)), 8) for row in rows), "    ),\n"])
 
 
-def _nice(x: Number, unit: float = 1.0) -> float:
-    near = round(float(x) / unit, 6) * unit
-    near = round(near, 6 - floor(log10(unit)))
+def _nice(x: Number, decade: int = 0) -> float:
+    """A number, or where it is within 5e-11 units of it, the one with six decimals of the unit ``10**decade``."""
+    unit = float(f"1e{decade}")
+    near = round(round(float(x) / unit, 6) * unit, 6 - decade)
     return (near if abs(float(x) - near) <= 5e-11 * unit else float(x)) + 0.0
 
 
 def _nice_body(row: tuple[Number, ...]) -> tuple[float, ...]:
-    largest = max(map(abs, map(float, row[4:])))
-    unit = 10.0 ** floor(log10(largest)) if largest else 1.0
-    return (float(row[0]), *map(_nice, row[1:4]), *(_nice(x, unit) for x in row[4:]))
+    # Of the decimal that is printed: logarithms need not be whole at powers of ten.
+    largest = Decimal(repr(max(map(abs, map(float, row[4:])))))
+    decade = largest.adjusted() if largest else 0
+    # Fifteen digits: what is beyond them was left by moving the tensor, and keeps equal moments from being equal.
+    return (float(row[0]), *map(_nice, row[1:4]), *(_nice(round(float(x), 14 - decade), decade) for x in row[4:]))

@@ -82,7 +82,10 @@ def about_centre(inertia: NDArray[np.float64]) -> NDArray[np.float64]:
         return row
     c = h / mass
     row[1:4] = c
-    row[4:] += np.array([h[i] * c[j] - (h @ c if i == j else 0.0) for i in range(3) for j in range(i, 3)])
+    # Sums in one order on every machine, which BLAS does not promise: `gac robot` writes these numbers into specs.
+    row[4:] += np.array(
+        [h[i] * c[j] if i != j else -(h[i - 2] * c[i - 2] + h[i - 1] * c[i - 1]) for i in range(3) for j in range(i, 3)]
+    )
     return row
 
 

@@ -14,6 +14,11 @@ def _degrees(*limits: tuple[float, float]) -> tuple[tuple[float, float], ...]:
     return tuple((radians(low), radians(high)) for low, high in limits)
 
 
+def _felt(rotor: float, ratio: float) -> float:
+    """The inertia of a rotor behind gears, as it is felt at the joint."""
+    return rotor * (ratio * ratio)
+
+
 _TOOLBOX = "Robotics Toolbox for Python, models.DH"
 
 PUMA560 = Table(
@@ -31,12 +36,12 @@ PUMA560 = Table(
     "26.45 inches below the shoulder. Armature is rotor inertia times the gear ratio squared; the toolbox counts it in "
     "`rne` and in `inertia`",
     bodies=(
-        Body(0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.35, 0.0, 0.0), 200e-6 * 62.6111**2),
-        Body(17.4, (-0.3638, 0.006, 0.2275), (0.13, 0.0, 0.0, 0.524, 0.0, 0.539), 200e-6 * 107.815**2),
-        Body(4.8, (-0.0203, -0.0141, 0.070), (0.066, 0.0, 0.0, 0.086, 0.0, 0.0125), 200e-6 * 53.7063**2),
-        Body(0.82, (0.0, 0.019, 0.0), (1.8e-3, 0.0, 0.0, 1.3e-3, 0.0, 1.8e-3), 33e-6 * 76.0364**2),
-        Body(0.34, (0.0, 0.0, 0.0), (0.3e-3, 0.0, 0.0, 0.4e-3, 0.0, 0.3e-3), 33e-6 * 71.923**2),
-        Body(0.09, (0.0, 0.0, 0.032), (0.15e-3, 0.0, 0.0, 0.15e-3, 0.0, 0.04e-3), 33e-6 * 76.686**2),
+        Body(0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.35, 0.0, 0.0), _felt(200e-6, 62.6111)),
+        Body(17.4, (-0.3638, 0.006, 0.2275), (0.13, 0.0, 0.0, 0.524, 0.0, 0.539), _felt(200e-6, 107.815)),
+        Body(4.8, (-0.0203, -0.0141, 0.070), (0.066, 0.0, 0.0, 0.086, 0.0, 0.0125), _felt(200e-6, 53.7063)),
+        Body(0.82, (0.0, 0.019, 0.0), (1.8e-3, 0.0, 0.0, 1.3e-3, 0.0, 1.8e-3), _felt(33e-6, 76.0364)),
+        Body(0.34, (0.0, 0.0, 0.0), (0.3e-3, 0.0, 0.0, 0.4e-3, 0.0, 0.3e-3), _felt(33e-6, 71.923)),
+        Body(0.09, (0.0, 0.0, 0.032), (0.15e-3, 0.0, 0.0, 0.15e-3, 0.0, 0.04e-3), _felt(33e-6, 76.686)),
     ),
     limits=_degrees((-160, 160), (-45, 225), (-225, 45), (-110, 170), (-100, 100), (-266, 266)),
 )

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from math import sqrt
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -136,6 +137,12 @@ def _number(
     return float(_numbers(element, key, default, 1, where, infinite)[0])
 
 
+def _length(vector: Floats) -> float:
+    """The length of a vector, summed in one order on every machine: `gac robot` writes what it gives into specs."""
+    x, y, z = map(float, vector)
+    return sqrt(x * x + y * y + z * z)
+
+
 def _motor(element: ElementTree.Element | None, where: str) -> Floats:
     """The motor of an <origin>."""
     r, p, y = _numbers(element, "rpy", "0 0 0", 3, where)
@@ -191,7 +198,7 @@ def _joints(root: ElementTree.Element, links: dict[str, Link], where: str) -> li
             )
         carried[ends[1]] = name
         axis = _numbers(element.find("axis"), "xyz", "1 0 0", 3, here)
-        length = float(np.linalg.norm(axis))
+        length = _length(axis)
         if type_ not in ("fixed", "floating") and length == 0:
             raise DescriptionError(f"{here}: axis of length 0; expected a direction")
         mimic = element.find("mimic")
@@ -318,7 +325,7 @@ _FREE = (
 
 def _in_plane(axis: Floats) -> list[tuple[str, Joint, Floats]]:
     first = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
-    first /= np.linalg.norm(first)
+    first /= _length(first)
     return [
         ("x", Joint.PRISMATIC, first),
         ("y", Joint.PRISMATIC, np.cross(axis, first)),
