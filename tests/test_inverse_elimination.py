@@ -107,6 +107,25 @@ def test_all_branches(name: str) -> None:
         assert found.valid.sum(-1).max() == 16
 
 
+@pytest.mark.parametrize(("name", "size"), [("puma560", 1e-4), ("ur5", 1e-5)])
+def test_rounding_loses_no_branch_where_roots_are_close(name: str, size: float) -> None:
+    """Axes that nearly meet, and wrists that are nearly straight: eigenvectors differ from processor to processor."""
+    rows, rng = calibrated(name, size), np.random.default_rng(5)
+    q = rng.uniform(-pi, pi, (450, 6))
+    q[:150, 4] *= 1e-3
+    q[150:300, 2] *= 1e-3
+    poses, robot = pose_by_matrices(rows, q), Robot.from_dh(rows)
+    counts = []
+    for copy in range(2):
+        slightly = np.where(rng.random(poses.shape) < 0.5, poses, np.nextafter(poses, 10.0)) if copy else poses
+        found = robot.inverse(slightly)
+        away = (found.q - q[:, None] + pi) % (2 * pi) - pi
+        assert found.method == "elimination" and np.nanmin(np.abs(away).max(-1), axis=-1).max() < 1e-5
+        counts.append(found.valid.sum(-1))
+        assert (counts[-1] % 2 == 0).all()
+    assert np.array_equal(*counts)
+
+
 @pytest.mark.parametrize("slides", [(0, 1, 2), (1, 3, 5), (0, 4), (1, 4), (2, 3)], ids=str)
 def test_arms_of_which_several_joints_slide(slides: tuple[int, ...]) -> None:
     rows = random_arm(sum(2**joint for joint in slides), *slides)

@@ -6,7 +6,7 @@ import numpy as np
 
 from ...arguments import Reals
 from .chain import SAME, Chain, apart
-from .search import descend, remainder
+from .search import descend, polish, remainder
 
 _NEAR, _CLOSE, _STEPS = 0.3, 1e-10, 40
 """Candidates nearer than the first to the goal are improved until they are nearer than the second, or left out."""
@@ -47,7 +47,9 @@ def _reached(chain: Chain, which: Reals, q: Reals, goals: Reals) -> tuple[Reals,
     off[rough] = chain.distance(q[rough], goals[which[rough]])
     order = np.argsort(off)
     order = order[off[order] < 10 * _CLOSE]
-    return which[order], chain.wrapped(q[order])
+    which, q = which[order], q[order]
+    # Next to a singularity what is that close to the goal may be far from the branch, and seem to be another.
+    return which, chain.wrapped(polish(chain, q, goals[which]))
 
 
 def _once(chain: Chain, which: Reals, q: Reals, goals: int) -> tuple[Reals, Reals, Reals]:

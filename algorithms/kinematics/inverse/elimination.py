@@ -24,8 +24,12 @@ from .chain import SAME, Chain, apart, direction
 
 _NOT_REAL = 1e-2
 """Imaginary parts up to this, with roots as directions, may be rounding of a double root: Newton's method tells."""
+_ROUGH, _STEPS = 1e-7, 2
+"""Candidates farther than this from their goal get sharper vectors, by so many steps to the root."""
 _TRIALS = 96
 """Random configurations by which one of four ways is chosen: they differ for arms that nearly have a structure."""
+_SURE = 1e-6
+"""Candidates of these are nearer than this, before they are improved, by a way that is well conditioned for the arm."""
 
 _TURN = np.array([[1, 1, 1], [2, -1, -1], [0, np.sqrt(3), -np.sqrt(3)]]) / 3
 """Coefficients of 1, cos, sin from values at 0 and a third of a turn either way."""
@@ -82,12 +86,30 @@ class Elimination:
 
     def solve(self, goals: Reals) -> tuple[Reals, Reals]:
         """Variables (N, 16, 6) and discriminants (N, 16): 0 where branches coincide, NaN where there is no branch."""
+        branches, gap = gathered(self.whole, *self.candidates(goals), goals)
+        # Roots that are not real come in pairs, so that one was missed: perhaps the arm's other end has it.
+        odd = np.flatnonzero(np.isfinite(branches[..., 0]).sum(-1) % 2)
+        other = self._other_end() if len(odd) else None
+        if other is not None:
+            which, place = np.nonzero(np.isfinite(branches[odd, :, 0]))
+            more, q = other.candidates(goals[odd])
+            both = np.concatenate([which, more]), np.concatenate([branches[odd[which], place], q])
+            branches[odd], gap[odd] = gathered(self.whole, *both, goals[odd])
+        return branches, gap
+
+    def _other_end(self) -> Elimination | None:
+        """The same arm from its other end, or None where a slide is there."""
+        backwards = not self.backwards
+        if self.whole.slides[0 if backwards else 5]:
+            return None
+        return _made(self.whole.axes.tobytes(), self.whole.slides, backwards, 4)
+
+    def candidates(self, goals: Reals) -> tuple[Reals, Reals]:
+        """Which goals, (K,), and configurations of the arm as it was given that may reach them, (K, 6)."""
         scale = np.array([1.0] * 4 + [1 / self.whole.size] * 4)
-        some = pga3.motor_inverse(goals) if self.backwards else goals
-        which, q = self._candidates(some * scale)
+        which, q = self._candidates((pga3.motor_inverse(goals) if self.backwards else goals) * scale)
         q = np.where(self.chain.slides, q * self.whole.size, q)
-        q = q[:, ::-1] if self.backwards else q
-        return gathered(self.whole, which, q, goals)
+        return which, q[:, ::-1] if self.backwards else q
 
     def _candidates(self, goals: Reals) -> tuple[Reals, Reals]:
         """Which goals, (K,), and configurations that may reach them, (K, 6)."""
@@ -100,25 +122,46 @@ class Elimination:
         ones = [np.array([1.0, 0, 0 if slides else 1]) for slides in chain.slides[2:5]]
         constant = np.einsum("a,b,c,nx->nabcx", *ones, other[..., 0])
         six = (self.side - constant).reshape(many, 27, 14) @ base[..., 8:]
-        roots, monomials = _eigen(np.moveaxis(six.reshape(many, 3, 3, 3, 6), -1, 2), self.factors)
+        matrix = _matrix(np.moveaxis(six.reshape(many, 3, 3, 3, 6), -1, 2), self.factors)
+        roots, vectors = _eigen(matrix)
         which, k = np.nonzero(np.abs(roots.imag) < _NOT_REAL * (1 + np.abs(roots) ** 2))
-        x = [roots[which, k].real, _ratio(monomials[which, k]), _ratio(monomials[which, k].swapaxes(-1, -2))]
+        sides = base[which][..., :8], triangle[which][:, :8], other[which, :, 0]
+        q = self._configurations(roots[which, k].real, vectors[which, k], sides, goals[which])
+        off = chain.distance(q, goals[which])
+        # Vectors of roots that nearly coincide, as those of an arm that nearly has a structure, are mixed up.
+        rough = np.flatnonzero(off > _ROUGH)
+        root, vector = _sharper(matrix[which[rough]], roots[which, k].real[rough])
+        better = self._configurations(root, vector, tuple(side[rough] for side in sides), goals[which[rough]])
+        improved = chain.distance(better, goals[which[rough]]) < off[rough]
+        q[rough[improved]] = better[improved]
+        return which, q
+
+    def _configurations(self, root: Reals, vector: Reals, sides: tuple[Reals, ...], goals: Reals) -> Reals:
+        """Configurations (K, 6) from values of the third variable, (K,), and monomials of the next two, (K, M)."""
+        chain, (base, triangle, constant) = self.chain, sides
+        monomials = vector.reshape(-1, 4, vector.shape[-1] // 4)[:, :3, :3]
+        x = [root, _ratio(monomials), _ratio(monomials.swapaxes(-1, -2))]
         powers = [_powers(one, slides) for one, slides in zip(x, chain.slides[2:5], strict=True)]
-        left = np.einsum("ka,kb,kc,abcx->kx", *powers, self.side) - other[which, :, 0]
-        along = np.einsum("kxa,kx->ka", base[which][..., :8], left)
+        left = np.einsum("ka,kb,kc,abcx->kx", *powers, self.side) - constant
+        along = np.einsum("kxa,kx->ka", base, left)
         # 1, c, s of the first joint times 1, c, s of the second, without the 1
-        singles = _backward(triangle[which][:, :8], along)
-        q = np.empty((len(which), 6))
+        singles = _backward(triangle, along)
+        q = np.empty((len(root), 6))
         for j, (c, s) in enumerate(((2, 5), (0, 1))):
             angle = _ORIGINS[j] + np.arctan2(singles[:, s], singles[:, c])
             q[:, j] = singles[:, c] if chain.slides[j] else angle
         for j, one in zip((2, 3, 4), x, strict=True):
             q[:, j] = one if chain.slides[j] else _ORIGINS[j] + 2 * np.arctan(one)
-        rest = pga3.motor_relative(chain.part(slice(0, 5)).motion_of_all(q[:, :5]), goals[which])
+        rest = pga3.motor_relative(chain.part(slice(0, 5)).motion_of_all(q[:, :5]), goals)
         last = chain.axes[5]
         across = pga3.line_from_direction_moment(np.eye(3)[np.argmin(np.abs(direction(last)))], np.zeros(3))
         q[:, 5] = arms.turn_between_lines(last, across, pga3.move_line(rest, across))
-        return which, q
+        return q
+
+
+@lru_cache(maxsize=64)
+def _made(axes: bytes, slides: tuple[bool, ...], backwards: bool, factors: int) -> Elimination:
+    return Elimination.made(Chain(np.frombuffer(axes).reshape(-1, 6), slides), backwards, factors)
 
 
 @lru_cache(maxsize=64)
@@ -129,21 +172,24 @@ def _prepared(axes: bytes, slides: tuple[bool, ...]) -> Elimination | None:
     q = np.random.default_rng(2).uniform(-np.pi, np.pi, (_TRIALS, 6))
     q[:, list(np.flatnonzero(slides))] *= whole.size / np.pi
     goals = whole.motion_of_all(q)
-    best, fewest = None, _TRIALS // 8
+    best, fewest = None, _TRIALS + 1
     for factors in (2, 4):
         for backwards in (False, True):
             if slides[0 if backwards else 5]:
                 continue
-            way = Elimination.made(whole, backwards, factors)
-            found, _ = way.solve(goals)
-            lost = ~(apart(found, q[:, None], np.array(slides)) < SAME).any(-1)
-            # Roots that are not real come in pairs.
-            wrong = int((lost | (np.isfinite(found[..., 0]).sum(-1) % 2 == 1)).sum())
-            if wrong < fewest:
-                best, fewest = way, wrong
-            if not wrong:
-                return best
-    return best
+            way = _made(axes, slides, backwards, factors)
+            which, found = way.candidates(goals)
+            away = np.full(_TRIALS, np.inf)
+            np.fmin.at(away, which, apart(found, q[which], np.array(slides)))
+            unsure = int((away > _SURE).sum())
+            if not unsure:
+                return way
+            if unsure < fewest:
+                best, fewest = way, unsure
+    # What is not near from the start may still be improved.
+    found = np.full((_TRIALS, 1, 6), np.nan) if best is None else best.solve(goals)[0]
+    lost = ~(apart(found, q[:, None], np.array(slides)) < SAME).any(-1)
+    return best if lost.sum() < _TRIALS // 8 else None
 
 
 def _sampled(chain: Chain, joint: int) -> Reals:
@@ -159,20 +205,23 @@ def _entity(chain: Chain, motion: Reals) -> Reals:
     )
 
 
-def _eigen(six: Reals, factors: int) -> tuple[Reals, Reals]:
-    """Roots of the third variable, (N, R), and the monomials (N, R, 3, 3) of the fourth and fifth there.
+def _matrix(six: Reals, factors: int) -> Reals:
+    """The six equations, multiplied by monomials, as a quadratic polynomial of matrices: (N, 3, rows, monomials).
 
-    ``six`` is (N, 3, 6, 3, 3): powers of the third variable, equations, powers of the fourth and fifth. The equations,
-    multiplied by monomials, have as many monomials; their matrix is a quadratic polynomial.
+    ``six`` is (N, 3, 6, 3, 3): powers of the third variable, equations, powers of the fourth and fifth.
     """
     many, wide = len(six), 3 if factors == 2 else 4
     rows = np.zeros((many, 3, factors, 6, 4, wide))
     for k in range(factors):
         a, b = k % 2, k // 2
         rows[:, :, k, :, a : a + 3, b : b + 3] = six
-    size = 4 * wide
-    matrix = rows.reshape(many, 3, 6 * factors, size)
-    if factors == 4:
+    return rows.reshape(many, 3, 6 * factors, 4 * wide)
+
+
+def _eigen(matrix: Reals) -> tuple[Reals, Reals]:
+    """Roots of the third variable, (N, R), and the monomials of the fourth and fifth there, (N, R, M)."""
+    many, _, rows, size = matrix.shape
+    if rows > size:
         matrix = _MIX @ matrix
     highest = matrix[:, 2]
     singular = np.linalg.slogdet(highest)[0] == 0
@@ -184,7 +233,29 @@ def _eigen(six: Reals, factors: int) -> tuple[Reals, Reals]:
     companion[:, size:] = -np.linalg.solve(highest, np.concatenate([matrix[:, 0], matrix[:, 1]], axis=-1))
     companion[~np.isfinite(companion).all((1, 2))] = 0.0
     roots, vectors = np.linalg.eig(companion)
-    return roots, vectors[:, :size].swapaxes(-1, -2).reshape(many, 2 * size, 4, wide)[..., :3, :3]
+    return roots, vectors[:, :size].swapaxes(-1, -2)
+
+
+def _sharper(matrix: Reals, root: Reals) -> tuple[Reals, Reals]:
+    """Roots (K,) and their vectors (K, M) again, from all rows: Newton's method on the smallest singular value.
+
+    Eigenvalues of the companion are right to many more digits than its vectors where roots are close to each other.
+    """
+    for _ in range(_STEPS):
+        left, values, vectors = np.linalg.svd(_at(matrix, root), full_matrices=False)
+        slopes = matrix[:, 1] + 2 * root[:, None, None] * matrix[:, 2]
+        slope = np.einsum("ki,kij,kj->k", left[..., -1], slopes, vectors[:, -1])
+        # No farther than a root is wide: what is no root is left where it is.
+        with np.errstate(divide="ignore", invalid="ignore"):
+            step = values[:, -1] / slope
+        root = np.where(np.abs(step) < _NOT_REAL * (1 + root * root), root - step, root)
+    return root, np.linalg.svd(_at(matrix, root), full_matrices=False)[2][:, -1]
+
+
+def _at(matrix: Reals, root: Reals) -> Reals:
+    """The polynomial of matrices (K, 3, rows, M) at (K,)."""
+    x = root[:, None, None]
+    return np.asarray(matrix[:, 0] + x * (matrix[:, 1] + x * matrix[:, 2]))
 
 
 def _ratio(monomials: Reals) -> Reals:
