@@ -28,12 +28,76 @@ def test_the_elbow_that_limits_forbid() -> None:
 
 
 def test_whole_turns_count() -> None:
-    """An elbow from 3 to 4 radians: branches are given as angles up to pi, and may be there all the same."""
+    """An elbow from 3 to 4 radians, beyond half a turn: the branch is given there."""
     arm = limited(Robot.from_dh(PLANAR), [(-10, 10), (3.0, 4.0), (-10, 10)])
     q = np.array([0.3, 3.6, 0.2])
     found = arm.inverse(arm.forward(q))
     there = found.within_limits
-    assert there.sum() == 1 and found.q[there][0, 1] == pytest.approx(3.6 - 2 * pi, abs=1e-9)
+    assert there.sum() == 1 and np.abs(found.q[there] - q).max() < 1e-9 and np.abs(found.nearest - q).max() < 1e-9
+
+
+@pytest.mark.parametrize("low", [-20.0, -3.0, 0.0, pi / 2, 5.0, 100.0])
+@pytest.mark.parametrize("name", ["ur5", "puma560", "stanford"])
+def test_what_is_flagged_is_inside(name: str, low: float) -> None:
+    """Limits anywhere, less than a turn wide: a branch is flagged where some whole turns put it inside."""
+    arm = Robot.named(name)
+    turns = np.array([kind.value == "revolute" for kind in arm.kinds])
+    pairs = [(low, low + 5.0) if turn else (-0.4, 0.7) for turn in turns]
+    arm = limited(arm, pairs)
+    lows, highs = arm.limits[:, 0], arm.limits[:, 1]
+    q = np.random.default_rng(4).uniform(lows, highs, (300, 6))
+    found = arm.inverse(arm.forward(q))
+    assert found.within_limits.any(-1).all()
+    some = found.q[found.within_limits]
+    assert ((some >= lows) & (some <= highs)).all()
+    assert ((found.nearest >= lows) & (found.nearest <= highs)).all()
+    assert np.abs(arm.pose(found.nearest) - arm.pose(q)).max() < 1e-10
+    # the flag by its definition, for every branch
+    several = found.q[found.valid][:, None] + 2 * pi * np.arange(-20, 21)[:, None] * turns
+    possible = ((several >= lows) & (several <= highs)).any(1).all(-1)
+    assert np.array_equal(possible, found.within_limits[found.valid])
+
+
+def test_a_limit_that_is_reached() -> None:
+    """Rounding puts a joint that is at its limit beyond it: it is given at the limit, to the last digit."""
+    arm = limited(Robot.named("ur5"), [(-1.0, 0.7)] * 6)
+    q = np.where(np.random.default_rng(5).random((200, 6)) < 0.5, 0.7, -1.0)
+    found = arm.inverse(arm.forward(q))
+    assert found.within_limits.any(-1).all()
+    assert (found.nearest <= 0.7).all() and (found.nearest >= -1.0).all()
+
+
+def test_the_branch_nearest_to_where_the_robot_is() -> None:
+    arm = Robot.named("ur5")  # two turns each way
+    rng = np.random.default_rng(6)
+    q = rng.uniform(-2 * pi, 2 * pi, (200, 6))
+    near = np.clip(q + rng.normal(size=(200, 6)) * 0.02, -2 * pi, 2 * pi)
+    found = arm.inverse(arm.forward(q), near=near)
+    assert np.abs(found.nearest - q).max() < 1e-9
+    assert (np.abs(found.q[found.within_limits]) <= 2 * pi).all()
+    free = Robot.from_dh(PLANAR)
+    there = free.inverse(free.forward([0.3, 0.9, 0.2]), near=[50.0, -70.0, 20.0])
+    assert np.abs(there.q - [50.0, -70.0, 20.0]).max() <= pi
+    one = arm.inverse(arm.forward(q), near=np.zeros(6))
+    assert np.array_equal(one.q, arm.inverse(arm.forward(q)).q, equal_nan=True)
+    with pytest.raises(ValueError, match=r"ur5: near: shape \(5,\); expected \(..., 6\)"):
+        arm.inverse(arm.forward(q), near=np.zeros(5))
+    with pytest.raises(
+        ValueError, match=r"ur5: near: shape \(3, 6\); expected one configuration, or one for each pose"
+    ):
+        arm.inverse(arm.forward(q), near=np.zeros((3, 6)))
+    with pytest.raises(ValueError, match="ur5: near: nan at"):
+        arm.inverse(arm.forward(q), near=np.full(6, np.nan))
+
+
+def test_values_of_locked_joints_are_those_that_were_given() -> None:
+    arm = limited(Robot.named("iiwa"), [(pi / 2, 3 * pi / 2)] * 7)
+    q = np.random.default_rng(7).uniform(pi / 2, 3 * pi / 2, (50, 7))
+    found = arm.inverse(arm.forward(q), locked={0: q[:, 0]})
+    assert np.abs(found.nearest - q).max(-1).min() < 1e-9 and found.within_limits.any(-1).all()
+    assert (found.nearest[:, 0] == q[:, 0]).all()
+    beside = arm.inverse(arm.forward(q), locked={0: q[:, 0] - 2 * pi})
+    assert beside.valid.any() and not beside.within_limits.any()
 
 
 def test_slides_do_not_turn() -> None:
@@ -74,6 +138,11 @@ def test_a_robot_whose_tool_is_on_a_branch() -> None:
     assert found.within_limits.any() and np.abs(found.nearest - q).max() < 1e-9
     beyond = part.inverse(part.forward([0.4, -0.9, 0.0]))
     assert beyond.valid.any() and not beyond.within_limits.any()
+    # the joint behind the tool is where it may be
+    moved = limited(part, [(-pi, pi), (0.0, 2.5), (0.5, 1.0)])
+    found = moved.inverse(moved.forward(q))
+    assert found.within_limits.any() and found.nearest[2] == 0.5
+    assert moved.inverse(moved.forward(q), near=[0.0, 0.0, 0.8]).nearest[2] == 0.8
 
 
 @pytest.mark.parametrize(

@@ -330,6 +330,7 @@ class Robot(Slopes):
         locked: Mapping[int, ArrayLike] | None = None,
         elbow: ArrayLike | None = None,
         way: str = "motors",
+        near: ArrayLike | None = None,
     ) -> Solutions:
         """All configurations that reach poses.
 
@@ -339,8 +340,9 @@ class Robot(Slopes):
         are roots of a polynomial, found as eigenvalues (`inverse.elimination`), or, where two joints slide, of a
         function of one angle, found on a grid (`inverse.slides`). What is left is searched by damped Gauss-Newton on
         motors from 24 starts, and up to 8 different configurations are kept; so are arms with more joints than a pose
-        has freedoms unless `locked` or `elbow` says which configuration is meant. Branches beyond joint limits are
-        given, and flagged. Joints that do not move the end effector stay at 0.
+        has freedoms unless `locked` or `elbow` says which configuration is meant. Angles are turned by whole turns into
+        the joint limits where that is possible; other branches are given, too, and flagged. Joints that do not move the
+        end effector are at 0, or as `near` has them, or at the limit next to that.
 
         Parameters
         ----------
@@ -355,6 +357,9 @@ class Robot(Slopes):
         way : str, optional
             "motors"; or, for arms with a wrist or three parallel axes that need no quartic, "affine" or "conformal":
             the same branches in another order, from meets of circles, lines, planes and spheres.
+        near : array_like, (n,) or (..., n), optional
+            A configuration, or one for each pose, such as the current one: `nearest` is the branch that is nearest to
+            it, and of angles that differ by whole turns the nearest within the limits is taken.
 
         Returns
         -------
@@ -370,15 +375,20 @@ class Robot(Slopes):
             raise TypeError(f"{self.name}: locked: {type(locked).__name__}; expected a mapping, as {{6: 0.5}}")
         arm, variables = self._arm()
         if arm is self:
-            return _inverse(self, poses, locked=locked, elbow=elbow, way=way)
+            return _inverse(self, poses, locked=locked, elbow=elbow, way=way, near=near)
         for joint in locked or {}:
             if joint not in variables:
                 raise ValueError(
                     f"{self.name}: locked: joint {joint!r} does not move the end effector; expected one of {variables}"
                 )
         kept = {variables.index(joint): value for joint, value in (locked or {}).items()}
-        found = _inverse(arm, poses, locked=kept, elbow=elbow, way=way)
-        q, nearest = (np.zeros((*some.shape[:-1], self.n_joints)) for some in (found.q, found.nearest))
+        start = np.zeros(self.n_joints) if near is None else self._variables(near, "near")[0]
+        part = None if near is None else start[..., variables]
+        found = _inverse(arm, poses, locked=kept, elbow=elbow, way=way, near=part)
+        # What does not move the end effector is as `near` has it, as far as its limits allow.
+        still = np.clip(start.astype(float), self.limits[:, 0], self.limits[:, 1])
+        q = np.broadcast_to(still[..., None, :], (*found.q.shape[:-1], self.n_joints)).copy()
+        nearest = np.broadcast_to(still, (*found.nearest.shape[:-1], self.n_joints)).copy()
         q[..., variables], nearest[..., variables] = found.q, found.nearest
         q[~found.valid] = np.nan
         nearest[np.isnan(found.nearest).any(-1)] = np.nan

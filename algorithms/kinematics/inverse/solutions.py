@@ -33,20 +33,25 @@ class Solutions:
     Attributes
     ----------
     q : array, (..., branches, n)
-        Joint variables; angles in (-pi, pi]. NaN where the branch is not valid.
+        Joint variables, NaN where the branch is not valid. Angles are in (-pi, pi], or turned by whole turns: into the
+        joint's limits where that is possible, and as near to `near` as the limits allow where that was given. The
+        values of locked joints are those that were given.
     valid : array of bool, (..., branches)
         Whether the branch reaches the pose, to 1e-10 of the arm's size: checked by the forward kinematics. Branches
         that coincide, at singularities, are all valid.
     status : array of int, (...)
         Of `Status`.
     nearest : array, (..., n)
-        The first valid branch, within the limits if one is; where there is none, a configuration whose pose is as near
-        as damped least squares gets, in lengths and in angles times the arm's size. NaN where the pose is not finite.
+        The first valid branch, within the limits if one is; where `near` was given, of these the one with the
+        smallest sum of squared differences to it. Where none is valid, a configuration whose pose is as near as damped
+        least squares gets, in lengths and in angles times the arm's size; its angles are turned as those of `q` are,
+        and it may be beyond limits. NaN where the pose is not finite.
     method : str
         How the arm was solved: "spherical wrist", "spherical shoulder", "three parallel axes", "parallel axes",
         "three slides", "elbow circle", "elimination" or "search".
     within_limits : array of bool, (..., branches)
-        Whether the branch is valid and every joint can be there, if need be by whole turns more or less than `q` says.
+        Whether the branch is valid and `q` is within the limits of every joint: ``low <= q <= high``. Values that are
+        beyond a limit by rounding, up to 1e-11, are put on it.
     """
 
     q: NDArray[Any]

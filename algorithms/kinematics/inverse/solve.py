@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from math import ceil, floor
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from generated import pga3
 
-from ...arguments import Reals, real_array
+from ...arguments import Reals, finite, real_array
 from .chain import COINCIDE, Chain
 from .closed import closed_form
 from .elimination import Elimination
@@ -37,8 +36,8 @@ _STEPS, _FEW = 60, 8
 """Of descents to the nearest pose that can be reached; and from how many starts, where nothing is known."""
 _MOTION = 1e-3
 """Matrices are of motions where no entry of the rotation is farther from one, and from that of the motor."""
-_AT_LIMIT = 1e-9
-"""Rounding by which variables may be beyond their limits."""
+_AT_LIMIT = 1e-11
+"""Variables that are beyond a limit by rounding, up to this, are put on it: the pose is still right."""
 
 Way = Callable[[Reals, slice], tuple[Reals, Reals]]
 
@@ -61,6 +60,7 @@ def inverse(
     locked: Mapping[int, ArrayLike] | None = None,
     elbow: ArrayLike | None = None,
     way: str = "motors",
+    near: ArrayLike | None = None,
 ) -> Solutions:
     """All configurations of a robot that reach poses: what `Robot.inverse` calls, and describes."""
     if way != "motors" and way not in GEOMETRIES:
@@ -80,16 +80,17 @@ def inverse(
     if values and len(values) == len(robot.kinds):
         raise ValueError(f"{robot.name}: locked: all joints; expected one at least that is free")
     angles = None if elbow is None else _per_pose(elbow, f"{robot.name}: elbow", shape)
+    wanted = None if near is None else _configurations(robot, near, shape)
     given = list(values.values()) + ([] if angles is None else [angles])
     goals = goals.reshape(-1, 8)
-    finite = np.isfinite(goals).all(-1) & np.all([np.isfinite(value) for value in given], axis=0)
+    is_finite = np.isfinite(goals).all(-1) & np.all([np.isfinite(value) for value in given], axis=0)
     # What is not finite is solved as the pose at home, and struck out at the end.
-    goals = np.where(finite[:, None], goals, robot.tool)
+    goals = np.where(is_finite[:, None], goals, robot.tool)
     goals = pga3.motor_between_frames(robot.tool, goals)
-    values = {joint: np.where(finite, value, 0.0) for joint, value in values.items()}
+    values = {joint: np.where(is_finite, value, 0.0) for joint, value in values.items()}
     chain = Chain(robot.axes, tuple(kind.value == "prismatic" for kind in robot.kinds))
     if angles is not None:
-        arm, turns = elbow_circle(robot), np.where(finite, angles, 0.0)
+        arm, turns = elbow_circle(robot), np.where(is_finite, angles, 0.0)
         found = _checked(chain, goals, lambda motors, block: arm.solve(motors, turns[block]), arm.name)
     else:
         found = _with_locked(chain, goals, values, way)
@@ -97,7 +98,8 @@ def inverse(
     status, within = np.empty(count, np.int8), np.empty((count, branches), bool)
     for start in range(0, count, _BLOCK):
         block = slice(start, start + _BLOCK)
-        _judge(robot, found, finite, block, status[block], within[block])
+        here = None if wanted is None else wanted[block]
+        _judge(robot, found, is_finite, block, status[block], within[block], here, frozenset(values))
     return Solutions(
         found.q.reshape(*shape, branches, n),
         found.valid.reshape(*shape, branches),
@@ -111,43 +113,63 @@ def inverse(
 def _judge(
     robot: Robot,
     found: _Found,
-    finite: NDArray[np.bool_],
+    is_finite: NDArray[np.bool_],
     block: slice,
     status: NDArray[np.int8],
     within: NDArray[np.bool_],
+    wanted: Reals | None,
+    held: frozenset[int],
 ) -> None:
     """The status of a block of poses, and which branches are within the limits; what is not valid becomes NaN."""
     q, valid, nearest = found.q[block], found.valid[block], found.nearest[block]
     status[:] = Status.OUT_OF_REACH if found.method != "search" else Status.NOT_FOUND
     status[valid.any(-1)] = Status.FOUND
     status[(valid & (np.abs(found.gap[block]) <= COINCIDE)).any(-1)] = Status.SINGULAR
-    lost = ~finite[block]
+    lost = ~is_finite[block]
     if lost.any():
         status[lost], valid[lost], nearest[lost] = Status.NOT_FINITE, False, np.nan
     q[~valid] = np.nan
-    within[:] = valid & _within(robot, q)
-    inside = np.flatnonzero(within.any(-1))
-    nearest[inside] = q[inside, within[inside].argmax(-1)]
+    within[:] = valid & _turned_inside(robot, q, None if wanted is None else wanted[:, None], held)
+    _turned_inside(robot, nearest, wanted, held)
+    some = np.flatnonzero(valid.any(-1))
+    chosen = np.where(within[some].any(-1, keepdims=True), within[some], valid[some])
+    if wanted is None:
+        best = chosen.argmax(-1)
+    else:
+        best = np.where(chosen, np.square(q[some] - wanted[some, None]).sum(-1), np.inf).argmin(-1)
+    nearest[some] = q[some, best]
 
 
-def _within(robot: Robot, q: Reals) -> NDArray[np.bool_]:
-    """Which configurations (..., n), of angles up to pi, are within the limits, if need be after whole turns: (...)."""
-    found = np.ones(q.shape[:-1], bool)
+def _turned_inside(robot: Robot, q: Reals, wanted: Reals | None, held: frozenset[int]) -> NDArray[np.bool_]:
+    """Turn joints of configurations (..., n) in place by whole turns into their limits; which are inside then: (...).
+
+    Of several numbers of turns, the one that comes nearest to what is wanted, or to 0; `held` joints are left alone.
+    """
+    inside = np.ones(q.shape[:-1], bool)
     for joint, kind in enumerate(robot.kinds):
-        low, high = robot.limits[joint, :2] + (-_AT_LIMIT, _AT_LIMIT)
-        turns = [0]
-        if kind.value == "revolute":
-            if high - low >= 2 * np.pi:
-                continue
-            turns = list(range(ceil((low - np.pi) / (2 * np.pi)), floor((high + np.pi) / (2 * np.pi)) + 1))
-        elif np.isinf(low) and np.isinf(high):
-            continue
-        value = np.ascontiguousarray(q[..., joint])
-        inside = np.zeros(found.shape, bool)
-        for turn in turns:
-            inside |= (value >= low - 2 * np.pi * turn) & (value <= high - 2 * np.pi * turn)
-        found &= inside
-    return found
+        (low, high), value = robot.limits[joint, :2], q[..., joint]
+        if joint not in held:
+            if kind.value == "revolute" and (wanted is not None or low > -np.pi or high < np.pi):
+                fewest = np.ceil((low - _AT_LIMIT - value) / (2 * np.pi))
+                most = np.floor((high + _AT_LIMIT - value) / (2 * np.pi))
+                turns = np.rint(((0.0 if wanted is None else wanted[..., joint]) - value) / (2 * np.pi))
+                value += 2 * np.pi * np.where(fewest <= most, np.clip(turns, fewest, most), turns)
+            value[(value < low) & (value >= low - _AT_LIMIT)] = low
+            value[(value > high) & (value <= high + _AT_LIMIT)] = high
+        inside &= (value >= low) & (value <= high)
+    return inside
+
+
+def _configurations(robot: Robot, near: ArrayLike, shape: tuple[int, ...]) -> Reals:
+    """A configuration for each pose, (N, n)."""
+    n, name = len(robot.kinds), f"{robot.name}: near"
+    array = finite(real_array(near, name, (n,), f"{n} joint variables"), name)
+    try:
+        return np.broadcast_to(array, (*shape, n)).reshape(-1, n).astype(float)
+    except ValueError:
+        raise ValueError(
+            f"{name}: shape {array.shape}; expected one configuration, or one for each pose, {(*shape, n)}"
+        ) from None
 
 
 def _motors(robot: Robot, poses: ArrayLike) -> Reals:
