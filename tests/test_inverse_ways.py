@@ -43,6 +43,49 @@ def test_the_same_branches(robot: str, way: str) -> None:
     assert np.abs(reached - poses[:, None])[found.valid].max() < 1e-10
 
 
+@pytest.mark.parametrize("way", ["motors", *GEOMETRIES])
+@pytest.mark.parametrize("five", [0.0, 1e-12, 1e-10, 1e-8, 1e-6])
+@pytest.mark.parametrize("robot", ["puma560", "stanford", "ur5", "shoulder", "offset"])
+def test_wrists_that_are_straight(robot: str, five: float, way: str) -> None:
+    """Circles become points, and places come to axes: the pose is reached all the same, by as many branches."""
+    rows = {"shoulder": SHOULDER, "offset": OFFSET}
+    arm = Robot.from_dh(rows[robot]) if robot in rows else Robot.named(robot)
+    turns = np.array([kind.value == "revolute" for kind in arm.kinds])
+    for straight in (0.0, pi):
+        q = np.random.default_rng(0).uniform(-pi, pi, (200, 6))
+        q[:, 4] = straight + five
+        poses = arm.pose(q)
+        found = arm.inverse(poses, way=way)
+        assert found.valid.any(-1).all() and (found.status <= Status.SINGULAR).all()
+        reached = arm.pose(np.where(found.valid[..., None], found.q, 0.0))
+        assert np.abs(reached - poses[:, None])[found.valid].max() < 1e-10
+        # q is found again as exactly as the rounding of the pose allows
+        away = found.q - q[:, None]
+        away[..., turns] = (away[..., turns] + pi) % (2 * pi) - pi
+        nearest = np.nanmin(np.abs(away).max(-1), axis=-1)
+        assert (nearest * np.linalg.svd(arm.jacobian(q))[1][:, -1]).max() < 1e-13
+        if five >= 1e-10:
+            expected = arm.inverse(poses)
+            assert np.array_equal(found.valid.sum(-1), expected.valid.sum(-1))
+
+
+@pytest.mark.parametrize("way", ["motors", *GEOMETRIES])
+def test_a_wrist_above_the_first_axis(way: str) -> None:
+    """The first joint may turn freely: two links of 0.4 m, folded so that the wrist's centre is on the axis."""
+    rows = [{"d": 0.3, "alpha": pi / 2}, {"a": 0.4}, {"alpha": pi / 2}, {"d": 0.4, "alpha": -pi / 2}, {"alpha": pi / 2}]
+    arm = Robot.from_dh([*rows, {"d": 0.1}])
+    q = np.random.default_rng(1).uniform(0.4, 1.2, (200, 6))
+    # the second link is along -y of its frame where its angle is 0
+    for off in (0.0, 1e-12, 1e-9, 1e-6):
+        q[:, 2] = pi - 2 * q[:, 1] + pi / 2 + off
+        poses = arm.pose(q)
+        assert off > 0 or np.abs(poses[:, :2, 3] - 0.1 * poses[:, :2, 2]).max() < 1e-15
+        found = arm.inverse(poses, way=way)
+        assert found.valid.any(-1).all()
+        reached = arm.pose(np.where(found.valid[..., None], found.q, 0.0))
+        assert np.abs(reached - poses[:, None])[found.valid].max() < 1e-10
+
+
 @pytest.mark.parametrize("way", GEOMETRIES)
 @pytest.mark.parametrize("name", ["puma560", "ur5"])
 def test_pairs_of_points_that_are_imaginary(name: str, way: str) -> None:

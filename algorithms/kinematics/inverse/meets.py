@@ -5,7 +5,7 @@ be: in a plane across an axis, or on a sphere about a point of one. In conformal
 plane, line and sphere meet in a pair of points, which is imaginary where there is none. In the affine plane two spheres
 meet in the plane where both have the same power, planes meet in lines, and Pythagoras finds the points of a line at a
 distance. Places found, angles are those between planes through the axes. `arms` does the same on motors in fewer and
-larger steps, and better near singularities: these ways are there to be read and compared.
+larger steps: these ways are there to be read and compared.
 """
 
 from __future__ import annotations
@@ -23,6 +23,12 @@ from .closed import Backwards, Closed, SphericalWrist, ThreeParallel, joined
 
 Pair = tuple[Reals, Reals]
 """Two points (..., 2, 3), and (...), negative where there is none: the squared sine of half the angle between them."""
+
+
+_SMALL = 1e-14
+"""Circles smaller than this part of the coordinates are points: every angle is as good."""
+_ON_AXIS = 1e-7
+"""Places nearer than this to an axis say nothing exact of the angle about it."""
 
 
 class Geometry(Protocol):
@@ -166,8 +172,21 @@ class Meets:
             return self._wrist(goals) if isinstance(self.form, SphericalWrist) else self._parallel(goals)
 
     def _path_plane(self, chain: Chain, joint: int, p: Reals, plane_point: Reals, axis: Reals) -> Pair:
-        way = self.geometry.line_plane if chain.slides[joint] else self.geometry.circle_plane
-        return way(chain.axes[joint], p, plane_point, np.broadcast_to(direction(axis), p.shape))
+        normal = np.broadcast_to(direction(axis), p.shape)
+        if chain.slides[joint]:
+            return self.geometry.line_plane(chain.axes[joint], p, plane_point, normal)
+        return self._circle_plane(chain.axes[joint], p, plane_point, normal)
+
+    def _circle_plane(self, axis: Reals, p: Reals, plane_point: Reals, normal: Reals) -> Pair:
+        """As in `Geometry`, in units of the circle and from its centre, so that nothing cancels where it is small."""
+        centre, radius = _sphere_of_circle(axis, p)
+        small = _SMALL * np.maximum(np.abs(p), np.abs(plane_point)).max(-1)
+        size = np.maximum(radius, small)[..., None]
+        away = plane_point - centre
+        places, gap = self.geometry.circle_plane(_through_origin(axis), (p - centre) / size, away / size, normal)
+        every = (radius <= small) & (np.abs((away * normal).sum(-1)) <= small)
+        places = centre[..., None, :] + size[..., None] * places
+        return np.where(every[..., None, None], p[..., None, :], places), np.where(every, 0.0, gap)
 
     def _path_sphere(self, chain: Chain, joint: int, p: Reals, centre: Reals, radius: Reals) -> Pair:
         way = self.geometry.line_sphere if chain.slides[joint] else self.geometry.circle_sphere
@@ -180,13 +199,21 @@ class Meets:
         q, gap = self._three(chain, np.broadcast_to(centre, goal.shape), goal)
         rest = pga3.motor_relative(chain.motion_of_all(q), goals[:, None])
         axes, turns = self.form.chain.axes[3:], self.form.chain.part(slice(3, 6))
-        before = np.broadcast_to(centre + direction(axes[2]), (*q.shape[:-1], 3))
-        after = pga3.move_point(rest, before)
-        places, gap_wrist = self.geometry.circle_plane(
-            axes[1], before, after, np.broadcast_to(direction(axes[0]), after.shape)
-        )
-        five = arms.turn_between_points(axes[1], before[..., None, :], places)
-        four = arms.turn_between_points(axes[0], places, after[..., None, :])
+        # on the unit sphere about the origin: the first two turns take the direction `before` to `after`
+        first, second = _through_origin(axes[0]), _through_origin(axes[1])
+        after = direction(pga3.move_line(rest, axes[2]))
+        before = np.broadcast_to(direction(axes[2]), after.shape)
+        places, gap_wrist = self._circle_plane(second, before, after, np.broadcast_to(direction(axes[0]), after.shape))
+        # Where a place is on the first axis, it leaves it along the line in which the planes of both circles meet.
+        along = np.cross(direction(axes[1]), direction(axes[0]))
+        along /= np.linalg.norm(along)
+        forth = ((places[..., 1, :] - places[..., 0, :]) * along).sum(-1, keepdims=True) >= 0
+        side = np.where(forth, 1.0, -1.0) * np.array([-1.0, 1.0])
+        near = pga3.distance_point_line(places, first) <= _ON_AXIS
+        mark = np.where(near[..., None], places + side[..., None] * along, places)
+        after = np.broadcast_to(after[..., None, :], mark.shape)
+        four = arms.turn_between_points(first, mark, after)
+        five = arms.turn_between_points(second, before[..., None, :], arms.turned_point(first, after, -four))
         last = pga3.motor_relative(pga3.motor_product(turns.motion(0, four), turns.motion(1, five)), rest[..., None, :])
         six = _turned(axes[2], last)
         return joined(q, gap, np.stack([four, five, six], -1), gap_wrist)
@@ -222,14 +249,13 @@ class Meets:
         y, gap = self._path_plane(chain, 0, goal, np.broadcast_to(point, goal.shape), axes[1])
         one = arms.turn_between_points(axes[0], y, goal[:, None])
         rest = pga3.motor_relative(chain.motion(0, one), goals[:, None])
-        # on the unit sphere about the point: turns about the last two axes take `before` to `after`
-        before = point + direction(pga3.move_line(pga3.motor_inverse(rest), axes[1]))
-        after = np.broadcast_to(point + along, before.shape)
-        x, gap_wrist = self.geometry.circle_plane(
-            axes[5], before, after, np.broadcast_to(direction(axes[4]), after.shape)
-        )
-        six = arms.turn_between_points(axes[5], before[..., None, :], x)
-        five = arms.turn_between_points(axes[4], x, after[..., None, :])
+        # on the unit sphere about the origin: turns about the last two axes take the direction `before` to `after`
+        fifth, sixth = _through_origin(axes[4]), _through_origin(axes[5])
+        before = direction(pga3.move_line(pga3.motor_inverse(rest), axes[1]))
+        after = np.broadcast_to(along, before.shape)
+        x, gap_wrist = self._circle_plane(sixth, before, after, np.broadcast_to(direction(axes[4]), after.shape))
+        six = arms.turn_between_points(sixth, before[..., None, :], x)
+        five = arms.turn_between_points(fifth, x, after[..., None, :])
         q, gap = joined(one[..., None], gap[:, None].repeat(2, axis=1), np.stack([five, six], -1), gap_wrist)
         tail = pga3.motor_product(chain.motion(4, q[..., 1]), chain.motion(5, q[..., 2]))
         middle = pga3.motor_between_frames(tail, np.repeat(rest, 2, axis=1))
@@ -250,6 +276,11 @@ class Meets:
 def _shoulder(chain: Chain) -> Reals | None:
     """Where the first two axes meet, if both joints turn."""
     return None if any(chain.slides[:2]) else common_point(chain.axes[:2], chain.size)
+
+
+def _through_origin(axis: Reals) -> Reals:
+    """The line through the origin with the direction of another."""
+    return pga3.line_from_direction_moment(direction(axis), np.zeros(3))  # type: ignore[no-any-return]
 
 
 def _amount(chain: Chain, joint: int, start: Reals, end: Reals) -> Reals:
