@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
+from scipy.optimize import minimize
+from scipy.spatial.transform import Rotation
 
 from algorithms.kinematics.grasps import grasp
 from generated import pga3
@@ -89,6 +93,97 @@ def test_freedoms_that_are_left(kinds: str, freedoms: int) -> None:
         assert same(grasp(**pairs, near=m, oriented=True).motors[0], m) < 1e-9
     else:
         assert same(found.motors[0], m) < 1e-9
+
+
+Z = np.array([0.0, 0.0, 1.0])
+ORIGIN = np.zeros(3)
+
+
+def turned(vector: np.ndarray) -> np.ndarray:
+    """A turn about the origin, as a matrix (4, 4)."""
+    found = np.eye(4)
+    found[:3, :3] = Rotation.from_rotvec(vector).as_matrix()
+    return found
+
+
+def slid(x: float, y: float, z: float) -> np.ndarray:
+    found = np.eye(4)
+    found[:3, 3] = x, y, z
+    return found
+
+
+FREE: dict[str, tuple[dict[str, list[np.ndarray]], int, Callable[[np.ndarray], np.ndarray]]] = {
+    "point": ({"points": [ORIGIN]}, 3, lambda u: turned(u)),
+    "line": ({"lines": [line(ORIGIN, Z)]}, 2, lambda u: slid(0, 0, u[1]) @ turned(u[0] * Z)),
+    "plane": ({"planes": [plane(ORIGIN, Z)]}, 3, lambda u: slid(u[0], u[1], 0) @ turned(u[2] * Z)),
+    "point on line": ({"points": [ORIGIN], "lines": [line(ORIGIN, Z)]}, 1, lambda u: turned(u[0] * Z)),
+    "two points": ({"points": [ORIGIN, Z]}, 1, lambda u: turned(u[0] * Z)),
+    "parallel lines": ({"lines": [line(ORIGIN, Z), line(np.array([1.0, 0, 0]), Z)]}, 1, lambda u: slid(0, 0, u[0])),
+    "two planes": ({"planes": [plane(ORIGIN, np.eye(3)[k]) for k in (0, 1)]}, 1, lambda u: slid(0, 0, u[0])),
+    "line across plane": ({"lines": [line(ORIGIN, Z)], "planes": [plane(ORIGIN, Z)]}, 1, lambda u: turned(u[0] * Z)),
+}
+"""What is held at the origin, how many freedoms are left, and the motions that are, as matrices of their variables."""
+
+
+@pytest.mark.parametrize("length", [0.1, 1.0, 3.0])
+@pytest.mark.parametrize("name", FREE)
+def test_the_nearest_grasp_is_the_one_that_a_search_finds(name: str, length: float) -> None:
+    """All grasps are one of them after the motions that leave the gripper's features alone; scipy goes over these."""
+    held, freedoms, motion = FREE[name]
+    moves = {"points": pga3.move_point, "lines": pga3.move_line, "planes": pga3.move_plane}
+    rng = np.random.default_rng(len(name))
+    for _ in range(3):
+        gripper, grip, near = (pga3.motor_exponential(rng.normal(size=6)) for _ in range(3))
+        pairs = {
+            kind: (moves[kind](gripper, np.array(some)), moves[kind](grip, moves[kind](gripper, np.array(some))))
+            for kind, some in held.items()
+        }
+        found = grasp(**pairs, near=near, oriented=True, length=length)
+        assert found.freedoms.tolist() == [freedoms]
+        frame, first, wanted = (pga3.motor_to_matrix(motor) for motor in (gripper, grip, near))
+        back = np.linalg.inv(frame)
+
+        def square(pose: np.ndarray, wanted: np.ndarray = wanted) -> float:
+            way, turn = pose[:3, 3] - wanted[:3, 3], pose[:3, :3] - wanted[:3, :3]
+            return float(way @ way + length**2 * np.square(turn).sum() / 2)
+
+        def away(u: np.ndarray, first: np.ndarray = first, frame: np.ndarray = frame, back: np.ndarray = back) -> float:
+            return square(first @ frame @ motion(u) @ back)
+
+        starts = rng.uniform(-3, 3, (4, 3))
+        best = min(minimize(away, start, method="BFGS", options={"gtol": 1e-9}).fun for start in starts)
+        mine = square(pga3.motor_to_matrix(found.motors[0]))
+        assert mine <= best * (1 + 1e-12) + 1e-12 and mine == pytest.approx(best, rel=1e-7, abs=1e-9)
+        assert found.distances[0] == pytest.approx(np.sqrt(mine), rel=1e-7, abs=1e-7)
+        for kind, (own, goal) in pairs.items():
+            assert np.abs(moves[kind](found.motors[0], own) - goal).max() < 1e-9
+        again = grasp(**pairs, near=-near, oriented=True, length=length)
+        assert same(again.motors[0], found.motors[0]) < 1e-9
+
+
+def test_of_several_senses_the_nearest_comes_first() -> None:
+    """A gripper's axis on a line, either way round: nearest is the way round that it has."""
+    own = line(ORIGIN, Z)[None]
+    for angle in (0.3, 3.0):
+        near = pga3.motor_from_line(line(ORIGIN, np.array([1.0, 0, 0])), angle)
+        found = grasp(lines=(own, own), near=near)
+        assert len(found.motors) == 2 and (np.diff(found.distances) > 0).all()
+        upright = pga3.motor_to_matrix(found.motors[0])[2, 2]
+        assert upright == pytest.approx(np.sign(np.cos(angle)), abs=1e-12)
+        assert found.distances[0] == pytest.approx(2 * np.sin(min(angle, np.pi - angle) / 2), abs=1e-9)
+
+
+def test_what_is_no_pose_to_be_near() -> None:
+    own = line(ORIGIN, Z)[None]
+    for near in (np.zeros(8), np.eye(8)[5]):
+        with pytest.raises(ValueError, match=r"grasp: near: .*; expected a motor"):
+            grasp(lines=(own, own), near=near)
+    with pytest.raises(ValueError, match="grasp: near: nan at"):
+        grasp(lines=(own, own), near=np.full(8, np.nan))
+    with pytest.raises(ValueError, match="grasp: lines: nan at"):
+        grasp(lines=(own, own * np.nan))
+    with pytest.raises(ValueError, match=r"grasp: length: 0\.0; expected a positive number"):
+        grasp(lines=(own, own), length=0.0)
 
 
 def test_constraints_that_contradict_each_other() -> None:
