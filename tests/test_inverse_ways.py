@@ -64,6 +64,8 @@ def test_wrists_that_are_straight(robot: str, five: float, way: str) -> None:
         away[..., turns] = (away[..., turns] + pi) % (2 * pi) - pi
         nearest = np.nanmin(np.abs(away).max(-1), axis=-1)
         assert (nearest * np.linalg.svd(arm.jacobian(q))[1][:, -1]).max() < 1e-13
+        if five == 0.0:
+            assert (found.status == Status.SINGULAR).all()
         if five >= 1e-10:
             expected = arm.inverse(poses)
             assert np.array_equal(found.valid.sum(-1), expected.valid.sum(-1))

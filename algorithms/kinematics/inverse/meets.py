@@ -25,8 +25,9 @@ Pair = tuple[Reals, Reals]
 """Two points (..., 2, 3), and (...), negative where there is none: the squared sine of half the angle between them."""
 
 
-_SMALL = 1e-14
-"""Circles smaller than this part of the coordinates are points: every angle is as good."""
+_SMALL, _FREE = 1e-14, 1e-12
+"""Circles smaller than the first part of the coordinates are points; where they are smaller than the second, as near to
+the plane, every angle is as good."""
 _ON_AXIS = 1e-7
 """Places nearer than this to an axis say nothing exact of the angle about it."""
 
@@ -180,13 +181,13 @@ class Meets:
     def _circle_plane(self, axis: Reals, p: Reals, plane_point: Reals, normal: Reals) -> Pair:
         """As in `Geometry`, in units of the circle and from its centre, so that nothing cancels where it is small."""
         centre, radius = _sphere_of_circle(axis, p)
-        small = _SMALL * np.maximum(np.abs(p), np.abs(plane_point)).max(-1)
-        size = np.maximum(radius, small)[..., None]
+        reach = np.maximum(np.abs(p), np.abs(plane_point)).max(-1, initial=1e-30)
+        size = np.maximum(radius, _SMALL * reach)[..., None]
         away = plane_point - centre
         places, gap = self.geometry.circle_plane(_through_origin(axis), (p - centre) / size, away / size, normal)
-        every = (radius <= small) & (np.abs((away * normal).sum(-1)) <= small)
-        places = centre[..., None, :] + size[..., None] * places
-        return np.where(every[..., None, None], p[..., None, :], places), np.where(every, 0.0, gap)
+        every = (radius <= _FREE * reach) & (np.abs((away * normal).sum(-1)) <= _FREE * reach)
+        places = np.where((every & ~(gap >= 0))[..., None, None], 0.0, places)
+        return centre[..., None, :] + size[..., None] * places, np.where(every, 0.0, gap)
 
     def _path_sphere(self, chain: Chain, joint: int, p: Reals, centre: Reals, radius: Reals) -> Pair:
         way = self.geometry.line_sphere if chain.slides[joint] else self.geometry.circle_sphere
@@ -255,6 +256,9 @@ class Meets:
         after = np.broadcast_to(along, before.shape)
         x, gap_wrist = self._circle_plane(sixth, before, after, np.broadcast_to(direction(axes[4]), after.shape))
         six = arms.turn_between_points(sixth, before[..., None, :], x)
+        # Any angle will do where the last axis is along the parallel ones, but what is left may reach for some only.
+        free = pga3.distance_point_line(before, sixth) <= _SMALL
+        six = np.where(free[..., None], np.array([0.0, np.pi]), six)
         five = arms.turn_between_points(fifth, x, after[..., None, :])
         q, gap = joined(one[..., None], gap[:, None].repeat(2, axis=1), np.stack([five, six], -1), gap_wrist)
         tail = pga3.motor_product(chain.motion(4, q[..., 1]), chain.motion(5, q[..., 2]))

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from generated import pga3
 
 from ...arguments import Reals, finite, real_array
-from .chain import COINCIDE, Chain
+from .chain import COINCIDE, SAME, Chain, apart
 from .closed import closed_form
 from .elimination import Elimination
 from .meets import GEOMETRIES, Meets
@@ -247,6 +247,7 @@ def _checked(chain: Chain, goals: Reals, way: Way, method: str) -> _Found:
     """The branches of a way, compared with the goals; those that are nearly right are polished."""
     found: _Found | None = None
     rough: list[tuple[Reals, Reals, Reals, Reals]] = []
+    free: list[tuple[Reals, Reals, Reals, Reals]] = []
     for start in range(0, max(len(goals), 1), _BLOCK):
         block = slice(start, start + _BLOCK)
         q, gap = way(goals[block], block)
@@ -263,6 +264,10 @@ def _checked(chain: Chain, goals: Reals, way: Way, method: str) -> _Found:
         if near.any():
             rows, branches = np.nonzero(near)
             rough.append((rows + start, branches, q[near], off[near]))
+        loose = (off >= _ROUGH) & (np.abs(gap) <= COINCIDE) & np.isfinite(off)
+        if loose.any():
+            rows, branches = np.nonzero(loose)
+            free.append((rows + start, branches, q[loose], off[loose]))
         # Where no branch is valid, the one that is nearest.
         best = np.argmax(valid, axis=-1)
         lost = ~valid.any(-1)
@@ -273,6 +278,8 @@ def _checked(chain: Chain, goals: Reals, way: Way, method: str) -> _Found:
     assert found is not None  # there is a block even of no goals
     if rough:
         _polished(chain, goals, found, *(np.concatenate(part) for part in zip(*rough, strict=True)))
+    if free:
+        _freed(chain, goals, found, *(np.concatenate(part) for part in zip(*free, strict=True)))
     missed = np.flatnonzero(~found.valid.any(-1))
     if len(missed):
         begin = found.nearest[missed]
@@ -281,8 +288,8 @@ def _checked(chain: Chain, goals: Reals, way: Way, method: str) -> _Found:
             begin[nowhere] = search(chain, goals[missed[nowhere]], _FEW)[:, 0]
         reached, _ = descend(chain, begin, goals[missed], _STEPS, 1e-13 * chain.size)
         # Where a joint could turn freely, another angle than the one that was taken may reach.
-        free = (np.abs(found.gap[missed]) <= COINCIDE).any(-1) & (chain.distance(reached, goals[missed]) > _RIGHT)
-        reached[free] = search(chain, goals[missed[free]])[:, 0]
+        lost = (np.abs(found.gap[missed]) <= COINCIDE).any(-1) & (chain.distance(reached, goals[missed]) > _RIGHT)
+        reached[lost] = search(chain, goals[missed[lost]])[:, 0]
         found.nearest[missed] = chain.wrapped(reached)
         distance = chain.distance(reached, goals[missed])
         right = missed[distance <= _RIGHT]
@@ -302,3 +309,21 @@ def _polished(chain: Chain, goals: Reals, found: _Found, rows: Reals, branches: 
     rows, branches, q = rows[right], branches[right], q[right]
     found.q[rows, branches], found.valid[rows, branches] = q, True
     found.nearest[rows] = found.q[rows, found.valid[rows].argmax(-1)]
+
+
+def _freed(chain: Chain, goals: Reals, found: _Found, rows: Reals, branches: Reals, q: Reals, off: Reals) -> None:
+    """Put in branches (K, n), off by (K,), whose joint that turns freely has an angle from which the rest cannot reach.
+
+    One for each pose that has no such branch yet: the nearest, moved to where it reaches, unless it is there already.
+    """
+    has_one = np.any(found.valid & (np.abs(found.gap) <= COINCIDE), axis=-1)
+    order = np.argsort(off)
+    order = order[~has_one[rows[order]]]
+    first = order[np.unique(rows[order], return_index=True)[1]]
+    rows, branches = rows[first], branches[first]
+    better, _ = descend(chain, q[first], goals[rows], _STEPS, 1e-13 * chain.size)
+    better = chain.wrapped(polish(chain, better, goals[rows]))
+    known = (apart(found.q[rows], better[:, None], np.array(chain.slides)) < SAME).any(-1)
+    right = (chain.distance(better, goals[rows]) <= _RIGHT) & ~known
+    rows, branches = rows[right], branches[right]
+    found.q[rows, branches], found.valid[rows, branches] = better[right], True
