@@ -36,20 +36,14 @@ LIBRARIES_OWN = frozenset(_MORE.split())
 """More of these, and functions whose last digit is the machine's, where they are a library's."""
 LIBRARIES = frozenset({"numpy", "scipy", "math", "cmath", "numba"})
 
-_VARIABLES = "takes joint variables, which no text has: see the test of lines that run"
+READERS = frozenset(f"algorithms/kinematics/{name}.py" for name in ("bodies", "denavit_hartenberg", "named", "urdf"))
+"""Where robots are read: nothing is allowed there."""
 ALLOWED: Mapping[str, str] = {
     "gacompiler/algebra/coefficients.py": "the table of functions of numbers in double; constants are exact, and "
     "errors that are printed are measured with functions that are rounded correctly (`passes.accuracy.run_in_double`)",
-    **{
-        f"algorithms/kinematics/{name}": _VARIABLES
-        for name in (
-            *("differential.py", "dynamics.py", "slopes.py", "inverse"),
-            *("model.py:Model._positions", "model.py:Model._rates", "model.py:Model._reduced"),
-        )
-    },
-    "algorithms/kinematics/robot.py:Robot.from_screws": "the command has files and names only",
+    "algorithms/kinematics": "takes joint variables, which no text has: see the test of lines that run",
 }
-"""Folders, files, or functions of files that may use them, and why no text depends on it."""
+"""Files and folders that may use them elsewhere, and why no text depends on it."""
 
 
 def file_of(module: str) -> Path | None:
@@ -87,13 +81,8 @@ def closure() -> tuple[Path, ...]:
     return tuple(sorted(found))
 
 
-def findings(tree: ast.Module) -> Iterator[tuple[str, int, str]]:
-    """What is not the same on every machine: the function that has it, the line, and what it is."""
-    owner = {id(node): "" for node in ast.walk(tree)}
-    for node in ast.walk(tree):
-        if isinstance(node, (ast.FunctionDef, ast.ClassDef)):
-            name = f"{owner[id(node)]}.{node.name}".lstrip(".")
-            owner.update((id(inside), name) for part in node.body for inside in ast.walk(part))
+def findings(tree: ast.Module) -> Iterator[tuple[int, str]]:
+    """What is not the same on every machine, with its line."""
     modules, functions = dict[str, str](), dict[str, str]()
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
@@ -104,7 +93,7 @@ def findings(tree: ast.Module) -> Iterator[tuple[str, int, str]]:
     for node in ast.walk(tree):
         what = _what(node, modules, functions)
         if what:
-            yield owner[id(node)], getattr(node, "lineno", 0), what
+            yield getattr(node, "lineno", 0), what
 
 
 def _what(node: ast.AST, modules: Mapping[str, str], functions: Mapping[str, str]) -> str:
@@ -135,8 +124,8 @@ def everything() -> tuple[tuple[str, int, str, str], ...]:
     all_of_them = []
     for path in closure():
         file = str(path.relative_to(ROOT))
-        for owner, line, what in findings(ast.parse(path.read_text())):
-            covering = (f"{file}:{owner}", file, str(Path(file).parent))
+        for line, what in findings(ast.parse(path.read_text())):
+            covering = () if file in READERS else (file, *map(str, Path(file).parents))
             all_of_them.append((file, line, what, next((name for name in covering if name in ALLOWED), "")))
     return tuple(all_of_them)
 
@@ -169,7 +158,7 @@ def test_no_number_of_the_text_depends_on_the_machine() -> None:
     ],
 )
 def test_what_is_found(source: str, what: str) -> None:
-    assert [text for _, _, text in findings(ast.parse(source))] == [what] * bool(what)
+    assert [text for _, text in findings(ast.parse(source))] == [what] * bool(what)
 
 
 INERTIAL = """<inertial><origin xyz="0.1 -0.2 0.3" rpy="0.2 0.1 -0.4"/><mass value="1.5"/>
