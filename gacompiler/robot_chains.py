@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from hashlib import sha256
 
 from .errors import SpecError
 
@@ -73,6 +74,45 @@ class Chain:
     def n_joints(self) -> int:
         """The number of joints."""
         return len(self.kinds)
+
+
+def signed(doc: str | None, chain: Chain) -> str:
+    """The docstring of a spec with digests of the constants that its kernels are made from, for those who load them.
+
+    A robot compares them with its own constants (`algorithms.kinematics.folded`, which has the same rule): rows of
+    numbers rounded to 1e-10 of their unit, for tensors of the decade of their largest entry, where the text of a
+    spec may differ from its source. They are computed from the chain, so that they are true of an edited spec as well.
+
+    Parameters
+    ----------
+    doc : str or None
+        What the spec says of itself.
+    chain : Chain
+    """
+    count = chain.n_joints
+    bodies = chain.inertias or ((0.0,) * 10,) * count
+    parts: dict[str, list[Sequence[Number | str]]] = {
+        "joints": [chain.kinds, chain.parents],
+        "axes": list(chain.axes),
+        "tool": [(chain.tip,), chain.tool],
+        "bodies": [row for body in bodies for row in (body[:4], _in_its_decade(body[4:]))],
+        "armature": [chain.armature or (0.0,) * count],
+        "gravity": [chain.gravity],
+    }
+    lines = [f"    {name} {_digest(rows)}" for name, rows in parts.items()]
+    return "\n".join(
+        [(doc or "").rstrip(), "", "Digests of the constants, which a robot compares with its own:", *lines]
+    )
+
+
+def _in_its_decade(tensor: Sequence[Number]) -> list[Number]:
+    decade = f"{max(abs(float(x)) for x in tensor):.9e}".partition("e")[2]
+    return [float(x) / float(f"1e{decade}") for x in tensor]
+
+
+def _digest(rows: Sequence[Sequence[Number | str]]) -> str:
+    texts = [x if isinstance(x, str) else f"{round(float(x), 10) + 0.0:.10f}" for row in rows for x in row]
+    return sha256(",".join(texts).encode()).hexdigest()[:12]
 
 
 # Constants: exact rationals of the decimals given.

@@ -35,6 +35,7 @@ def robot_spec(robot: str, name: str | None, tip: str | None, locked: Sequence[s
         Where there is no such file or robot, or it describes none.
     """
     from algorithms.kinematics import Robot
+    from algorithms.kinematics.named import table_of
 
     try:
         if robot.endswith((".urdf", ".xml")) or Path(robot).is_file():
@@ -42,7 +43,7 @@ def robot_spec(robot: str, name: str | None, tip: str | None, locked: Sequence[s
         elif tip is not None or locked:
             raise SpecError(robot, "a robot known by name", "a URDF file for --tip and --lock")
         else:
-            found, source = Robot.named(robot), "From the table of that name in algorithms.kinematics."
+            found, source = Robot.from_table(table_of(robot)), "From the table of that name in algorithms.kinematics."
     except OSError as error:
         raise SpecError(robot, error.strerror or str(error), "a URDF file, or the name of a robot") from None
     except ValueError as error:
@@ -102,6 +103,7 @@ def spec_text(name: str, chain: Chain, source: str) -> str:
             "",
             "ROBOT = robots.Chain(",
             f"{''.join(parts)})",
+            "__doc__ = robots.signed(__doc__, ROBOT)",
             f"JOINTS = array(SCALAR, {chain.n_joints})",
             "",
         )

@@ -28,6 +28,7 @@ from .robot_chains import (
     plus,
     regrouped,
     rounded,
+    signed,
 )
 
 __all__ = [
@@ -40,6 +41,7 @@ __all__ = [
     "mass_matrix",
     "regrouped",
     "row_motor",
+    "signed",
 ]
 
 _LINE = ("e12", "e13", "e23", "e01", "e02", "e03")

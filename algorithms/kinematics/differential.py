@@ -11,12 +11,12 @@ from generated import pga3
 
 from ..arguments import Reals, real_array
 from .chains import blocks, joint_twists, motions, tool_points
+from .changes import Changes
 from .denavit_hartenberg import Joint
-from .model import Model
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Differential(Model):
+class Differential(Changes):
     """A robot that can say how fast things move."""
 
     def jacobian(self, q: ArrayLike) -> Reals:
@@ -37,10 +37,10 @@ class Differential(Model):
         TypeError, ValueError
             Where `q` is not an array of n real numbers in its last axis.
         """
-        own = self._own
+        own = self._own.jacobian
         if own is not None:
             try:
-                return own.jacobian(q)  # type: ignore[no-any-return]
+                return own(q)  # type: ignore[no-any-return]
             except (TypeError, ValueError):
                 pass
         else:
@@ -49,8 +49,8 @@ class Differential(Model):
                 return one  # type: ignore[no-any-return]
         q, flat = self._variables(q, "q")
         n = len(self.kinds)
-        if self.module is not None:
-            return self._reduced(self.module.jacobian(self._positions(q)))
+        if self._kernels.jacobian is not None:
+            return self._reduced(self._kernels.jacobian(self._positions(q)))
         found = np.zeros((len(flat), 6, n), q.dtype)
         for block in blocks(len(flat)):
             self._fill_jacobian(self._positions(flat[block]), found[block])

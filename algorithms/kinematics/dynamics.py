@@ -74,10 +74,10 @@ class Dynamics(Differential):
         TypeError, ValueError
             Where an argument is not an array of n real numbers in its last axis.
         """
-        own = self._own_dynamics
+        own = self._own.inverse_dynamics
         if own is not None:
             try:
-                return own.inverse_dynamics(q, qd, qdd)  # type: ignore[no-any-return]
+                return own(q, qd, qdd)  # type: ignore[no-any-return]
             except (TypeError, ValueError):
                 pass
         else:
@@ -101,7 +101,7 @@ class Dynamics(Differential):
             As in `inverse_dynamics`.
         """
         still = self._still
-        if self._own_dynamics is None:
+        if self._own.inverse_dynamics is None:
             one = self._passes.gravity(self._heavy, q)
             if one is not None:
                 return one  # type: ignore[no-any-return]
@@ -175,10 +175,10 @@ class Dynamics(Differential):
         MissingInertiaError, TypeError, ValueError
             As in `inverse_dynamics`.
         """
-        own = self._own_dynamics
+        own = self._own.mass_matrix
         if own is not None:
             try:
-                return own.mass_matrix(q)  # type: ignore[no-any-return]
+                return own(q)  # type: ignore[no-any-return]
             except (TypeError, ValueError):
                 pass
         else:
@@ -188,8 +188,8 @@ class Dynamics(Differential):
         self._need_inertia()
         q, flat = self._variables(q, "q")
         count = len(self.kinds)
-        if self.module is not None:
-            found = self._folded("mass_matrix", self._positions(q))
+        if self._kernels.mass_matrix is not None:
+            found = self._folded(self._kernels.mass_matrix, self._positions(q))
         else:
             found = np.zeros((len(flat), count, count), q.dtype)
             for block in blocks(len(flat)):
@@ -213,8 +213,8 @@ class Dynamics(Differential):
         MissingInertiaError, TypeError, ValueError
             As in `inverse_dynamics`.
         """
-        own, one = self._own_dynamics, None
-        if own is None:
+        own, one = self._own, None
+        if own.inverse_dynamics is None or own.mass_matrix is None:
             one = self._passes.forward_dynamics(self._heavy, q, qd, tau)
         elif type(q) is np.ndarray and q.ndim == 1:
             try:
@@ -327,11 +327,12 @@ class Dynamics(Differential):
 
     def _forces(self, q: Reals, qd: Reals, qdd: Reals, without_gravity: bool = False) -> Reals:
         """Inverse dynamics of rows of variables."""
-        if self.module is not None:
+        kernel = self._kernels.inverse_dynamics
+        if kernel is not None:
             x, v, a = self._positions(q), self._rates(qd), self._rates(qdd)
-            found = self._folded("inverse_dynamics", x, v, a)
+            found = self._folded(kernel, x, v, a)
             if without_gravity:
-                found = found - self._folded("inverse_dynamics", x, np.zeros_like(v), np.zeros_like(a))
+                found = found - self._folded(kernel, x, np.zeros_like(v), np.zeros_like(a))
             return self._reduced(found)
         found = np.empty((len(q), len(self.kinds)), q.dtype)
         free_fall = np.zeros(3) if without_gravity else self.free_fall

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from generated import pga3
 
 from ..arguments import Reals, real_array
-from . import single
+from . import folded, single
 from .denavit_hartenberg import Joint
 from .errors import DescriptionError, JointCountError, MissingInertiaError, NotFiniteError, UnknownJointTypeError
 
@@ -72,7 +72,8 @@ class Model:
     links : mapping of str to (int, array (8,))
         By name of a link: the joint that carries it, and its motor at home.
     module : module or None
-        Kernels with the constants of this robot folded, written by ``gac robot``; used where there are any.
+        Kernels with constants folded, written by ``gac robot``. Those that were made from the constants of this robot
+        are used, and no others: `uses`.
     """
 
     name: str
@@ -99,10 +100,10 @@ class Model:
     """The same for those that need masses; none where something is not known of them."""
     _weightless: Floats | None = field(default=None, init=False, repr=False)
     """The same without gravity."""
-    _own: Any = field(default=None, init=False, repr=False)
-    """The module where each joint has its own variable: its kernels can be called with what callers give."""
-    _own_dynamics: Any = field(default=None, init=False, repr=False)
-    """The same where its masses are known."""
+    _kernels: folded.Folded = field(default=folded.NOTHING, init=False, repr=False)
+    """The kernels of the module that were made from the same constants."""
+    _own: folded.Folded = field(default=folded.NOTHING, init=False, repr=False)
+    """The same where each joint has its own variable: they can be called with what callers give."""
     _still: Floats = field(default_factory=_empty, init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -165,9 +166,8 @@ class Model:
         fill("_table", single.table_of(self))
         fill("_heavy", self._table if heavy else None)
         fill("_weightless", single.table_of(self, gravity=False) if heavy else None)
-        if not self.coupling.size:
-            fill("_own", self.module)
-            fill("_own_dynamics", self.module if heavy and hasattr(self.module, "inverse_dynamics") else None)
+        fill("_kernels", folded.kernels_of(self))
+        fill("_own", folded.NOTHING if self.coupling.size else self._kernels)
 
     def __reduce__(self) -> tuple[Any, ...]:
         kept = {entry.name: getattr(self, entry.name) for entry in fields(self) if entry.init}
@@ -178,6 +178,16 @@ class Model:
     def n_joints(self) -> int:
         """The number of joint variables."""
         return self.coupling.shape[1] - 1 if self.coupling.size else len(self.kinds)
+
+    @property
+    def uses(self) -> Mapping[str, str]:
+        """For each method the module whose kernels it calls: the robot's own, or ``generated.pga3`` as for any robot.
+
+        Kernels of the module that were made from other constants than the robot has are not used. So a robot with
+        another tool has the generic `forward`, and its own `mass_matrix`. Compiled passes over the joints count as
+        generic.
+        """
+        return MappingProxyType(folded.uses(self._kernels, self.module))
 
     @property
     def path(self) -> tuple[int, ...]:
@@ -240,9 +250,8 @@ class Model:
             return columns
         return columns @ self.coupling[:, :-1].astype(columns.dtype)  # type: ignore[no-any-return]
 
-    def _folded(self, name: str, *rows: Reals) -> Reals:
+    def _folded(self, kernel: Any, *rows: Reals) -> Reals:
         """A kernel of the robot's own module on rows; a single row is quicker without a batch."""
-        kernel = getattr(self.module, name)
         if rows[0].ndim == 2 and len(rows[0]) == 1:
             return kernel(*(row[0] for row in rows))[None]  # type: ignore[no-any-return]
         return kernel(*rows)  # type: ignore[no-any-return]

@@ -154,3 +154,20 @@ OTHER_NAMES: Mapping[str, str] = MappingProxyType({"kukaiiwa": "iiwa", "frankapa
 
 FOLDED: frozenset[str] = frozenset({"ur5", "panda"})
 """Robots whose own kernels are checked in."""
+
+
+def table_of(name: str) -> Table:
+    """The table of a robot known by name; capitals, spaces and hyphens make no difference.
+
+    Raises
+    ------
+    TypeError, ValueError
+        For what is no name, or another name.
+    """
+    if not isinstance(name, str):
+        raise TypeError(f"robot {name!r}: {type(name).__name__}; expected a name, as one of {', '.join(TABLES)}")
+    plain = "".join(filter(str.isalnum, name.lower()))
+    plain = OTHER_NAMES.get(plain, plain)
+    if plain not in TABLES:
+        raise ValueError(f"robot {name!r}: not known; expected one of {', '.join(TABLES)}, or use Robot.from_dh")
+    return TABLES[plain]

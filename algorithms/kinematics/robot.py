@@ -22,7 +22,7 @@ from .denavit_hartenberg import Convention, Joint, Table, convention_of, rows_of
 from .errors import DescriptionError, JointCountError
 from .inverse import Solutions
 from .inverse import inverse as _inverse
-from .named import FOLDED, OTHER_NAMES, TABLES
+from .named import FOLDED, table_of
 from .slopes import Slopes
 
 _LINE_Z = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
@@ -46,14 +46,9 @@ class Robot(Slopes):
         TypeError, ValueError
             For what is no name, or another name.
         """
-        if not isinstance(name, str):
-            raise TypeError(f"robot {name!r}: {type(name).__name__}; expected a name, as one of {', '.join(TABLES)}")
-        given, name = name, "".join(filter(str.isalnum, name.lower()))
-        name = OTHER_NAMES.get(name, name)
-        if name not in TABLES:
-            raise ValueError(f"robot {given!r}: not known; expected one of {', '.join(TABLES)}, or use Robot.from_dh")
-        robot = cls.from_table(TABLES[name])
-        return robot.with_module(import_module(f"generated.{name}")) if name in FOLDED else robot
+        table = table_of(name)
+        robot = cls.from_table(table)
+        return robot.with_module(import_module(f"generated.{table.name}")) if table.name in FOLDED else robot
 
     @classmethod
     def from_dh(
@@ -190,32 +185,6 @@ class Robot(Slopes):
         """
         return cls(**urdf.read(path, tip, locked, base))
 
-    def with_module(self, module: Any) -> Robot:
-        """The same robot with kernels that ``gac robot`` wrote for it.
-
-        Parameters
-        ----------
-        module : module
-            Its kernels forward, jacobian, and where masses are known inverse_dynamics and mass_matrix.
-
-        Raises
-        ------
-        DescriptionError
-            Where the module is another robot's: its end effector is elsewhere.
-        """
-        robot = replace(self, module=module)
-        q = np.linspace(0.3, 0.9, self.n_joints)
-        x = self._positions(q[None])
-        if module.forward.signature != f"({len(self.kinds)})->(8)" or not np.allclose(
-            pga3.motor_to_matrix(module.forward(x)),
-            pga3.motor_to_matrix(replace(self, module=None).forward(q)),
-            atol=1e-8,
-        ):
-            raise DescriptionError(
-                f"{self.name}: module {module.__name__} is another robot's; expected its own kernels"
-            )
-        return robot
-
     def forward(self, q: ArrayLike) -> Reals:
         """Where the end effector is.
 
@@ -235,10 +204,10 @@ class Robot(Slopes):
         TypeError, ValueError
             Where `q` is not an array of n real numbers in its last axis.
         """
-        own = self._own
+        own = self._own.forward
         if own is not None:
             try:
-                return own.forward(q)  # type: ignore[no-any-return]
+                return own(q)  # type: ignore[no-any-return]
             except (TypeError, ValueError):
                 pass
         else:
@@ -246,8 +215,8 @@ class Robot(Slopes):
             if one is not None:
                 return one  # type: ignore[no-any-return]
         q, flat = self._variables(q, "q")
-        if self.module is not None:
-            return self.module.forward(self._positions(q))  # type: ignore[no-any-return]
+        if self._kernels.forward is not None:
+            return self._kernels.forward(self._positions(q))  # type: ignore[no-any-return]
         motors = np.empty((len(flat), 8), q.dtype)
         tool = self.tool.astype(q.dtype)
         for block in blocks(len(flat)):

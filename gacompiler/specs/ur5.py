@@ -40,6 +40,7 @@ ROBOT = robots.Chain(
     ),
     gravity=(0.0, 0.0, -9.81),
 )
+__doc__ = robots.signed(__doc__, ROBOT)
 JOINTS = array(SCALAR, 6)
 
 

@@ -11,6 +11,10 @@ import numpy as np
 import pytest
 
 from algorithms.kinematics import Robot
+from gacompiler.generate import compile_spec, load_spec, render, write
+from gacompiler.robot_specs import robot_spec
+from gacompiler.runtime import load_module
+from generated import pga3
 
 pytestmark = pytest.mark.peers
 
@@ -63,19 +67,24 @@ def random_tree(folder: Path, seed: int, count: int) -> Path:
     return path
 
 
-def compare(path: Path, count: int) -> None:
-    """All quantities in `count` random states, against Pinocchio one state at a time, to 1e-10."""
+def loaded(path: Path) -> tuple[Robot, Any, int]:
+    """The robot of a file, Pinocchio's model of it, and the model's frame of the end effector."""
     pin = pytest.importorskip("pinocchio")
     model = pin.buildModelFromUrdf(str(path))
-    data = model.createData()
     robot = Robot.from_urdf(path)
     robot = replace(robot, coupling=np.empty(0), limits=np.empty(0))  # Pinocchio gives every joint a variable
+    tip = next(name for name, (joint, tool) in robot.links.items() if joint == robot.tip
+               and np.array_equal(tool, robot.tool))  # fmt: skip
+    return robot, model, model.getFrameId(tip)
+
+
+def compare(robot: Robot, model: Any, frame: int, count: int) -> None:
+    """All quantities in `count` random states, against Pinocchio one state at a time, to 1e-10."""
+    pin = pytest.importorskip("pinocchio")
+    data = model.createData()
     joints = [model.getJointId(name) for name in robot.joint_names]
     assert sorted(joints) == list(range(1, model.njoints))
     at = [model.idx_vs[j] for j in joints]
-    tip = next(name for name, (joint, tool) in robot.links.items() if joint == robot.tip
-               and np.array_equal(tool, robot.tool))  # fmt: skip
-    frame = model.getFrameId(tip)
     q, qd, qdd = np.random.default_rng(1).uniform(-2, 2, (3, count, robot.n_joints))
     tau = robot.inverse_dynamics(q, qd, qdd)
     mine = {
@@ -119,7 +128,8 @@ def compare(path: Path, count: int) -> None:
             "gravity": pin.computeGeneralizedGravity(model, data, x)[at],
             "coriolis matrix": pin.computeCoriolisMatrix(model, data, x, v)[np.ix_(at, at)],
             "forward dynamics": pin.aba(model, data, x, v, f)[at],
-            "kinetic energy": pin.computeKineticEnergy(model, data, x, v),
+            # without that of the rotors
+            "kinetic energy": pin.computeKineticEnergy(model, data, x, v) + (model.armature * v * v).sum() / 2,
             "potential energy": pin.computePotentialEnergy(model, data, x),
         }
         for name, value in theirs.items():
@@ -130,12 +140,63 @@ def compare(path: Path, count: int) -> None:
 
 @pytest.mark.parametrize(("name", "count"), [(name, 200 if name == "talos" else 10_000) for name in URDFS])
 def test_robots_of_example_robot_data(name: str, count: int) -> None:
-    compare(described(name), count)
+    compare(*loaded(described(name)), count)
 
 
 @pytest.mark.parametrize("seed", range(5))
 def test_random_trees(seed: int, tmp_path: Path) -> None:
-    compare(random_tree(tmp_path, seed, 9), 200)
+    compare(*loaded(random_tree(tmp_path, seed, 9)), 200)
+
+
+def _se3(motor: Any) -> Any:
+    return pytest.importorskip("pinocchio").SE3(pga3.motor_to_matrix(motor))
+
+
+def _with_tool(model: Any, frame: int, motor: Any) -> int:
+    pin, own = pytest.importorskip("pinocchio"), model.frames[frame]
+    place = own.placement * _se3(motor)
+    return int(model.addFrame(pin.Frame("new tool", own.parentJoint, frame, place, pin.FrameType.OP_FRAME)))
+
+
+def _with_base(model: Any, motor: Any) -> None:
+    for joint in range(1, model.njoints):
+        if model.parents[joint] == 0:
+            model.jointPlacements[joint] = _se3(motor) * model.jointPlacements[joint]
+
+
+def _with_payload(model: Any, frame: int, mass: float, centre: Any, t: Any) -> None:
+    tensor = np.array([[t[0], t[1], t[2]], [t[1], t[3], t[4]], [t[2], t[4], t[5]]])
+    body = pytest.importorskip("pinocchio").Inertia(mass, np.array(centre), tensor)
+    model.appendBodyToJoint(model.frames[frame].parentJoint, body, model.frames[frame].placement)
+
+
+@pytest.mark.parametrize("change", ["tool", "base", "gravity", "payload", "armature", "all"])
+def test_changed_robots_with_kernels_of_their_own(change: str, tmp_path: Path) -> None:
+    """Every change by every method, beside the same change of Pinocchio's model."""
+    robot, model, frame = loaded(random_tree(tmp_path, 7, 4))
+    name, text = robot_spec(str(tmp_path / "tree7.urdf"), None, None, ())
+    (tmp_path / f"{name}.py").write_text(text)
+    write(render(compile_spec(load_spec(tmp_path / f"{name}.py"))), tmp_path / "out")
+    robot = robot.with_module(load_module(tmp_path / "out" / f"{name}.py", "_tree", "arrays"))
+    tool = pga3.motor_from_rotation_vector_translation([0.3, -0.2, 0.5], [0.05, 0.1, 0.2])
+    base = pga3.motor_from_rotation_vector_translation([1.0, 0.4, -0.7], [0.3, -0.8, 0.5])
+    load = 5.0, (0.1, -0.2, 0.3), (0.3, 0.01, -0.02, 0.4, 0.03, 0.2)
+    if change in ("payload", "all"):
+        robot = robot.with_payload(*load)
+        _with_payload(model, frame, *load)
+    if change in ("tool", "all"):
+        robot, frame = robot.with_tool(tool), _with_tool(model, frame, tool)
+    if change in ("base", "all"):
+        robot = robot.with_base(base)
+        _with_base(model, base)
+    if change in ("gravity", "all"):
+        robot = robot.with_gravity((1.0, -2.0, 3.0))
+        model.gravity.linear = np.array([1.0, -2.0, 3.0])
+    if change in ("armature", "all"):
+        rotors = np.linspace(0.1, 0.4, len(robot.kinds))
+        robot = robot.with_armature(rotors)
+        model.armature[[model.idx_vs[model.getJointId(name)] for name in robot.joint_names]] = rotors
+    compare(robot, model, frame, 20)
 
 
 @pytest.mark.parametrize(("name", "theirs"), [("puma560", "Puma560"), ("stanford", "Stanford"), ("panda", "Panda")])

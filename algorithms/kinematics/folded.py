@@ -1,0 +1,116 @@
+"""Kernels with the constants of one robot folded, as ``gac robot`` writes them, and which of them belong to a robot.
+
+A module says in its docstring what it was made from: a digest for each part of the robot's description. A kernel is
+used where the digests of all parts that it depends on are those of the robot; so a robot that was changed, by whatever
+way, computes with the generic kernels what the change concerns.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, fields
+from hashlib import sha256
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .model import Model
+
+GENERIC = "generated.pga3"
+"""The module that any robot can be computed with."""
+
+_WHERE = ("joints", "axes", "tool")
+_DEPENDS: dict[str, tuple[str, ...]] = {
+    "forward": _WHERE,
+    "jacobian": _WHERE,
+    "inverse_dynamics": ("joints", "axes", "bodies", "armature", "gravity"),
+    "mass_matrix": ("joints", "axes", "bodies", "armature"),
+}
+"""The parts of a robot's description that were folded into each kernel."""
+
+_CALLS: dict[str, tuple[str, ...]] = {
+    **{name: ("forward",) for name in ("forward", "pose")},
+    **{name: ("jacobian",) for name in ("jacobian", "velocity", "manipulability")},
+    **{name: ("inverse_dynamics",) for name in ("inverse_dynamics", "gravity", "coriolis", "coriolis_matrix")},
+    **{name: ("mass_matrix",) for name in ("mass_matrix", "kinetic_energy")},
+    "acceleration": ("jacobian",),
+    "forward_dynamics": ("inverse_dynamics", "mass_matrix"),
+    **{name: () for name in ("forward_all", "jacobian_rate", "potential_energy", "inverse_dynamics_slopes")},
+    "forward_dynamics_slopes": ("inverse_dynamics", "mass_matrix"),
+}
+"""The kernels of a robot's own module that its methods call."""
+
+_LINE = re.compile(r"^ {4}(\w+) ([0-9a-f]{12})$", re.MULTILINE)
+
+
+@dataclass(frozen=True, slots=True)
+class Folded:
+    """The kernels of a module that belong to a robot; None for those that do not."""
+
+    forward: Any = None
+    jacobian: Any = None
+    inverse_dynamics: Any = None
+    mass_matrix: Any = None
+
+
+NOTHING = Folded()
+
+
+def kernels_of(model: Model) -> Folded:
+    """The kernels of the robot's module that were made from the same constants."""
+    if model.module is None:
+        return NOTHING
+    other = differences(model) | ({"bodies"} if model.without_inertia else set())
+    kept = {
+        name: getattr(model.module, name)
+        for name in (entry.name for entry in fields(Folded))
+        if hasattr(model.module, name) and not other.intersection(_DEPENDS[name])
+    }
+    return Folded(**kept)
+
+
+def differences(model: Model) -> set[str]:
+    """The parts of a robot's description that its module was not made from; all of them where it does not say."""
+    signed = dict(_LINE.findall(getattr(model.module, "__doc__", None) or ""))
+    return {part for part, digest in digests(model).items() if signed.get(part) != digest}
+
+
+def folded_parts(module: Any) -> set[str]:
+    """The parts that the kernels of a module depend on."""
+    return {part for name, parts in _DEPENDS.items() if hasattr(module, name) for part in parts}
+
+
+def uses(kernels: Folded, module: Any) -> Mapping[str, str]:
+    """For each method the module whose kernels it calls."""
+    found = {}
+    for method, names in _CALLS.items():
+        own = [getattr(kernels, name) is not None for name in names]
+        found[method] = module.__name__ if own and all(own) else GENERIC
+        if any(own) and not all(own):
+            found[method] = f"{module.__name__}, {GENERIC}"
+    return found
+
+
+def digests(model: Model) -> dict[str, str]:
+    """A digest for each part of a robot's description.
+
+    Of numbers rounded to 1e-10 of their unit, for tensors of the decade of their largest entry: the text that a
+    module is made from may differ by as much. The same rule as that of `gacompiler.robots.signed`.
+    """
+    bodies: list[Iterable[float | str]] = []
+    for body in model.bodies if model.bodies.size else ((0.0,) * 10,) * len(model.kinds):
+        decade = f"{max(abs(float(x)) for x in body[4:]):.9e}".partition("e")[2]
+        bodies += [body[:4], [float(x) / float(f"1e{decade}") for x in body[4:]]]
+    return {
+        "joints": _digest([[kind.value for kind in model.kinds], model.parents]),
+        "axes": _digest(model.axes),
+        "tool": _digest([[model.tip], model.tool]),
+        "bodies": _digest(bodies),
+        "armature": _digest([model.armature]),
+        "gravity": _digest([model.free_fall]),
+    }
+
+
+def _digest(rows: Iterable[Iterable[float | str]]) -> str:
+    texts = [x if isinstance(x, str) else f"{round(float(x), 10) + 0.0:.10f}" for row in rows for x in row]
+    return sha256(",".join(texts).encode()).hexdigest()[:12]
