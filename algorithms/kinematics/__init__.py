@@ -5,11 +5,13 @@ from .denavit_hartenberg import Row, Table
 from .errors import (
     CyclicTreeError,
     DescriptionError,
+    FloatingBaseError,
     JointCountError,
     MissingInertiaError,
     NotFiniteError,
     UnknownJointTypeError,
 )
+from .floating import FloatingRobot
 from .inverse import Solutions, Status, elbow_angle
 from .robot import Robot
 
@@ -17,6 +19,8 @@ __all__ = [
     "Body",
     "CyclicTreeError",
     "DescriptionError",
+    "FloatingBaseError",
+    "FloatingRobot",
     "JointCountError",
     "MissingInertiaError",
     "NotFiniteError",

@@ -54,7 +54,9 @@ class Changes(Model):
     def with_base(self, base: ArrayLike) -> Self:
         """The same robot mounted elsewhere: on a wall, on a table, beside another robot.
 
-        Gravity stays as it is in the world, and the frame that results are given in becomes that of the world.
+        Gravity stays as it is in the world, and the frame that results are given in becomes that of the world. Inertias
+        are summed about its origin: of dynamics, digits are lost with the square of the distance, some 1e-12 of a
+        torque at 100 m, 1e-10 at 1 km.
 
         Parameters
         ----------

@@ -23,3 +23,7 @@ class JointCountError(DescriptionError):
 
 class NotFiniteError(DescriptionError):
     """NaN, an infinite number, or what is no number, where one was expected."""
+
+
+class FloatingBaseError(DescriptionError):
+    """Something that is for robots with a fixed base, asked of one whose base floats."""

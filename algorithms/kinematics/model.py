@@ -180,6 +180,11 @@ class Model:
         return self.coupling.shape[1] - 1 if self.coupling.size else len(self.kinds)
 
     @property
+    def n_positions(self) -> int:
+        """The length of `q`: that of its rates, but for a base that floats."""
+        return self.n_joints
+
+    @property
     def uses(self) -> Mapping[str, str]:
         """For each method the module whose kernels it calls: the robot's own, or ``generated.pga3`` as for any robot.
 

@@ -167,12 +167,14 @@ class Robot(Slopes):
         locked : iterable of str, optional
             Names of joints that are held at 0: what they carry becomes part of what carries them.
         base : str
-            "fixed"; or "floating": three slides x, y, z and turns by yaw, pitch and roll come before the first link. A
-            joint of type floating becomes such six joints as well, a planar one three.
+            "fixed"; "floating", where `q` begins with the motor of the first link (`FloatingRobot`); or "euler": three
+            slides x, y, z and turns by yaw, pitch and roll come before the first link, which is singular at a pitch of
+            a quarter turn. A joint of type floating becomes such six joints as well, a planar one three.
 
         Returns
         -------
         Robot
+            A `FloatingRobot` where the base floats.
             Joints are in the order of the file, depth first: `joint_names`. Joints that mimic others have no variable.
 
         Raises
@@ -183,7 +185,54 @@ class Robot(Slopes):
             Where it describes no robot. Links without inertia are refused only when dynamics is asked for, with a
             `MissingInertiaError`.
         """
-        return cls(**urdf.read(path, tip, locked, base))
+        fields = urdf.read(path, tip, locked, base)
+        if base == "floating":
+            from .floating import FloatingRobot  # which is made from this class
+
+            return FloatingRobot(**fields)
+        return cls(**fields)
+
+    def integrate(self, q: ArrayLike, v: ArrayLike) -> Reals:
+        """Where rates `v`, kept for the unit of time, lead from `q`: ``q + v``, but for a base that floats.
+
+        Parameters
+        ----------
+        q : array_like, (..., n)
+        v : array_like, (..., n)
+            Rates times the step.
+
+        Returns
+        -------
+        array, (..., n)
+
+        Raises
+        ------
+        TypeError, ValueError
+            As in `forward`.
+        """
+        shape, (start, step) = self._together((q, "q"), (v, "v"))
+        return (start + step).reshape(*shape, self.n_joints)
+
+    def difference(self, q0: ArrayLike, q1: ArrayLike) -> Reals:
+        """The rates that lead from `q0` to `q1` in the unit of time: ``q1 - q0``, but for a base that floats.
+
+        Whole turns of a joint count.
+
+        Parameters
+        ----------
+        q0, q1 : array_like, (..., n)
+
+        Returns
+        -------
+        array, (..., n)
+
+        Raises
+        ------
+        TypeError, ValueError
+            As in `forward`.
+        """
+        shape, (start, end) = self._together((q0, "q0"), (q1, "q1"))
+        return (end - start).reshape(*shape, self.n_joints)
 
     def forward(self, q: ArrayLike) -> Reals:
         """Where the end effector is.

@@ -74,8 +74,8 @@ def read(path: str | Path, tip: str | None, locked: Iterable[str], base: str) ->
         raise DescriptionError(f"{where}: not XML ({error})") from None
     if root.tag != "robot":
         raise DescriptionError(f"{where}: <{root.tag}>; expected <robot>")
-    if base not in ("fixed", "floating"):
-        raise ValueError(f"base: {base!r}; expected 'fixed' or 'floating'")
+    if base not in ("fixed", "floating", "euler"):
+        raise ValueError(f"base: {base!r}; expected 'fixed', 'floating' or 'euler'")
     links = _links(root, where)
     joints = _joints(root, links, where)
     held = {locked} if isinstance(locked, str) else set(locked)
@@ -296,7 +296,7 @@ def _walk(start: str, links: dict[str, Link], joints: Sequence[Connection], held
         todo.extend((joint, frame, carrier, depth + 1) for joint in reversed(carried.get(link, ())))
 
     carried, todo = _carried(joints), list[tuple[Connection, Floats, int, int]]()
-    place(start, identity, several("base", identity, _FREE, -1) if base == "floating" else -1, 0)
+    place(start, identity, several("base", identity, _FREE, -1) if base != "fixed" else -1, 0)
     while todo:
         joint, frame, carrier, depth = todo.pop()
         there = pga3.motor_product(frame, joint.origin)

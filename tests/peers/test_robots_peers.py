@@ -29,12 +29,12 @@ URDFS = {
 
 
 def described(name: str) -> Path:
-    """A URDF file of the package example-robot-data."""
+    """A URDF file of the package example-robot-data, by a name of `URDFS` or the end of its path."""
     try:
         files = metadata.files("example-robot-data") or []
     except metadata.PackageNotFoundError:
         pytest.skip("needs the package example-robot-data")
-    return next(Path(str(file.locate())) for file in files if str(file).endswith(URDFS[name]))
+    return next(Path(str(file.locate())) for file in files if str(file).endswith(URDFS.get(name, name)))
 
 
 def random_tree(folder: Path, seed: int, count: int) -> Path:

@@ -1,0 +1,392 @@
+"""Robots whose base moves freely: where it is, is a motor; how it moves, a twist in its own frame.
+
+In the arrays of a `Model` six joints carry the base, three slides and three turns. At the origin, where all of them
+are 0, their rates are the base's velocities in its own frame, in another order. A robot somewhere else feels the same
+as one there, but for the direction of gravity. So everything is computed there, by the methods of any robot, and inertias are
+summed about the origin of the base: results do not depend on how far that is from the world's origin, and there is no
+attitude without description. Two things remain: accelerations of the six joints are not quite those of the base
+(`_turning`), and gravity is an acceleration of the base upwards.
+
+Forces of the base are a torque about its origin, and a force, in its frame.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, NoReturn, Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from generated import pga3
+
+from ..arguments import Reals, real_array
+from .chains import motions
+from .errors import FloatingBaseError
+from .inverse import Solutions
+from .robot import Robot
+
+_MOTOR = 8
+_ORDER = (5, 4, 3, 0, 1, 2)
+"""The six joints, slides x, y, z and turns about z, y, x, in the order of velocities: angular, then linear, x, y, z."""
+_AXES = np.array([[e12, -e13, e23, 0, 0, 0] for e23, e13, e12 in (*np.eye(3), *np.eye(3)[::-1])])
+"""Their lines at home."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FloatingRobot(Robot):
+    """A robot whose base moves freely, as ``Robot.from_urdf(path, base="floating")`` gives it.
+
+    With m joints, `q` has ``8 + m`` numbers: the motor of the base's frame in the world (1, e12, e13, e23, e01, e02,
+    e03, e0123) and the joints' variables. M and -M are the same pose, and of motors that are no unit the unit is meant.
+    Velocities, accelerations and forces have ``n = 6 + m``: angular x, y, z and linear x, y, z of the base, both in its
+    own frame, the linear one that of its origin, then the joints'. Accelerations are the rates of these numbers.
+    Derivatives by `q` are those by a small motion ``integrate(q, dv)``.
+
+    Results of kinematics are in the world's frame, as those of a robot whose base is fixed. Inverse kinematics, kernels
+    of its own and another place of the base raise a `FloatingBaseError`.
+
+    Relative to the largest entry, forces and accelerations of G1 and Talos differ from Pinocchio's by less than 1e-12,
+    within 1,000 km of the origin, at any attitude.
+    """
+
+    _still_base: Robot = field(init=False, repr=False)
+    """The robot with its base at the origin, on its six joints, without gravity."""
+
+    def __post_init__(self) -> None:
+        Robot.__post_init__(self)
+        kinds = [kind.value for kind in self.kinds[:6]]
+        right = kinds == ["prismatic"] * 3 + ["revolute"] * 3 and self.parents[:6] == (-1, 0, 1, 2, 3, 4)
+        if not right or not np.array_equal(self.axes[:6], _AXES) or -1 in self.parents[6:]:
+            raise FloatingBaseError(
+                f"{self.name}: first joints {kinds} about {self.axes[:6].tolist()}; expected slides along x, y, z and "
+                "turns about z, y, x, in a chain that carries everything"
+            )
+        kept = {name: getattr(self, name) for name in _FIELDS}
+        object.__setattr__(self, "_still_base", Robot(**kept, free_fall=np.zeros(3)))
+        for name in ("_table", "_heavy", "_weightless"):  # of methods that know nothing of the motor
+            object.__setattr__(self, name, None)
+
+    @property
+    def n_positions(self) -> int:
+        """The length of `q`."""
+        return self.n_joints - 6 + _MOTOR
+
+    # Configurations.
+
+    def integrate(self, q: ArrayLike, v: ArrayLike) -> Reals:
+        """Where velocities `v`, kept for the unit of time, lead from `q`: the base goes on a screw.
+
+        Parameters
+        ----------
+        q : array_like, (..., 8 + m)
+        v : array_like, (..., 6 + m)
+            Times the step.
+
+        Returns
+        -------
+        array, (..., 8 + m)
+            With a unit motor.
+
+        Raises
+        ------
+        TypeError, ValueError
+            Where an argument has another shape.
+        """
+        now = self._at(q, (v, "v"))
+        step = pga3.motor_from_twist(_line(now.rates[0]))
+        moved = pga3.normalize_motor(pga3.motor_product(now.base, step))
+        return np.concatenate([moved, now.joints + now.rates[0][..., 6:]], axis=-1)
+
+    def difference(self, q0: ArrayLike, q1: ArrayLike) -> Reals:
+        """The velocities that lead from `q0` to `q1` in the unit of time: ``integrate(q0, v)`` is `q1`.
+
+        Parameters
+        ----------
+        q0, q1 : array_like, (..., 8 + m)
+
+        Returns
+        -------
+        array, (..., 6 + m)
+            The base turns by an angle in [0, pi]; its motor may have either sign.
+
+        Raises
+        ------
+        TypeError, ValueError
+            Where an argument has another shape.
+        """
+        m = self.n_positions
+        given = [real_array(q, f"{self.name}: {k}", (m,), self._meaning) for k, q in (("q0", q0), ("q1", q1))]
+        start, end = _broadcast(self.name, given, ("q0", "q1"))
+        twist = pga3.motor_to_twist(pga3.motor_relative(*(pga3.normalize_motor(q[..., :_MOTOR]) for q in (start, end))))
+        return np.concatenate([*pga3.twist_to_velocities(twist), end[..., _MOTOR:] - start[..., _MOTOR:]], axis=-1)
+
+    # Kinematics: that of the robot at the origin, moved.
+
+    def forward(self, q: ArrayLike) -> Reals:
+        """As `Robot.forward`."""
+        now = self._at(q)
+        return pga3.motor_product(now.base, self._still_base.forward(now.x))  # type: ignore[no-any-return]
+
+    def forward_all(self, q: ArrayLike) -> Reals:
+        """As `Robot.forward_all`; the first six frames are the base's."""
+        now = self._at(q)
+        return pga3.motor_product(now.base[..., None, :], self._still_base.forward_all(now.x))  # type: ignore[no-any-return]
+
+    def jacobian(self, q: ArrayLike) -> Reals:
+        """As `Robot.jacobian`, (..., 6, n)."""
+        now = self._at(q)
+        return _turned(now.base, self._still_base.jacobian(now.x)[..., self._order])
+
+    def jacobian_rate(self, q: ArrayLike, qd: ArrayLike) -> Reals:
+        """As `Robot.jacobian_rate`, (..., 6, n)."""
+        now = self._at(q, (qd, "qd"))
+        inner, v = self._still_base, now.rates[0]
+        joints = v[..., self._places].copy()
+        joints[..., :6] = 0
+        there = inner.jacobian(now.x)[..., self._order]
+        rate = inner.jacobian_rate(now.x, joints)[..., self._order]
+        for part in (slice(0, 3), slice(3, 6)):
+            rate[..., part, :] += np.cross(v[..., :3, None], there[..., part, :], axisa=-2, axisb=-2, axisc=-2)
+        return _turned(now.base, rate)
+
+    def velocity(self, q: ArrayLike, qd: ArrayLike) -> Reals:
+        """As `Robot.velocity`."""
+        return _times(self.jacobian(q), self._at(q, (qd, "qd")).rates[0])
+
+    def acceleration(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> Reals:
+        """As `Robot.acceleration`."""
+        speeds, rates = self._at(q, (qd, "qd"), (qdd, "qdd")).rates
+        return _times(self.jacobian(q), rates) + _times(self.jacobian_rate(q, qd), speeds)
+
+    def twists_of_joints(self, q: ArrayLike) -> Reals:
+        """As `Robot.twists_of_joints`: of the six joints of the base, as they are at the origin, and the others."""
+        now = self._at(q)
+        return pga3.move_line(now.base[..., None, :], self._still_base.twists_of_joints(now.x))  # type: ignore[no-any-return]
+
+    def _jacobian_of(self, q: ArrayLike, element: Reals, move: pga3.Kernel, twist_on: pga3.Kernel) -> Reals:
+        now = self._at(q)
+        there = Robot._jacobian_of(self._still_base, now.x, element, move, twist_on)[..., self._order]
+        columns = np.swapaxes(there, -1, -2)
+        move = pga3.move_direction if move is pga3.move_point else move
+        return np.swapaxes(move(now.base[..., None, :], columns), -1, -2)
+
+    # Dynamics: that of the robot at the origin, accelerated upwards.
+
+    def inverse_dynamics(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> Reals:
+        """As `Robot.inverse_dynamics`, (..., n)."""
+        self._need_inertia()
+        now = self._at(q, (qd, "qd"), (qdd, "qdd"))
+        return self._forces_there(now, *now.rates, self._falling(now))
+
+    def gravity(self, q: ArrayLike) -> Reals:
+        """As `Robot.gravity`, (..., n)."""
+        self._need_inertia()
+        now = self._at(q)
+        still = np.zeros((*now.x.shape[:-1], self.n_joints), now.x.dtype)
+        return self._forces_there(now, still, still, self._falling(now))
+
+    def coriolis(self, q: ArrayLike, qd: ArrayLike) -> Reals:
+        """As `Robot.coriolis`, (..., n)."""
+        self._need_inertia()
+        now = self._at(q, (qd, "qd"))
+        return self._forces_there(now, now.rates[0], np.zeros_like(now.rates[0]), np.zeros(3))
+
+    def coriolis_matrix(self, q: ArrayLike, qd: ArrayLike) -> Reals:
+        """As `Robot.coriolis_matrix`, (..., n, n): the rate of the mass matrix less twice it is skew."""
+        now = self._at(q, (qd, "qd"))
+        inner, v = self._still_base, now.rates[0]
+        found = inner.coriolis_matrix(now.x, v[..., self._places])[..., self._order[:, None], self._order]
+        found[..., :6] -= self.mass_matrix(q)[..., :6] @ _turning(v)
+        return found  # type: ignore[no-any-return]
+
+    def mass_matrix(self, q: ArrayLike) -> Reals:
+        """As `Robot.mass_matrix`, (..., n, n); the place and attitude of the base make no difference."""
+        return self._still_base.mass_matrix(self._at(q).x)[..., self._order[:, None], self._order]
+
+    def forward_dynamics(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike) -> Reals:
+        """As `Robot.forward_dynamics`, (..., n)."""
+        self._need_inertia()
+        now = self._at(q, (qd, "qd"), (tau, "tau"))
+        speeds, forces = (rate[..., self._places] for rate in now.rates)
+        found = self._still_base.forward_dynamics(now.x, speeds, forces)[..., self._order]
+        found[..., 3:6] += self._falling(now)
+        found[..., :6] += _times(_turning(now.rates[0]), now.rates[0][..., :6])
+        return found  # type: ignore[no-any-return]
+
+    def inverse_dynamics_slopes(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> tuple[Reals, Reals]:
+        """As `Robot.inverse_dynamics_slopes`, (..., n, n) each."""
+        self._need_inertia()
+        now = self._at(q, (qd, "qd"), (qdd, "qdd"))
+        v, a = now.rates
+        falling = self._falling(now)
+        mass = self.mass_matrix(q)
+        speeds, rates = v[..., self._places], self._there(v, a, falling)[..., self._places]
+        found = self._still_base.inverse_dynamics_slopes(now.x, speeds, rates)
+        by_q, by_qd = (slope[..., self._order[:, None], self._order] for slope in found)
+        # As the base turns, gravity turns back; where it is, makes no difference.
+        by_q[..., :3] = -mass[..., 3:6] @ _crossing(falling)
+        by_q[..., 3:6] = 0
+        by_qd[..., :6] -= mass[..., :6] @ _turning_slope(v)
+        return by_q, by_qd
+
+    def kinetic_energy(self, q: ArrayLike, qd: ArrayLike) -> Reals:
+        """As `Robot.kinetic_energy`."""
+        now = self._at(q, (qd, "qd"))
+        return self._still_base.kinetic_energy(now.x, now.rates[0][..., self._places])
+
+    def potential_energy(self, q: ArrayLike) -> Reals:
+        """As `Robot.potential_energy`: zero where all centres of mass are level with the world's origin."""
+        self._need_inertia()
+        now, inner = self._at(q), self._still_base
+        rows, bases = now.x.reshape(-1, self.n_joints), now.base.reshape(-1, _MOTOR)
+        found = np.zeros(len(rows), rows.dtype)
+        for motor, body in zip(motions(inner, inner._positions(rows)), self.bodies, strict=True):
+            centres = pga3.move_point(bases, pga3.move_point(motor, body[1:4].astype(rows.dtype)))
+            found -= centres @ (body[0] * self.free_fall).astype(rows.dtype)
+        return found.reshape(now.x.shape[:-1])[()]
+
+    # What is not for robots of this kind.
+
+    def with_base(self, base: ArrayLike) -> Self:
+        """Refused: `q` says where the base is."""
+        self._refuse("with_base", "q says where the base is, and integrate moves it")
+
+    def with_module(self, module: Any) -> Self:
+        """Refused: kernels of one robot are for a fixed base."""
+        self._refuse("with_module", "kernels of one robot are for a fixed base")
+
+    def inverse(
+        self,
+        poses: ArrayLike,
+        *,
+        locked: Mapping[int, ArrayLike] | None = None,
+        elbow: ArrayLike | None = None,
+        way: str = "motors",
+    ) -> Solutions:
+        """Refused: every pose can be reached by the base alone."""
+        self._refuse("inverse", "the base alone reaches every pose; load the robot with base='fixed'")
+
+    def _refuse(self, name: str, why: str) -> NoReturn:
+        raise FloatingBaseError(f"{self.name}: {name}: the base floats, and {why}")
+
+    def _arm(self) -> tuple[Robot, list[int]]:
+        self._refuse("inverse", "the base alone reaches every pose; load the robot with base='fixed'")
+
+    def _variables(self, value: ArrayLike, name: str) -> tuple[Reals, Reals]:
+        """What methods of robots with a fixed base ask for."""
+        self._refuse(name, "this is for a fixed base; load the robot with base='fixed' or base='euler'")
+
+    # How the parts are put together.
+
+    @property
+    def _order(self) -> Any:
+        return np.array([*_ORDER, *range(6, self.n_joints)])
+
+    @property
+    def _places(self) -> Any:
+        return np.argsort(self._order)
+
+    @property
+    def _meaning(self) -> str:
+        return f"a motor and {self.n_joints - 6} joint variables"
+
+    def _at(self, q: ArrayLike, *rates: tuple[ArrayLike, str]) -> _State:
+        n = self.n_joints
+        given = [real_array(q, f"{self.name}: q", (n - 6 + _MOTOR,), self._meaning)]
+        given += [real_array(x, f"{self.name}: {name}", (n,), f"6 of the base, {n - 6} of joints") for x, name in rates]
+        place, *found = _broadcast(self.name, given, ("q", *(name for _, name in rates)))
+        x = np.zeros((*place.shape[:-1], n), place.dtype)
+        x[..., 6:] = place[..., _MOTOR:]
+        return _State(pga3.normalize_motor(place[..., :_MOTOR]), x, found)
+
+    def _falling(self, now: _State) -> Reals:
+        """The acceleration of free fall in the frame of the base."""
+        back = pga3.motor_inverse(now.base)
+        return pga3.move_direction(back, self.free_fall.astype(back.dtype))  # type: ignore[no-any-return]
+
+    def _there(self, v: Reals, a: Reals, falling: Reals) -> Reals:
+        """Accelerations of the six joints at the origin, and of the others; falling counts as rising the other way."""
+        found = a.copy()
+        found[..., :6] -= _times(_turning(v), v[..., :6])
+        found[..., 3:6] -= falling
+        return found
+
+    def _forces_there(self, now: _State, v: Reals, a: Reals, falling: Reals) -> Reals:
+        rates = self._there(v, a, falling)
+        speeds, places = v[..., self._places], rates[..., self._places]
+        return self._still_base.inverse_dynamics(now.x, speeds, places)[..., self._order]
+
+
+_FIELDS = (
+    *("name", "kinds", "axes", "home", "parents", "joint_names", "tip", "tool", "bodies", "armature"),
+    *("without_inertia", "limits", "coupling", "links"),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class _State:
+    """Unit motors of the base (..., 8), variables with the base at the origin (..., n), and rates, each (..., n)."""
+
+    base: Reals
+    x: Reals
+    rates: list[Reals]
+
+    @property
+    def joints(self) -> Reals:
+        """Variables of the joints but for the base's."""
+        return self.x[..., 6:]
+
+
+def _broadcast(robot: str, arrays: list[Reals], names: tuple[str, ...]) -> list[Reals]:
+    """Arrays with their leading axes in common, of one type."""
+    try:
+        lead = np.broadcast_shapes(*(a.shape[:-1] for a in arrays))
+    except ValueError:
+        shapes = ", ".join(f"{name} {a.shape}" for name, a in zip(names, arrays, strict=True))
+        raise ValueError(f"{robot}: {shapes}; expected leading axes that broadcast") from None
+    dtype = np.result_type(*arrays)
+    return [np.broadcast_to(a, (*lead, a.shape[-1])).astype(dtype, copy=False) for a in arrays]
+
+
+def _line(v: Reals) -> Reals:
+    """The base's velocities as a twist in its frame."""
+    return pga3.twist_from_velocities(v[..., :3], v[..., 3:6])  # type: ignore[no-any-return]
+
+
+def _times(matrix: Reals, v: Reals) -> Reals:
+    return (matrix @ v[..., None])[..., 0]  # type: ignore[no-any-return]
+
+
+def _turned(base: Reals, rows: Reals) -> Reals:
+    """Angular over linear velocities (..., 6, n) in the directions of the world."""
+    turn = pga3.motor_to_matrix(base)[..., :3, :3]
+    return np.concatenate([turn @ rows[..., :3, :], turn @ rows[..., 3:, :]], axis=-2)
+
+
+def _crossing(w: Reals) -> Reals:
+    """The matrix (..., 3, 3) of the vector product by `w`."""
+    found = np.zeros((*w.shape, 3), w.dtype)
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        found[..., i, j], found[..., j, i] = -w[..., k], w[..., k]
+    return found
+
+
+def _turning(v: Reals) -> Reals:
+    """The rate (..., 6, 6) of the matrix that makes the base's velocities of the rates of its six joints, at home.
+
+    Of slides it is the rotation of the base, transposed; of the turns by yaw, pitch and roll the matrix of textbooks.
+    """
+    found = np.zeros((*v.shape[:-1], 6, 6), v.dtype)
+    found[..., 0, 2], found[..., 1, 2], found[..., 2, 1] = -v[..., 1], v[..., 0], -v[..., 0]
+    found[..., 3:, 3:] = -_crossing(v[..., :3])
+    return found
+
+
+def _turning_slope(v: Reals) -> Reals:
+    """The derivative (..., 6, 6) of `_turning` times the velocities by the velocities."""
+    found = _turning(v)
+    found[..., 0, 1], found[..., 1, 0], found[..., 2, 0] = -v[..., 2], v[..., 2], -v[..., 1]
+    found[..., 3:, :3] = _crossing(v[..., 3:6])
+    return found

@@ -1,0 +1,96 @@
+"""Robots whose base floats, beside Pinocchio's free flyer: near the origin and far from it, at any attitude."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from test_robots_peers import described
+
+from algorithms.kinematics import Robot
+from generated import pga3
+
+pytestmark = pytest.mark.peers
+
+ROBOTS = {
+    "g1": "g1_description/urdf/g1_29dof_rev_1_0.urdf",
+    "talos": "talos_data/robots/talos_reduced.urdf",
+    "anymal": "anymal_b_simple_description/robots/anymal.urdf",
+    "solo12": "solo_description/robots/solo12.urdf",
+}
+DISTANCES = (0.0, 1e3, 1e6)
+COUNT = 12
+LIMIT = 1e-12
+
+
+def attitudes(rng: np.random.Generator) -> np.ndarray:
+    """Rotors at random, of yaw with a pitch of a quarter turn, of half turns, and of none."""
+    unit = rng.normal(size=(COUNT, 3))
+    angles = np.array([*rng.uniform(-np.pi, np.pi, COUNT - 6), 0.0, 1e-9, np.pi, np.pi - 1e-9, np.pi / 2, -np.pi / 2])
+    unit[-2:] = 0, 1, 0
+    return pga3.rotor_from_axis_angle(unit / np.linalg.norm(unit, axis=1, keepdims=True), angles)
+
+
+def worst(mine: Any, theirs: Any) -> float:
+    """Relative to the largest entry of each element."""
+    axes = tuple(range(1, np.ndim(theirs)))
+    return float((np.abs(mine - theirs).max(axes) / np.abs(theirs).max(axes)).max())
+
+
+@pytest.mark.parametrize("distance", DISTANCES)
+@pytest.mark.parametrize("name", ROBOTS)
+def test_dynamics_of_free_flyers(name: str, distance: float) -> None:
+    pin = pytest.importorskip("pinocchio")
+    path = described(ROBOTS[name])
+    model = pin.buildModelFromUrdf(str(path), pin.JointModelFreeFlyer())
+    data, robot = model.createData(), Robot.from_urdf(path, base="floating")
+    rng = np.random.default_rng(4)
+    joints = [model.getJointId(joint) for joint in robot.joint_names[6:]]
+    at = [3, 4, 5, 0, 1, 2, *(model.idx_vs[j] for j in joints)]  # Pinocchio has linear before angular
+    places = [model.idx_qs[j] for j in joints]
+    frame = model.getFrameId(next(n for n, (j, m) in robot.links.items() if j == robot.tip and (m == robot.tool).all()))
+    direction = np.array([1.0, -2.0, 0.5]) / np.linalg.norm([1.0, -2.0, 0.5])
+    rotors, shift = attitudes(rng), distance * direction
+    q = np.empty((COUNT, robot.n_positions))
+    q[:, :8], q[:, 8:] = pga3.motor_from_rotor_translation(rotors, shift), rng.uniform(-1, 1, (COUNT, len(joints)))
+    v, a = rng.normal(size=(2, COUNT, robot.n_joints))
+    tau = rng.normal(size=v.shape) * 20
+    theirs: dict[str, list[Any]] = {}
+    aligned = pin.LOCAL_WORLD_ALIGNED
+    for k in range(COUNT):
+        x, speeds, rates, forces = pin.neutral(model), *np.zeros((3, model.nv))
+        x[:3], x[3:7], x[places] = shift, pga3.rotor_to_quaternion_scalar_last(rotors[k]), q[k, 8:]
+        speeds[at], rates[at], forces[at] = v[k], a[k], tau[k]
+        # in matrices that do not depend on where the base is, Pinocchio loses digits with the distance
+        near = np.concatenate([np.zeros(3), x[3:]])
+        slopes = pin.computeRNEADerivatives(model, data, near, speeds, rates)
+        upper = np.triu(pin.crba(model, data, x))
+        for what, value in {
+            "inverse dynamics": pin.rnea(model, data, x, speeds, rates)[at],
+            "forward dynamics": pin.aba(model, data, x, speeds, forces)[at],
+            "mass matrix": (upper + np.triu(upper, 1).T)[np.ix_(at, at)],
+            "gravity": pin.computeGeneralizedGravity(model, data, x)[at],
+            "bias": pin.nonLinearEffects(model, data, x, speeds)[at],
+            "coriolis matrix": pin.computeCoriolisMatrix(model, data, near, speeds)[np.ix_(at, at)],
+            "by q": slopes[0][np.ix_(at, at)],
+            "by qd": slopes[1][np.ix_(at, at)],
+            "jacobian": pin.computeFrameJacobian(model, data, near, frame, aligned)[[3, 4, 5, 0, 1, 2]][:, at],
+            "kinetic energy": pin.computeKineticEnergy(model, data, x, speeds),
+            "integrate": pin.XYZQUATToSE3(pin.integrate(model, x, speeds)[:7]).homogeneous,
+        }.items():  # fmt: skip
+            theirs.setdefault(what, []).append(np.copy(value))
+    found = {
+        "inverse dynamics": worst(robot.inverse_dynamics(q, v, a), theirs["inverse dynamics"]),
+        "forward dynamics": worst(robot.forward_dynamics(q, v, tau), theirs["forward dynamics"]),
+        "mass matrix": worst(robot.mass_matrix(q), theirs["mass matrix"]),
+        "gravity": worst(robot.gravity(q), theirs["gravity"]),
+        "bias": worst(robot.coriolis(q, v) + robot.gravity(q), theirs["bias"]),
+        "coriolis matrix": worst(robot.coriolis_matrix(q, v), theirs["coriolis matrix"]),
+        "by q": worst(robot.inverse_dynamics_slopes(q, v, a)[0], theirs["by q"]),
+        "by qd": worst(robot.inverse_dynamics_slopes(q, v, a)[1], theirs["by qd"]),
+        "jacobian": worst(robot.jacobian(q), theirs["jacobian"]),
+        "kinetic energy": worst(robot.kinetic_energy(q, v), theirs["kinetic energy"]),
+        "integrate": worst(pga3.motor_to_matrix(robot.integrate(q, v)[:, :8]), theirs["integrate"]),
+    }
+    assert max(found.values()) <= LIMIT, {what: f"{error:.1e}" for what, error in found.items()}
