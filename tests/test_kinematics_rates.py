@@ -93,7 +93,8 @@ def test_planar_arm_in_closed_form() -> None:
     x = np.array([[-0.7 * s1 - 0.4 * s12, -0.4 * s12], [0.7 * c1 + 0.4 * c12, 0.4 * c12]]).transpose(2, 0, 1)
     assert np.abs(jacobian[:, 3:5] - x).max() < 1e-15
     assert np.array_equal(jacobian[:, :3], np.broadcast_to([[0, 0], [0, 0], [1, 1]], (20, 3, 2)))
-    assert np.array_equal(arm.manipulability(q), np.zeros(20))
+    assert arm.manipulability(q) == pytest.approx(0.7 * 0.4 * np.abs(np.sin(q[:, 1])), rel=1e-13)
+    assert arm.manipulability([0.3, 0.0]) < 1e-15
 
 
 def test_manipulability() -> None:
@@ -106,6 +107,34 @@ def test_manipulability() -> None:
         singular = np.array([0.3, -0.8, 1.1, 0.4, 0.9, 0.2])
         singular[k] = 0
         assert Robot.named("ur5").manipulability(singular) < 1e-15
+
+
+def test_manipulability_of_less_than_six_variables() -> None:
+    """By determinants of what each arm is for."""
+    rng = np.random.default_rng(7)
+    reach = {
+        "three in a plane": ([{"a": 0.7}, {"a": 0.4}, {"a": 0.2}], 0.28, 1),
+        "scara": ([{"a": 0.5}, {"a": 0.3, "alpha": np.pi}, {"kind": "prismatic"}, {}], 0.15, 1),
+    }
+    for rows, product, elbow in reach.values():
+        arm = Robot.from_dh(rows)
+        q = rng.normal(size=(20, arm.n_joints))
+        assert arm.manipulability(q) == pytest.approx(product * np.abs(np.sin(q[:, elbow])), rel=1e-12)
+        straight = q.copy()
+        straight[:, elbow] = 0
+        assert arm.manipulability(straight).max() < 1e-15
+    # three joints in space are for points, and four or five for what they can do
+    shoulder = Robot.from_dh([{"d": 0.3, "alpha": np.pi / 2}, {"a": 0.4}, {"a": 0.2}])
+    q = rng.normal(size=(20, 3))
+    s1, s12, c1, c12 = np.sin(q[:, 1]), np.sin(q[:, 1] + q[:, 2]), np.cos(q[:, 1]), np.cos(q[:, 1] + q[:, 2])
+    plane = np.abs((0.4 * s1 + 0.2 * s12) * 0.2 * c12 - 0.2 * s12 * (0.4 * c1 + 0.2 * c12))
+    assert shoulder.manipulability(q) == pytest.approx(plane * np.abs(0.4 * c1 + 0.2 * c12), rel=1e-12)
+    five = Robot.from_dh([{"d": 0.2, "a": 0.1 * k, "alpha": 0.3 + k} for k in range(5)])
+    q = rng.normal(size=(20, 5))
+    j = five.jacobian(q)
+    assert five.manipulability(q) == pytest.approx(np.sqrt(np.linalg.det(np.swapaxes(j, 1, 2) @ j)), rel=1e-9)
+    assert Robot.from_dh([{"a": 0.7}]).manipulability([0.3]) == pytest.approx(0.7)
+    assert Robot.from_dh([{"kind": "prismatic"}]).manipulability([0.3]) == pytest.approx(1.0)
 
 
 def test_screws_give_the_same_robot_as_the_table() -> None:

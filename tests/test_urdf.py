@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import replace
 from math import cos, sin
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,12 +14,14 @@ import pytest
 from algorithms.kinematics import (
     CyclicTreeError,
     DescriptionError,
+    InertiaWarning,
     JointCountError,
     MissingInertiaError,
     NotFiniteError,
     Robot,
     UnknownJointTypeError,
 )
+from algorithms.kinematics.tensors import fault_of
 from generated import pga3
 
 INERTIAL = """<inertial><origin xyz="0.1 -0.2 0.3" rpy="0.2 0.1 -0.4"/><mass value="1.5"/>
@@ -246,6 +250,87 @@ def test_files_that_describe_no_robot(
     with pytest.raises(error, match=message) as caught:
         Robot.from_urdf(written(tmp_path, parts))
     assert "robot.urdf" in str(caught.value) and isinstance(caught.value, ValueError)
+
+
+def test_the_end_effector_moves_if_anything_does(tmp_path: Path) -> None:
+    """A sensor on the base is further from it, by fixed joints, than what moves."""
+    parts = [
+        *map(link, ("base", "plate", "imu", "one", "two")),
+        joint("weld", "fixed", "base", "plate"),
+        joint("glue", "fixed", "plate", "imu", place("1 0 0")),
+        joint("a", "continuous", "base", "one", place("0 2 0")),
+        joint("b", "continuous", "base", "two", place("0 3 0")),
+    ]
+    robot = Robot.from_urdf(written(tmp_path, parts))
+    assert robot.tip == 0 and robot.pose([0.0, 0.0])[:3, 3].tolist() == [0, 2, 0]
+    assert Robot.from_urdf(written(tmp_path, parts), tip="two").tip == 1
+    with pytest.raises(DescriptionError, match="link 'imu' does not move"):
+        Robot.from_urdf(written(tmp_path, parts), tip="imu")
+    assert Robot.from_urdf(written(tmp_path, parts), base="floating").tip == 5  # where everything moves
+
+
+@pytest.mark.parametrize("wrong", [5, 0, True, None, 2.5, b"robot.urdf", ["robot.urdf"]])
+def test_what_names_no_file_is_not_opened(wrong: Any, tmp_path: Path) -> None:
+    held = os.open(written(tmp_path, ARM), os.O_RDONLY)
+    try:
+        for path in (wrong, held):
+            with pytest.raises(TypeError, match=r"path: .*; expected the name of a file, or a Path"):
+                Robot.from_urdf(path)
+        assert os.lseek(held, 0, os.SEEK_CUR) == 0
+    finally:
+        os.close(held)
+
+
+NO_BODY = {
+    "not positive": ("1", "5", "1", "1", "a principal moment of inertia is negative"),
+    "not positive, by a little": ("1", "1.001", "1", "1", "a principal moment of inertia is negative"),
+    "more than the others": ("1", "0", "1", "3", "larger than the sum of the two others"),
+    "one moment alone": ("0.1", "0", "0", "0", "larger than the sum of the two others"),
+    "products alone": ("0", "0.1", "0", "0", "a principal moment of inertia is negative"),
+}
+
+
+@pytest.mark.parametrize(("xx", "xy", "yy", "zz", "reason"), NO_BODY.values(), ids=NO_BODY)
+def test_moments_of_inertia_that_no_body_has(xx: str, xy: str, yy: str, zz: str, reason: str, tmp_path: Path) -> None:
+    inside = (
+        f'<inertial><mass value="1"/><inertia ixx="{xx}" ixy="{xy}" ixz="0" iyy="{yy}" iyz="0" izz="{zz}"/></inertial>'
+    )
+    path = written(tmp_path, [*ARM[:2], link("two", inside), *ARM[3:]])
+    with pytest.warns(InertiaWarning, match=f"robot.urdf: link 'two': .*{reason}") as caught:
+        Robot.from_urdf(path)
+    assert len(caught) == 1 and caught[0].filename == __file__
+
+
+def test_moments_of_inertia_that_bodies_have(tmp_path: Path) -> None:
+    """Bodies of random points; rods and plates, which are at the limit, as decimals; points, which have none."""
+    rng = np.random.default_rng(11)
+    for thickness in (1.0, 1e-3, 0.0):
+        points = rng.normal(size=(20, 3)) * [1, 1, thickness]
+        t = (points**2).sum() * np.eye(3) - points.T @ points
+        turn = pga3.rotor_to_matrix(pga3.rotor_from_rotation_vector(rng.normal(size=3)))
+        assert fault_of((turn @ t @ turn.T)[np.triu_indices(3)]) == ""
+    rod = (1 / 12, 0, 0, 1 / 12, 0, 0)
+    plate = (round(1 / 12, 8), 0, 0, round(1 / 12, 8), 0, round(1 / 6, 8))
+    for tensor in (rod, plate, (0.0,) * 6, (1e-300, 0, 0, 1e-300, 0, 1e-300), (1e300, 0, 0, 1e300, 0, 1e300)):
+        assert fault_of(tensor) == ""
+
+
+HUGE = {
+    "place": ([link("base"), link("one", ""), joint("a", "revolute", "base", "one", place("1e308 0 0"))],
+              "link 'one': its place"),
+    "places": ([*ARM[:7], joint("c", "fixed", "two", "flange", place("1e308 0 0")),
+                joint("d", "fixed", "flange", "tool", place("1e308 0 0"))], "link 'flange': its place"),
+    "turned": ([*ARM[:5], joint("a", "revolute", "base", "one", place("1e308 1e308 1e308", "1 2 3")), *ARM[6:]],
+               "link 'one': its place"),
+    "inertia": ([ARM[0], link("one", INERTIAL.replace('xyz="0.1', 'xyz="1e200')), *ARM[2:]], "link 'one': its inertia"),
+    "mass": ([ARM[0], link("one", INERTIAL.replace("1.5", "1e308")), *ARM[2:]], "link 'one': its inertia"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("parts", "message"), HUGE.values(), ids=HUGE)
+def test_lengths_and_masses_without_bounds(parts: list[str], message: str, tmp_path: Path) -> None:
+    with pytest.raises(NotFiniteError, match=rf"robot.urdf: ({message}) has numbers beyond 1e.154"):
+        Robot.from_urdf(written(tmp_path, parts))
 
 
 def test_limits_that_are_left_of_a_joint_that_is_fixed_now_mean_nothing(tmp_path: Path) -> None:

@@ -120,7 +120,13 @@ class Differential(Changes):
         return found.reshape(*shape, 6)
 
     def manipulability(self, q: ArrayLike) -> Reals:
-        """Yoshikawa's measure (...): ``sqrt(det(J Jᵀ))``, 0 where the end effector cannot move in some direction.
+        """Yoshikawa's measure (...), 0 where the end effector cannot move in some direction that it has elsewhere.
+
+        The product of the singular values of the Jacobian: ``sqrt(det(J Jᵀ))`` for six variables and more,
+        ``sqrt(det(Jᵀ J))`` for fewer. Velocities that the arm has in no configuration do not count: for three joints in
+        a plane it is ``|det(J)|`` of x, y and the angle. Three variables or fewer that cannot give all the others
+        independently are measured by linear velocity alone: for two joints in a plane it is ``|det(J)|`` of x and y,
+        for three in space that of x, y and z.
 
         Units of length matter: rows of angular and linear velocity are multiplied with each other. NaN where `q` has
         a NaN.
@@ -135,12 +141,19 @@ class Differential(Changes):
             As in `jacobian`.
         """
         jacobian = self.jacobian(q)
+        some = self.jacobian(self._anywhere())
+        freedoms, variables = _rank(some), int(np.abs(some).max((0, 1)).astype(bool).sum())
+        if variables < freedoms and variables <= 3:
+            jacobian, freedoms = jacobian[..., 3:, :], _rank(some[:, 3:])
         finite = np.asarray(np.isfinite(jacobian).all((-2, -1)))
-        measure = np.zeros(finite.shape, jacobian.dtype)
-        if self.n_joints >= 6:
-            measure[...] = np.prod(np.linalg.svd(np.where(finite[..., None, None], jacobian, 0), compute_uv=False), -1)
+        values = np.linalg.svd(np.where(finite[..., None, None], jacobian, 0), compute_uv=False)
+        measure = np.asarray(np.prod(values[..., : min(freedoms, variables)], axis=-1))
         measure[~finite] = np.nan
         return measure[()]
+
+    def _anywhere(self) -> Reals:
+        """A few configurations without anything particular."""
+        return np.random.default_rng(0).uniform(-2, 2, (4, self.n_positions))
 
     def twists_of_joints(self, q: ArrayLike) -> Reals:
         """The twist of every joint at unit speed, as lines in the base frame: the spatial Jacobian.
@@ -265,6 +278,12 @@ class Differential(Changes):
                 # the axis times the velocity of the point: of the point itself, less that of the origin
                 linear += pga3.twist_on_point(twists[j], velocity) - pga3.twist_on_point(twists[j], origin)
             _angular_over_linear(rate, linear, out[..., j])
+
+
+def _rank(rows: Reals) -> int:
+    """How many velocities independent of each other are among the columns of several Jacobians."""
+    values = np.linalg.svd(np.concatenate(list(rows), axis=-1), compute_uv=False)
+    return int((values > 1e-9 * values.max(initial=0.0)).sum())
 
 
 def _angular_over_linear(twist: Reals, linear: Reals, out: Reals) -> None:

@@ -1,4 +1,4 @@
-"""What can be wrong with the description of a robot. All are `ValueError`."""
+"""What can be wrong with the description of a robot, errors that are all `ValueError`, and what is doubtful."""
 
 
 class DescriptionError(ValueError):
@@ -27,3 +27,7 @@ class NotFiniteError(DescriptionError):
 
 class FloatingBaseError(DescriptionError):
     """Something that is for robots with a fixed base, asked of one whose base floats."""
+
+
+class InertiaWarning(UserWarning):
+    """Moments of inertia that no rigid body has."""

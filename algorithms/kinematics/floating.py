@@ -2,10 +2,10 @@
 
 In the arrays of a `Model` six joints carry the base, three slides and three turns. At the origin, where all of them
 are 0, their rates are the base's velocities in its own frame, in another order. A robot somewhere else feels the same
-as one there, but for the direction of gravity. So everything is computed there, by the methods of any robot, and inertias are
-summed about the origin of the base: results do not depend on how far that is from the world's origin, and there is no
-attitude without description. Two things remain: accelerations of the six joints are not quite those of the base
-(`_turning`), and gravity is an acceleration of the base upwards.
+as one there, but for the direction of gravity. So everything is computed there, by the methods of any robot, and
+inertias are summed about the origin of the base: results do not depend on how far that is from the world's origin, and
+there is no attitude without description. Two things remain: accelerations of the six joints are not quite those of the
+base (`_turning`), and gravity is an acceleration of the base upwards.
 
 Forces of the base are a torque about its origin, and a force, in its frame.
 """

@@ -163,7 +163,8 @@ class Robot(Slopes):
         ----------
         path : str or Path
         tip : str, optional
-            The link that is the end effector; left out, the one most joints away from the base, the first of several.
+            The link that is the end effector; left out, the one most joints away from the base, fixed ones counted, of
+            those that move, and the first of several.
         locked : iterable of str, optional
             Names of joints that are held at 0: what they carry becomes part of what carries them.
         base : str
@@ -181,9 +182,17 @@ class Robot(Slopes):
         ------
         OSError
             Where the file cannot be read.
+        TypeError
+            Where `path` is no name of a file.
         CyclicTreeError, UnknownJointTypeError, NotFiniteError, JointCountError, DescriptionError
             Where it describes no robot. Links without inertia are refused only when dynamics is asked for, with a
             `MissingInertiaError`.
+
+        Warns
+        -----
+        InertiaWarning
+            Where no rigid body has the tensor of a link: a principal moment is negative, or larger than the sum of the
+            two others.
         """
         fields = urdf.read(path, tip, locked, base)
         if base == "floating":

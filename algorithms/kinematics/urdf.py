@@ -9,8 +9,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from math import sqrt
+from os import PathLike
 from pathlib import Path
 from typing import Any
+from warnings import warn
 from xml.etree import ElementTree
 
 import numpy as np
@@ -19,19 +21,32 @@ from generated import pga3
 
 from .bodies import is_tensor, moved
 from .denavit_hartenberg import Joint
-from .errors import CyclicTreeError, DescriptionError, JointCountError, NotFiniteError, UnknownJointTypeError
+from .errors import (
+    CyclicTreeError,
+    DescriptionError,
+    InertiaWarning,
+    JointCountError,
+    NotFiniteError,
+    UnknownJointTypeError,
+)
 from .model import Floats
+from .tensors import fault_of
 
 _X, _Y, _Z = np.eye(3)
+_MOST = np.sqrt(np.finfo(float).max)
 _TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 
 
 @dataclass(slots=True)
 class Link:
-    """A link as the file has it: its inertia in its own frame, mass, centre, tensor about the centre; or none."""
+    """A link as the file has it: its inertia in its own frame, mass, centre, tensor about the centre; or none.
+
+    With what is doubtful about the tensor.
+    """
 
     name: str
     body: Floats | None
+    fault: str = ""
 
 
 @dataclass(slots=True)
@@ -67,6 +82,8 @@ class _Found:
 
 def read(path: str | Path, tip: str | None, locked: Iterable[str], base: str) -> dict[str, Any]:
     """The fields of a `Model` from a file; see `Robot.from_urdf`."""
+    if not isinstance(path, (str, PathLike)):
+        raise TypeError(f"path: {path!r} of type {type(path).__name__}; expected the name of a file, or a Path")
     where = str(path)
     try:
         root = ElementTree.parse(path).getroot()
@@ -77,16 +94,22 @@ def read(path: str | Path, tip: str | None, locked: Iterable[str], base: str) ->
     if base not in ("fixed", "floating", "euler"):
         raise ValueError(f"base: {base!r}; expected 'fixed', 'floating' or 'euler'")
     links = _links(root, where)
+    for link in links.values():
+        if link.fault:
+            warn(f"{where}: link {link.name!r}: {link.fault}; no rigid body has such an inertia", InertiaWarning, 3)
     joints = _joints(root, links, where)
     held = {locked} if isinstance(locked, str) else set(locked)
     unknown = held - {joint.name for joint in joints}
     if unknown:
         raise DescriptionError(f"{where}: no joint {sorted(unknown)[0]!r} to lock; its joints are {_names(joints)}")
     start = _root_link(links, joints, where)
-    found = _walk(start, links, joints, held, base)
+    with np.errstate(over="ignore", invalid="ignore"):  # what is not finite has an error
+        found = _walk(start, links, joints, held, base, where)
+        bodies = [_together(parts, name, where) for parts, name in zip(found.bodies, found.names, strict=True)]
     if not found.kinds:
         raise JointCountError(f"{where}: no joint that moves; expected at least one")
-    last = tip if tip is not None else max(found.depths, key=lambda name: found.depths[name])
+    moving = [name for name, (joint, _) in found.links.items() if joint >= 0]
+    last = tip if tip is not None else max(moving, key=lambda name: found.depths[name])
     if last not in found.links:
         raise DescriptionError(f"{where}: no link {last!r}; expected one of {', '.join(found.links)}")
     carrier, tool = found.links[last]
@@ -102,7 +125,7 @@ def read(path: str | Path, tip: str | None, locked: Iterable[str], base: str) ->
         "joint_names": tuple(found.names),
         "tip": carrier,
         "tool": tool,
-        "bodies": np.array([moved(np.eye(8)[0], parts) for parts in found.bodies]),
+        "bodies": np.array(bodies),
         "without_inertia": tuple(found.without_inertia),
         "limits": limits,
         "coupling": coupling,
@@ -158,21 +181,38 @@ def _links(root: ElementTree.Element, where: str) -> dict[str, Link]:
         name = element.get("name", "")
         if name in found:
             raise DescriptionError(f"{where}: two links {name!r}; expected different names")
-        found[name] = Link(name, _body(element.find("inertial"), f"{where}: link {name!r}"))
+        found[name] = _link(name, element.find("inertial"), f"{where}: link {name!r}")
     if not found:
         raise DescriptionError(f"{where}: no link; expected at least one")
     return found
 
 
-def _body(element: ElementTree.Element | None, where: str) -> Floats | None:
-    """An <inertial>; None where it, its mass or its tensor is missing."""
+def _link(name: str, element: ElementTree.Element | None, where: str) -> Link:
+    """A link with its <inertial>; without where that, its mass or its tensor is missing."""
     if element is None or element.find("mass") is None or element.find("inertia") is None:
-        return None
+        return Link(name, None)
     mass = _number(element.find("mass"), "value", None, where)
     tensor = [_number(element.find("inertia"), key, None, where) for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")]
     if mass < 0 or not is_tensor(tensor):
         raise DescriptionError(f"{where}: mass {mass}, inertia {tensor}; expected no negative mass, ixx, iyy, izz")
-    return moved(_motor(element.find("origin"), where), [np.array([mass, 0, 0, 0, *tensor])])
+    place = _motor(element.find("origin"), where)
+    with np.errstate(over="ignore", invalid="ignore"):
+        body = _known(moved(place, [np.array([mass, 0, 0, 0, *tensor])]), f"{where}: its inertia")
+    return Link(name, body, fault_of(tensor))
+
+
+def _known(numbers: Floats, what: str) -> Floats:
+    """`numbers` themselves; an error where they, or their products, are too large for numbers."""
+    if not np.isfinite(np.square(numbers)).all():
+        raise NotFiniteError(
+            f"{what} has numbers beyond {_MOST:.0e}; expected lengths and masses that can be multiplied"
+        )
+    return numbers
+
+
+def _together(parts: Sequence[Floats], joint: str, where: str) -> Floats:
+    """What a joint carries, as one body."""
+    return _known(moved(np.eye(8)[0], parts), f"{where}: the inertia that joint {joint!r} carries")
 
 
 def _joints(root: ElementTree.Element, links: dict[str, Link], where: str) -> list[Connection]:
@@ -264,7 +304,9 @@ def _carried(joints: Sequence[Connection]) -> dict[str, list[Connection]]:
     return found
 
 
-def _walk(start: str, links: dict[str, Link], joints: Sequence[Connection], held: set[str], base: str) -> _Found:
+def _walk(
+    start: str, links: dict[str, Link], joints: Sequence[Connection], held: set[str], base: str, where: str
+) -> _Found:
     """The tree, depth first, in the order of the file."""
     found = _Found()
     identity = np.eye(8)[0]
@@ -272,7 +314,7 @@ def _walk(start: str, links: dict[str, Link], joints: Sequence[Connection], held
     def add(kind: Joint, name: str, frame: Floats, axis: Floats, parent: int, connection: Connection | None) -> int:
         at_origin = np.array([axis[2], -axis[1], axis[0], 0.0, 0.0, 0.0])
         found.kinds.append(kind)
-        found.axes.append(pga3.move_line(frame, at_origin))
+        found.axes.append(_known(pga3.move_line(frame, at_origin), f"{where}: joint {name!r}: its axis"))
         found.home.append(frame)
         found.parents.append(parent)
         found.names.append(name)
@@ -292,14 +334,14 @@ def _walk(start: str, links: dict[str, Link], joints: Sequence[Connection], held
         found.links[link], found.depths[link] = (carrier, frame), depth
         body = links[link].body
         if carrier >= 0 and body is not None:
-            found.bodies[carrier].append(moved(frame, [body]))
+            found.bodies[carrier].append(_known(moved(frame, [body]), f"{where}: link {link!r}: its inertia"))
         todo.extend((joint, frame, carrier, depth + 1) for joint in reversed(carried.get(link, ())))
 
     carried, todo = _carried(joints), list[tuple[Connection, Floats, int, int]]()
     place(start, identity, several("base", identity, _FREE, -1) if base != "fixed" else -1, 0)
     while todo:
         joint, frame, carrier, depth = todo.pop()
-        there = pga3.motor_product(frame, joint.origin)
+        there = _known(pga3.motor_product(frame, joint.origin), f"{where}: link {joint.child!r}: its place")
         match "fixed" if joint.name in held else joint.type:
             case "fixed":
                 own = carrier

@@ -145,6 +145,13 @@ def test_robots_of_example_robot_data(name: str, count: int) -> None:
     compare(*loaded(described(name)), count)
 
 
+def test_an_end_effector_that_moves() -> None:
+    """The link of iris that is most joints from its base is a sensor, which does not."""
+    robot = Robot.from_urdf(described("iris_description/robots/iris.urdf"))
+    assert robot.n_joints == 4 and "rotor" in robot.joint_names[robot.tip]
+    assert np.abs(robot.jacobian(np.zeros(4))).max() == 1.0
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_random_trees(seed: int, tmp_path: Path) -> None:
     compare(*loaded(random_tree(tmp_path, seed, 9)), 200)
