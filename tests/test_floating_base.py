@@ -182,6 +182,52 @@ def test_derivatives_along_small_motions(robot: Robot) -> None:
     assert relative((matrix @ v[..., None])[..., 0], robot.coriolis(q, v)) < 1e-13
 
 
+def test_free_fall_of_a_body_that_tumbles(tmp_path: Path) -> None:
+    """The centre falls on a parabola, angular momentum about it and energy stay; far away as near the origin."""
+    body = Robot.from_urdf(written(tmp_path, [link("body")]), base="floating")
+    tensor = body.bodies[5, 4:][[0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(3, 3)
+    w, u, step, count = np.array([2.0, -3.0, 4.0]), np.array([1.0, 2.0, -0.5]), 0.01, 100
+    for distance in (0.0, 1e3):
+        start = pga3.motor_from_rotation_vector_translation([0.0, pi / 2, 0.0], distance * SHIFT)
+        q, v = body.simulate(start, np.concatenate([w, u]), step, count)
+        assert q.shape == (count + 1, 8) and v.shape == (count + 1, 6)
+        turns, times = pga3.motor_to_matrix(q)[:, :3, :3], step * np.arange(count + 1)
+        centres = pga3.move_point(q, C)
+        speed = turns[0] @ (u + np.cross(w, C))
+        fall = centres[0] + times[:, None] * speed + times[:, None] ** 2 / 2 * [0, 0, -9.81]
+        assert np.abs(centres - fall).max() < 1e-12 * (1 + distance)
+        spin = (turns @ (tensor @ v[:, :3, None]))[..., 0]
+        assert np.abs(spin - spin[0]).max() < 1e-12
+        energy = body.kinetic_energy(q, v) + body.potential_energy(q)
+        assert np.abs(energy - energy[0]).max() < 1e-11 * (1 + distance)
+
+
+def test_a_robot_in_free_fall_keeps_its_momentum(robot: Robot) -> None:
+    """Joints swing under springs; the whole falls as a point does."""
+    q, v, _ = states(robot, 2, seed=12)
+    q[:, 8:] *= 0.3
+    heavy = [(k, body) for k, body in enumerate(robot.bodies) if body[0] > 0]
+
+    def centre(q: np.ndarray) -> np.ndarray:
+        frames = pga3.motor_between_frames(
+            robot.home, robot.forward_all(q)
+        )  # what motions have done to what is at home
+        parts = [body[0] * pga3.move_point(frames[..., k, :], body[1:4]) for k, body in heavy]
+        return sum(parts) / sum(body[0] for _, body in heavy)
+
+    def springs(time: float, q: np.ndarray, qd: np.ndarray) -> np.ndarray:
+        force = np.zeros_like(qd)
+        force[..., 6:] = -5.0 * q[..., 8:] + time
+        return force
+
+    places, _ = robot.simulate(q, v, 0.01, 20, springs)
+    assert places.shape == (21, 2, robot.n_positions)
+    now, times = centre(places), 0.01 * np.arange(21)[:, None, None]
+    h = 1e-6
+    speed = (centre(robot.integrate(q, h * v)) - centre(robot.integrate(q, -h * v))) / (2 * h)
+    assert np.abs(now - (now[0] + times * speed + times**2 / 2 * [0, 0, -9.81])).max() < 1e-9
+
+
 @pytest.mark.parametrize("name", ["ur5", "stanford", "floating"])
 def test_integrate_and_difference_undo_each_other(name: str, robot: Robot) -> None:
     arm = robot if name == "floating" else Robot.named(name)

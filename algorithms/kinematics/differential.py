@@ -1,4 +1,4 @@
-"""Velocities and accelerations: Jacobians of the end effector and of what is attached to it."""
+"""Small motions, velocities and accelerations: Jacobians of the end effector and of what is attached to it."""
 
 from __future__ import annotations
 
@@ -18,6 +18,48 @@ from .denavit_hartenberg import Joint
 @dataclass(frozen=True, slots=True, eq=False)
 class Differential(Changes):
     """A robot that can say how fast things move."""
+
+    def integrate(self, q: ArrayLike, v: ArrayLike) -> Reals:
+        """Where rates `v`, kept for the unit of time, lead from `q`: ``q + v``, but for a base that floats.
+
+        Parameters
+        ----------
+        q : array_like, (..., n)
+        v : array_like, (..., n)
+            Rates times the step.
+
+        Returns
+        -------
+        array, (..., n)
+
+        Raises
+        ------
+        TypeError, ValueError
+            As in `jacobian`.
+        """
+        shape, (start, step) = self._together((q, "q"), (v, "v"))
+        return (start + step).reshape(*shape, self.n_joints)
+
+    def difference(self, q0: ArrayLike, q1: ArrayLike) -> Reals:
+        """The rates that lead from `q0` to `q1` in the unit of time: ``q1 - q0``, but for a base that floats.
+
+        Whole turns of a joint count.
+
+        Parameters
+        ----------
+        q0, q1 : array_like, (..., n)
+
+        Returns
+        -------
+        array, (..., n)
+
+        Raises
+        ------
+        TypeError, ValueError
+            As in `jacobian`.
+        """
+        shape, (start, end) = self._together((q0, "q0"), (q1, "q1"))
+        return (end - start).reshape(*shape, self.n_joints)
 
     def jacobian(self, q: ArrayLike) -> Reals:
         """The geometric Jacobian of the end effector, in the base frame.

@@ -305,25 +305,37 @@ class Dynamics(Differential):
         ArithmeticError
             Where the stages do not settle: the step is too long.
         """
-        shape, (position, speed) = self._together((q, "q"), (qd, "qd"))
+        shape, (position, speed) = self._start(q, qd)
         positions, speeds = [position], [speed]
 
         def rates(times: Reals, x: Reals, v: Reals) -> Reals:
-            """Accelerations at all stages (stages, B, n) at once."""
-            forces = np.zeros_like(x)
+            """Accelerations at all stages (stages, B, n) at once, where the motion `x` has led from `position`."""
+            places, forces = self.integrate(position, x), np.zeros_like(v)
             if torque is not None:
-                for time, place, speed, force in zip(times, x, v, forces, strict=True):
+                for time, place, speed, force in zip(times, places, v, forces, strict=True):
                     force.reshape(*shape, -1)[...] = torque(time, place.reshape(*shape, -1), speed.reshape(*shape, -1))
-            with np.errstate(over="ignore", invalid="ignore"):  # what diverges is told of in words
-                return self.forward_dynamics(x, v, forces)
+            with np.errstate(over="ignore", invalid="ignore"):  # what diverges has an error
+                return self.forward_dynamics(places, v, forces)
 
-        accelerations = np.repeat(rates(np.zeros(1), position[None], speed[None]), len(_TIMES), axis=0)
+        still = np.zeros_like(speed)
+        accelerations = np.repeat(rates(np.zeros(1), still[None], speed[None]), len(_TIMES), axis=0)
         for k in range(n_steps):
-            position, speed, accelerations = _gauss_step(rates, k * step, step, position, speed, accelerations)
+            way, speed, accelerations = _gauss_step(rates, self._straight, k * step, step, speed, accelerations)
+            position = self.integrate(position, way)
             positions.append(position)
             speeds.append(speed)
-        form = (n_steps + 1, *shape, self.n_joints)
-        return np.array(positions).reshape(form), np.array(speeds).reshape(form)
+        return (
+            np.array(positions).reshape(n_steps + 1, *shape, self.n_positions),
+            np.array(speeds).reshape(n_steps + 1, *shape, self.n_joints),
+        )
+
+    def _start(self, q: ArrayLike, qd: ArrayLike) -> tuple[tuple[int, ...], list[Reals]]:
+        """The leading axes of configurations and speeds, and both as rows."""
+        return self._together((q, "q"), (qd, "qd"))
+
+    def _straight(self, x: Reals, v: Reals) -> Reals:
+        """Rates of the motion `x` from some configuration, at velocities `v`: see `integrate`."""
+        return v
 
     def _forces(self, q: Reals, qd: Reals, qdd: Reals, without_gravity: bool = False) -> Reals:
         """Inverse dynamics of rows of variables."""
@@ -401,26 +413,34 @@ _SETTLED, _TRIES = 1e-14, 60
 
 
 def _gauss_step(
-    rates: Callable[[Reals, Reals, Reals], Reals], time: float, step: float, q: Reals, qd: Reals, start: Reals
+    rates: Callable[[Reals, Reals, Reals], Reals],
+    straight: Callable[[Reals, Reals], Reals],
+    time: float,
+    step: float,
+    qd: Reals,
+    start: Reals,
 ) -> tuple[Reals, Reals, Reals]:
     """One step of Gauss's method (Hairer, Lubich and Wanner, *Geometric Numerical Integration*, II.1.3).
 
-    With the accelerations at the stages, carried on, which the next step starts from.
+    The motion from the configuration at the start, the speeds after it, and the accelerations at the stages, carried
+    on, which the next step starts from. Where the base floats, the motion's coordinates are those of the exponential
+    (Munthe-Kaas, *Applied Numerical Mathematics* 29:115, 1999).
     """
     accelerations = start
+    slides = qd + step * np.tensordot(_STAGES, accelerations, 1)
     for _ in range(_TRIES):
         speeds = qd + step * np.tensordot(_STAGES, accelerations, 1)
-        places = q + step * np.tensordot(_STAGES, speeds, 1)
+        before, places = slides, step * np.tensordot(_STAGES, slides, 1)
+        slides = straight(places, speeds)
         found = rates(time + step * _TIMES, places, speeds)
-        change = np.abs(found - accelerations).max(initial=0.0) * step
+        change = max(np.abs(found - accelerations).max(initial=0.0) * step, np.abs(slides - before).max(initial=0.0))
         accelerations = found
         if change <= _SETTLED * (1 + np.abs(speeds).max(initial=0.0)):
             break
     else:
         raise ArithmeticError(f"step of {step} s at {time} s: the stages do not settle; take a shorter step")
-    speeds = qd + step * np.tensordot(_STAGES, accelerations, 1)
-    later = q + step * np.tensordot(_WEIGHTS, speeds, 1)
-    return later, qd + step * np.tensordot(_WEIGHTS, accelerations, 1), np.tensordot(_AHEAD, accelerations, 1)
+    way = step * np.tensordot(_WEIGHTS, slides, 1)
+    return way, qd + step * np.tensordot(_WEIGHTS, accelerations, 1), np.tensordot(_AHEAD, accelerations, 1)
 
 
 @njit(cache=True, error_model="numpy")

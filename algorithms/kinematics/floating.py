@@ -5,7 +5,7 @@ are 0, their rates are the base's velocities in its own frame, in another order.
 as one there, but for the direction of gravity. So everything is computed there, by the methods of any robot, and
 inertias are summed about the origin of the base: results do not depend on how far that is from the world's origin, and
 there is no attitude without description. Two things remain: accelerations of the six joints are not quite those of the
-base (`_turning`), and gravity is an acceleration of the base upwards.
+base (`turning`), and gravity is an acceleration of the base upwards.
 
 Forces of the base are a torque about its origin, and a force, in its frame.
 """
@@ -26,12 +26,15 @@ from .chains import motions
 from .errors import FloatingBaseError
 from .inverse import Solutions
 from .robot import Robot
+from .turning import crossing, times, turned, turning, turning_slope
 
 _MOTOR = 8
 _ORDER = (5, 4, 3, 0, 1, 2)
 """The six joints, slides x, y, z and turns about z, y, x, in the order of velocities: angular, then linear, x, y, z."""
 _AXES = np.array([[e12, -e13, e23, 0, 0, 0] for e23, e13, e12 in (*np.eye(3), *np.eye(3)[::-1])])
 """Their lines at home."""
+_BERNOULLI = (1 / 2, 1 / 12, 0.0, -1 / 720, 0.0, 1 / 30240, 0.0, -1 / 1209600, 0.0, 1 / 47900160)
+"""Bernoulli's numbers over the factorials, with the sign that velocities in the moving frame have."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,8 +50,8 @@ class FloatingRobot(Robot):
     Results of kinematics are in the world's frame, as those of a robot whose base is fixed. Inverse kinematics, kernels
     of its own and another place of the base raise a `FloatingBaseError`.
 
-    Relative to the largest entry, forces and accelerations of G1 and Talos differ from Pinocchio's by less than 1e-12,
-    within 1,000 km of the origin, at any attitude.
+    Relative to the largest entry, forces and accelerations of G1, Talos, ANYmal and Solo differ from Pinocchio's by less
+    than 1e-12, within 1,000 km of the origin, at any attitude.
     """
 
     _still_base: Robot = field(init=False, repr=False)
@@ -137,7 +140,7 @@ class FloatingRobot(Robot):
     def jacobian(self, q: ArrayLike) -> Reals:
         """As `Robot.jacobian`, (..., 6, n)."""
         now = self._at(q)
-        return _turned(now.base, self._still_base.jacobian(now.x)[..., self._order])
+        return turned(now.base, self._still_base.jacobian(now.x)[..., self._order])
 
     def jacobian_rate(self, q: ArrayLike, qd: ArrayLike) -> Reals:
         """As `Robot.jacobian_rate`, (..., 6, n)."""
@@ -149,16 +152,16 @@ class FloatingRobot(Robot):
         rate = inner.jacobian_rate(now.x, joints)[..., self._order]
         for part in (slice(0, 3), slice(3, 6)):
             rate[..., part, :] += np.cross(v[..., :3, None], there[..., part, :], axisa=-2, axisb=-2, axisc=-2)
-        return _turned(now.base, rate)
+        return turned(now.base, rate)
 
     def velocity(self, q: ArrayLike, qd: ArrayLike) -> Reals:
         """As `Robot.velocity`."""
-        return _times(self.jacobian(q), self._at(q, (qd, "qd")).rates[0])
+        return times(self.jacobian(q), self._at(q, (qd, "qd")).rates[0])
 
     def acceleration(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> Reals:
         """As `Robot.acceleration`."""
         speeds, rates = self._at(q, (qd, "qd"), (qdd, "qdd")).rates
-        return _times(self.jacobian(q), rates) + _times(self.jacobian_rate(q, qd), speeds)
+        return times(self.jacobian(q), rates) + times(self.jacobian_rate(q, qd), speeds)
 
     def twists_of_joints(self, q: ArrayLike) -> Reals:
         """As `Robot.twists_of_joints`: of the six joints of the base, as they are at the origin, and the others."""
@@ -178,7 +181,8 @@ class FloatingRobot(Robot):
         """As `Robot.inverse_dynamics`, (..., n)."""
         self._need_inertia()
         now = self._at(q, (qd, "qd"), (qdd, "qdd"))
-        return self._forces_there(now, *now.rates, self._falling(now))
+        v, a = now.rates
+        return self._forces_there(now, v, a, self._falling(now))
 
     def gravity(self, q: ArrayLike) -> Reals:
         """As `Robot.gravity`, (..., n)."""
@@ -198,8 +202,8 @@ class FloatingRobot(Robot):
         now = self._at(q, (qd, "qd"))
         inner, v = self._still_base, now.rates[0]
         found = inner.coriolis_matrix(now.x, v[..., self._places])[..., self._order[:, None], self._order]
-        found[..., :6] -= self.mass_matrix(q)[..., :6] @ _turning(v)
-        return found  # type: ignore[no-any-return]
+        found[..., :6] -= self.mass_matrix(q)[..., :6] @ turning(v)
+        return found
 
     def mass_matrix(self, q: ArrayLike) -> Reals:
         """As `Robot.mass_matrix`, (..., n, n); the place and attitude of the base make no difference."""
@@ -212,8 +216,8 @@ class FloatingRobot(Robot):
         speeds, forces = (rate[..., self._places] for rate in now.rates)
         found = self._still_base.forward_dynamics(now.x, speeds, forces)[..., self._order]
         found[..., 3:6] += self._falling(now)
-        found[..., :6] += _times(_turning(now.rates[0]), now.rates[0][..., :6])
-        return found  # type: ignore[no-any-return]
+        found[..., :6] += times(turning(now.rates[0]), now.rates[0][..., :6])
+        return found
 
     def inverse_dynamics_slopes(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> tuple[Reals, Reals]:
         """As `Robot.inverse_dynamics_slopes`, (..., n, n) each."""
@@ -226,9 +230,9 @@ class FloatingRobot(Robot):
         found = self._still_base.inverse_dynamics_slopes(now.x, speeds, rates)
         by_q, by_qd = (slope[..., self._order[:, None], self._order] for slope in found)
         # As the base turns, gravity turns back; where it is, makes no difference.
-        by_q[..., :3] = -mass[..., 3:6] @ _crossing(falling)
+        by_q[..., :3] = -mass[..., 3:6] @ crossing(falling)
         by_q[..., 3:6] = 0
-        by_qd[..., :6] -= mass[..., :6] @ _turning_slope(v)
+        by_qd[..., :6] -= mass[..., :6] @ turning_slope(v)
         return by_q, by_qd
 
     def kinetic_energy(self, q: ArrayLike, qd: ArrayLike) -> Reals:
@@ -246,6 +250,21 @@ class FloatingRobot(Robot):
             centres = pga3.move_point(bases, pga3.move_point(motor, body[1:4].astype(rows.dtype)))
             found -= centres @ (body[0] * self.free_fall).astype(rows.dtype)
         return found.reshape(now.x.shape[:-1])[()]
+
+    def _start(self, q: ArrayLike, qd: ArrayLike) -> tuple[tuple[int, ...], list[Reals]]:
+        now = self._at(q, (qd, "qd"))
+        place = np.concatenate([now.base, now.joints], axis=-1)
+        rows = [place.reshape(-1, self.n_positions), now.rates[0].reshape(-1, self.n_joints)]
+        return place.shape[:-1], rows
+
+    def _straight(self, x: Reals, v: Reals) -> Reals:
+        """The derivative of the exponential's inverse, to the tenth order in the motion `x`."""
+        way, change = _line(x), _line(v)
+        total = change
+        for factor in _BERNOULLI:
+            change = pga3.twist_on_line(way, change)
+            total = total + factor * change
+        return np.concatenate([*pga3.twist_to_velocities(total), v[..., 6:]], axis=-1)
 
     # What is not for robots of this kind.
 
@@ -309,7 +328,7 @@ class FloatingRobot(Robot):
     def _there(self, v: Reals, a: Reals, falling: Reals) -> Reals:
         """Accelerations of the six joints at the origin, and of the others; falling counts as rising the other way."""
         found = a.copy()
-        found[..., :6] -= _times(_turning(v), v[..., :6])
+        found[..., :6] -= times(turning(v), v[..., :6])
         found[..., 3:6] -= falling
         return found
 
@@ -353,40 +372,3 @@ def _broadcast(robot: str, arrays: list[Reals], names: tuple[str, ...]) -> list[
 def _line(v: Reals) -> Reals:
     """The base's velocities as a twist in its frame."""
     return pga3.twist_from_velocities(v[..., :3], v[..., 3:6])  # type: ignore[no-any-return]
-
-
-def _times(matrix: Reals, v: Reals) -> Reals:
-    return (matrix @ v[..., None])[..., 0]  # type: ignore[no-any-return]
-
-
-def _turned(base: Reals, rows: Reals) -> Reals:
-    """Angular over linear velocities (..., 6, n) in the directions of the world."""
-    turn = pga3.motor_to_matrix(base)[..., :3, :3]
-    return np.concatenate([turn @ rows[..., :3, :], turn @ rows[..., 3:, :]], axis=-2)
-
-
-def _crossing(w: Reals) -> Reals:
-    """The matrix (..., 3, 3) of the vector product by `w`."""
-    found = np.zeros((*w.shape, 3), w.dtype)
-    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        found[..., i, j], found[..., j, i] = -w[..., k], w[..., k]
-    return found
-
-
-def _turning(v: Reals) -> Reals:
-    """The rate (..., 6, 6) of the matrix that makes the base's velocities of the rates of its six joints, at home.
-
-    Of slides it is the rotation of the base, transposed; of the turns by yaw, pitch and roll the matrix of textbooks.
-    """
-    found = np.zeros((*v.shape[:-1], 6, 6), v.dtype)
-    found[..., 0, 2], found[..., 1, 2], found[..., 2, 1] = -v[..., 1], v[..., 0], -v[..., 0]
-    found[..., 3:, 3:] = -_crossing(v[..., :3])
-    return found
-
-
-def _turning_slope(v: Reals) -> Reals:
-    """The derivative (..., 6, 6) of `_turning` times the velocities by the velocities."""
-    found = _turning(v)
-    found[..., 0, 1], found[..., 1, 0], found[..., 2, 0] = -v[..., 2], v[..., 2], -v[..., 1]
-    found[..., 3:, :3] = _crossing(v[..., 3:6])
-    return found

@@ -201,48 +201,6 @@ class Robot(Slopes):
             return FloatingRobot(**fields)
         return cls(**fields)
 
-    def integrate(self, q: ArrayLike, v: ArrayLike) -> Reals:
-        """Where rates `v`, kept for the unit of time, lead from `q`: ``q + v``, but for a base that floats.
-
-        Parameters
-        ----------
-        q : array_like, (..., n)
-        v : array_like, (..., n)
-            Rates times the step.
-
-        Returns
-        -------
-        array, (..., n)
-
-        Raises
-        ------
-        TypeError, ValueError
-            As in `forward`.
-        """
-        shape, (start, step) = self._together((q, "q"), (v, "v"))
-        return (start + step).reshape(*shape, self.n_joints)
-
-    def difference(self, q0: ArrayLike, q1: ArrayLike) -> Reals:
-        """The rates that lead from `q0` to `q1` in the unit of time: ``q1 - q0``, but for a base that floats.
-
-        Whole turns of a joint count.
-
-        Parameters
-        ----------
-        q0, q1 : array_like, (..., n)
-
-        Returns
-        -------
-        array, (..., n)
-
-        Raises
-        ------
-        TypeError, ValueError
-            As in `forward`.
-        """
-        shape, (start, end) = self._together((q0, "q0"), (q1, "q1"))
-        return (end - start).reshape(*shape, self.n_joints)
-
     def forward(self, q: ArrayLike) -> Reals:
         """Where the end effector is.
 
