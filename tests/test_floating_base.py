@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from test_urdf import ARM, FINGERS, link, written
+from test_urdf import ARM, FINGERS, joint, link, place, written
 
 from algorithms.kinematics import FloatingBaseError, FloatingRobot, Robot, passes
 from generated import pga3, ur5
@@ -226,6 +226,17 @@ def test_a_robot_in_free_fall_keeps_its_momentum(robot: Robot) -> None:
     h = 1e-6
     speed = (centre(robot.integrate(q, h * v)) - centre(robot.integrate(q, -h * v))) / (2 * h)
     assert np.abs(now - (now[0] + times * speed + times**2 / 2 * [0, 0, -9.81])).max() < 1e-9
+
+
+def test_a_file_whose_root_carries_a_floating_joint(robot: Robot, tmp_path: Path) -> None:
+    """That joint is the floating base, and no second one comes before it."""
+    world = [link("world", ""), joint("free", "floating", "world", "base", place("1 2 3"))]
+    same = Robot.from_urdf(written(tmp_path, [*world, *ARM, *FINGERS]), base="floating")
+    assert same.n_joints == robot.n_joints and same.joint_names == robot.joint_names
+    q, v, a = states(robot, 3, seed=13)
+    assert np.array_equal(same.inverse_dynamics(q, v, a), robot.inverse_dynamics(q, v, a))
+    assert Robot.from_urdf(written(tmp_path, [*world, *ARM, *FINGERS]), base="euler").n_joints == robot.n_joints
+    assert Robot.from_urdf(written(tmp_path, [*world, *ARM, *FINGERS])).n_joints == robot.n_joints
 
 
 @pytest.mark.parametrize("name", ["ur5", "stanford", "floating"])

@@ -50,8 +50,8 @@ class FloatingRobot(Robot):
     Results of kinematics are in the world's frame, as those of a robot whose base is fixed. Inverse kinematics, kernels
     of its own and another place of the base raise a `FloatingBaseError`.
 
-    Relative to the largest entry, forces and accelerations of G1, Talos, ANYmal and Solo differ from Pinocchio's by less
-    than 1e-12, within 1,000 km of the origin, at any attitude.
+    Relative to the largest entry, forces and accelerations of G1, Talos, ANYmal and Solo differ from Pinocchio's by
+    less than 1e-12, within 1,000 km of the origin, at any attitude.
     """
 
     _still_base: Robot = field(init=False, repr=False)

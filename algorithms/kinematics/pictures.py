@@ -104,7 +104,7 @@ def animate(robot: Robot, q: ArrayLike, path: str | Path, frames_per_second: int
     TypeError, ValueError
         Where `q` is not an array of configurations.
     """
-    motion = real_array(q, f"{robot.name}: q", (-1, robot.n_joints), "configurations")
+    motion = real_array(q, f"{robot.name}: q", (-1, robot.n_positions), "configurations")
     figure, axes = _stage(robot)
     way = robot.pose(motion)[:, :3, 3]
     axes.plot(*way.T, linewidth=1, color="tab:orange")

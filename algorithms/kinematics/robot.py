@@ -170,7 +170,8 @@ class Robot(Slopes):
         base : str
             "fixed"; "floating", where `q` begins with the motor of the first link (`FloatingRobot`); or "euler": three
             slides x, y, z and turns by yaw, pitch and roll come before the first link, which is singular at a pitch of
-            a quarter turn. A joint of type floating becomes such six joints as well, a planar one three.
+            a quarter turn. Where the only joint on the root of the file is of type floating, the first link is the one
+            that it carries. Any other joint of type floating becomes such six joints, and a planar one three.
 
         Returns
         -------

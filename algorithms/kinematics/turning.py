@@ -11,7 +11,7 @@ from ..arguments import Reals
 
 def times(matrix: Reals, v: Reals) -> Reals:
     """Matrices (..., m, n) times vectors (..., n)."""
-    return (matrix @ v[..., None])[..., 0]  # type: ignore[no-any-return]
+    return (matrix @ v[..., None])[..., 0]
 
 
 def turned(base: Reals, rows: Reals) -> Reals:

@@ -103,6 +103,10 @@ def read(path: str | Path, tip: str | None, locked: Iterable[str], base: str) ->
     if unknown:
         raise DescriptionError(f"{where}: no joint {sorted(unknown)[0]!r} to lock; its joints are {_names(joints)}")
     start = _root_link(links, joints, where)
+    first = [joint for joint in joints if joint.parent == start]
+    if base != "fixed" and len(first) == 1 and first[0].type == "floating" and first[0].name not in held:
+        # the file itself says that the base floats
+        start, joints = first[0].child, [joint for joint in joints if joint is not first[0]]
     with np.errstate(over="ignore", invalid="ignore"):  # what is not finite has an error
         found = _walk(start, links, joints, held, base, where)
         bodies = [_together(parts, name, where) for parts, name in zip(found.bodies, found.names, strict=True)]
