@@ -132,6 +132,27 @@ def test_inverse_kinematics_of_changed_robots(name: str) -> None:
         assert missed.max() < 1e-7, change
 
 
+@pytest.mark.parametrize("distance", [10.0, 1e3, 1e6])
+def test_dynamics_far_from_the_origin(distance: float) -> None:
+    """Lines are stored to rounding at that distance, and no more than that is lost: not its square."""
+    robot = Robot.named("ur5").with_payload(2.0, (0, 0.1, 0.05), (0.1, 0, 0, 0.2, 0, 0.3))
+    q, qd, qdd = np.random.default_rng(8).uniform(-2, 2, (3, 20, 6))
+    base = pga3.motor_from_rotation_vector_translation([0, 0, 0.3], distance * np.array([0.6, -0.48, 0.64]))
+    far = Robot.named("ur5").with_base(base).with_payload(2.0, (0, 0.1, 0.05), (0.1, 0, 0, 0.2, 0, 0.3))
+    limit = 3e-14 + 2e-15 * distance
+    assert largest(far.inverse_dynamics(q, qd, qdd), robot.inverse_dynamics(q, qd, qdd)) < limit
+    assert largest(far.mass_matrix(q), robot.mass_matrix(q)) < limit
+    assert largest(far.coriolis_matrix(q, qd), robot.coriolis_matrix(q, qd)) < limit
+    slopes = (arm.inverse_dynamics_slopes(q, qd, qdd) for arm in (far, robot))
+    assert largest(*slopes) < limit
+    energies = far.potential_energy(q) - robot.bodies[:, 0].sum() * 9.81 * base_height(base)
+    assert np.abs(energies - robot.potential_energy(q)).max() < 1e-12 * (1 + distance)
+
+
+def base_height(base: np.ndarray) -> float:
+    return float(pga3.motor_to_matrix(base)[2, 3])
+
+
 LENGTH, NEAR, MASS, MOMENT, ROTOR = 0.7, 0.3, 2.0, 0.05, 0.02
 
 

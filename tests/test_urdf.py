@@ -21,7 +21,7 @@ from algorithms.kinematics import (
     Robot,
     UnknownJointTypeError,
 )
-from algorithms.kinematics.tensors import fault_of
+from algorithms.kinematics.masses import fault_of
 from generated import pga3
 
 INERTIAL = """<inertial><origin xyz="0.1 -0.2 0.3" rpy="0.2 0.1 -0.4"/><mass value="1.5"/>
@@ -331,6 +331,16 @@ HUGE = {
 def test_lengths_and_masses_without_bounds(parts: list[str], message: str, tmp_path: Path) -> None:
     with pytest.raises(NotFiniteError, match=rf"robot.urdf: ({message}) has numbers beyond 1e.154"):
         Robot.from_urdf(written(tmp_path, parts))
+
+
+def test_a_robot_far_from_the_root_of_its_file(tmp_path: Path) -> None:
+    """Inertias are joined and summed beside the robot."""
+    weld = joint("weld", "fixed", "world", "base", place("6e5 -4.8e5 6.4e5"))
+    far = Robot.from_urdf(written(tmp_path, [link("world", ""), weld, *ARM]))
+    arm = Robot.from_urdf(written(tmp_path, ARM))
+    q, qd, qdd = np.random.default_rng(14).normal(size=(3, 10, 3))
+    assert np.abs(far.inverse_dynamics(q, qd, qdd) - arm.inverse_dynamics(q, qd, qdd)).max() < 1e-7
+    assert np.abs(far.mass_matrix(q) - arm.mass_matrix(q)).max() < 1e-8
 
 
 def test_limits_that_are_left_of_a_joint_that_is_fixed_now_mean_nothing(tmp_path: Path) -> None:

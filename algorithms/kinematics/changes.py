@@ -18,8 +18,9 @@ from generated import pga3
 
 from ..arguments import finite, finite_number, real_array
 from . import folded
-from .bodies import Body, moved
+from .bodies import Body
 from .errors import DescriptionError, MissingInertiaError
+from .masses import joined, placed
 from .model import Floats, Model
 
 _NO_MOTOR = {np.dtype(np.float64): 1e-9, np.dtype(np.float32): 1e-6}
@@ -54,9 +55,8 @@ class Changes(Model):
     def with_base(self, base: ArrayLike) -> Self:
         """The same robot mounted elsewhere: on a wall, on a table, beside another robot.
 
-        Gravity stays as it is in the world, and the frame that results are given in becomes that of the world. Inertias
-        are summed about its origin: of dynamics, digits are lost with the square of the distance, some 1e-12 of a
-        torque at 100 m, 1e-10 at 1 km.
+        Gravity stays as it is in the world, and the frame that results are given in becomes that of the world. Its axes
+        are lines about that origin: of torques some 1e-13 is lost at 1 km, 1e-10 at 1,000 km.
 
         Parameters
         ----------
@@ -74,7 +74,7 @@ class Changes(Model):
             For what is no motor and no matrix of a motion.
         """
         motor = _motor(base, f"{self.name}: base")
-        bodies = np.array([moved(motor, [body]) for body in self.bodies]) if self.bodies.size else self.bodies
+        bodies = np.array([placed(motor, body) for body in self.bodies]) if self.bodies.size else self.bodies
         return replace(
             self,
             axes=pga3.move_line(motor, self.axes),
@@ -127,7 +127,7 @@ class Changes(Model):
         moments = _finite(tensor, f"{where}: tensor", (6,), "xx, xy, xz, yy, yz, zz")
         body = Body(finite_number(mass, f"{where}: mass"), tuple(place), tuple(moments))
         bodies = self.bodies.copy()
-        bodies[self.tip] = moved(_IDENTITY, [bodies[self.tip], moved(self.tool, [body.row])])
+        bodies[self.tip] = joined([bodies[self.tip], placed(self.tool, body.row)])
         return replace(self, bodies=bodies)
 
     def with_limits(self, limits: ArrayLike) -> Self:
@@ -198,9 +198,6 @@ class Changes(Model):
                 "kernels, as gac robot writes them"
             )
         return robot
-
-
-_IDENTITY = np.eye(8)[0]
 
 
 def _finite(value: ArrayLike, name: str, shape: tuple[int, ...], meaning: str) -> Floats:

@@ -1,8 +1,9 @@
 """Dynamics of trees of joints: momenta and wrenches are lines, and a twist joined with a wrench is a power.
 
-Everything is in the base frame: what a joint's motion did to a body is done to its inertia (`inertia_of_moved_body`),
-and inertias about the common origin add up. Recursive Newton-Euler (Luh, Walker and Paul, *J. Dynamic Systems* 102:69,
-1980); the mass matrix by composite bodies (Walker and Orin, same journal, 104:205, 1982).
+Everything is in the base frame, or beside it where that is far away (`Model._near`): what a joint's motion did to a
+body is done to its inertia (`inertia_of_moved_body`), and inertias about the common origin add up. Recursive
+Newton-Euler (Luh, Walker and Paul, *J. Dynamic Systems* 102:69, 1980); the mass matrix by composite bodies (Walker and
+Orin, same journal, 104:205, 1982). One class and its passes, so one file.
 """
 
 from __future__ import annotations
@@ -262,7 +263,7 @@ class Dynamics(Differential):
         MissingInertiaError, TypeError, ValueError
             As in `inverse_dynamics`.
         """
-        one = self._passes.potential_energy(self._heavy, q)
+        one = self._passes.potential_energy(None if self._heavy is None else self._table, q)
         if one is not None:
             return one  # type: ignore[no-any-return]
         self._need_inertia()
@@ -361,8 +362,8 @@ class Dynamics(Differential):
 
     def _moving(self, x: Reals, v: Reals, a: Reals, free_fall: Reals) -> Motion:
         """Newton and Euler: outward through the joints, and back."""
-        moved = motions(self, x)
-        axes, bodies = joint_twists(self, moved), self.bodies.astype(x.dtype)
+        moved = motions(self._near, x)
+        axes, bodies = joint_twists(self._near, moved), self._near.bodies.astype(x.dtype)
         now = Motion(axes, np.concatenate([np.zeros(3), -free_fall]).astype(x.dtype), [], [], [], [])
         base = np.zeros(6, x.dtype), now.base_rate
         for j, parent in enumerate(self.parents):
@@ -382,8 +383,8 @@ class Dynamics(Differential):
         return now
 
     def _fill_mass_matrix(self, x: Reals, out: Reals) -> None:
-        moved = motions(self, x)
-        axes, bodies = joint_twists(self, moved), self.bodies.astype(x.dtype)
+        moved = motions(self._near, x)
+        axes, bodies = joint_twists(self._near, moved), self._near.bodies.astype(x.dtype)
         composite = [
             pga3.inertia_of_moved_body(m, body, out=room(10, x)) for m, body in zip(moved, bodies, strict=True)
         ]

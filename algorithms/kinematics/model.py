@@ -22,6 +22,9 @@ Floats = NDArray[np.float64]
 
 _FLOATS = (np.dtype(np.float64), np.dtype(np.float32))
 
+_FAR = 10.0
+"""How many times its size a robot may be away from the origin until inertias are summed elsewhere."""
+
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)
 """The acceleration of free fall that robots' tables are made with, m/s²."""
 
@@ -96,8 +99,10 @@ class Model:
     """What one configuration takes; they read a table, and give None for all else."""
     _table: Floats | None = field(default=None, init=False, repr=False)
     """What passes read; none where joints follow others."""
+    _near: Model = field(init=False, repr=False)
+    """The robot where inertias are summed about the origin: moved there if it is far, else itself."""
     _heavy: Floats | None = field(default=None, init=False, repr=False)
-    """The same for those that need masses; none where something is not known of them."""
+    """The same of `_near` for those that need masses; none where something is not known of them."""
     _weightless: Floats | None = field(default=None, init=False, repr=False)
     """The same without gravity."""
     _kernels: folded.Folded = field(default=folded.NOTHING, init=False, repr=False)
@@ -164,10 +169,41 @@ class Model:
         heavy = bool(self.bodies.size) and not self.without_inertia
         fill("_passes", single.passes(count))
         fill("_table", single.table_of(self))
-        fill("_heavy", self._table if heavy else None)
-        fill("_weightless", single.table_of(self, gravity=False) if heavy else None)
+        fill("_near", self._brought_near() if heavy else self)
+        fill("_heavy", single.table_of(self._near) if heavy else None)
+        fill("_weightless", single.table_of(self._near, gravity=False) if heavy else None)
         fill("_kernels", folded.kernels_of(self))
         fill("_own", folded.NOTHING if self.coupling.size else self._kernels)
+
+    def _brought_near(self) -> Model:
+        """The same robot beside the origin, where it is further from it than ten times its size.
+
+        Moments of inertia about a distant point are large, and forces are small differences of them.
+        """
+        centres = self.bodies[self.bodies[:, 0] > 0, 1:4]
+        if not len(centres):
+            return self
+        middle = centres[0]
+        directions = np.stack([self.axes[:, 2], -self.axes[:, 1], self.axes[:, 0]], axis=1)
+        turning = [kind is Joint.REVOLUTE for kind in self.kinds]
+        away = np.linalg.norm((np.cross(middle, directions) - self.axes[:, 3:])[turning], axis=1)
+        size = max(away.max(initial=0.0), np.linalg.norm(centres - middle, axis=1).max())
+        if np.linalg.norm(middle) <= _FAR * size or size == 0:
+            return self
+        back = pga3.motor_from_rotor_translation(np.eye(4)[0], -middle)
+        bodies = self.bodies.copy()
+        bodies[:, 1:4] -= middle
+        return Model(
+            self.name,
+            self.kinds,
+            pga3.move_line(back, self.axes),
+            pga3.motor_product(back, self.home),
+            self.parents,
+            bodies=bodies,
+            armature=self.armature,
+            free_fall=self.free_fall,
+            coupling=self.coupling,
+        )
 
     def __reduce__(self) -> tuple[Any, ...]:
         kept = {entry.name: getattr(self, entry.name) for entry in fields(self) if entry.init}

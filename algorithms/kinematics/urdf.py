@@ -19,7 +19,7 @@ import numpy as np
 
 from generated import pga3
 
-from .bodies import is_tensor, moved
+from .bodies import is_tensor
 from .denavit_hartenberg import Joint
 from .errors import (
     CyclicTreeError,
@@ -29,8 +29,8 @@ from .errors import (
     NotFiniteError,
     UnknownJointTypeError,
 )
+from .masses import fault_of, joined, placed
 from .model import Floats
-from .tensors import fault_of
 
 _X, _Y, _Z = np.eye(3)
 _MOST = np.sqrt(np.finfo(float).max)
@@ -201,7 +201,7 @@ def _link(name: str, element: ElementTree.Element | None, where: str) -> Link:
         raise DescriptionError(f"{where}: mass {mass}, inertia {tensor}; expected no negative mass, ixx, iyy, izz")
     place = _motor(element.find("origin"), where)
     with np.errstate(over="ignore", invalid="ignore"):
-        body = _known(moved(place, [np.array([mass, 0, 0, 0, *tensor])]), f"{where}: its inertia")
+        body = _known(placed(place, np.array([mass, 0, 0, 0, *tensor])), f"{where}: its inertia")
     return Link(name, body, fault_of(tensor))
 
 
@@ -216,7 +216,7 @@ def _known(numbers: Floats, what: str) -> Floats:
 
 def _together(parts: Sequence[Floats], joint: str, where: str) -> Floats:
     """What a joint carries, as one body."""
-    return _known(moved(np.eye(8)[0], parts), f"{where}: the inertia that joint {joint!r} carries")
+    return _known(joined(parts), f"{where}: the inertia that joint {joint!r} carries")
 
 
 def _joints(root: ElementTree.Element, links: dict[str, Link], where: str) -> list[Connection]:
@@ -338,7 +338,7 @@ def _walk(
         found.links[link], found.depths[link] = (carrier, frame), depth
         body = links[link].body
         if carrier >= 0 and body is not None:
-            found.bodies[carrier].append(_known(moved(frame, [body]), f"{where}: link {link!r}: its inertia"))
+            found.bodies[carrier].append(_known(placed(frame, body), f"{where}: link {link!r}: its inertia"))
         todo.extend((joint, frame, carrier, depth + 1) for joint in reversed(carried.get(link, ())))
 
     carried, todo = _carried(joints), list[tuple[Connection, Floats, int, int]]()

@@ -1,11 +1,40 @@
-"""Which moments of inertia a rigid body can have."""
+"""Rigid bodies that are moved and joined, about their own centres; and which moments of inertia they can have."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+from numpy.typing import NDArray
+
+from generated import pga3
+
+from .bodies import moved
+
 _ROUNDING = 1e-6
 """What decimals of a file may do to a tensor, as a part of its trace."""
+
+
+_IDENTITY = np.eye(8)[0]
+
+
+def placed(motor: NDArray[np.float64], body: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A body (10,) moved by a motor: `moved`, without loss of digits where it is far from the origin."""
+    about_itself = body.copy()
+    about_itself[1:4] = 0.0
+    rotor, _ = pga3.motor_to_rotor_translation(motor)
+    found = moved(pga3.motor_from_rotor_translation(rotor, np.zeros(3)), [about_itself])
+    found[1:4] = pga3.move_point(motor, body[1:4])
+    return found
+
+
+def joined(bodies: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
+    """One body (10,) for several, summed about the centre of the first."""
+    if not bodies:
+        return np.zeros(10)
+    shift = np.zeros(10)
+    shift[1:4] = bodies[0][1:4]
+    return moved(_IDENTITY, [body - shift for body in bodies]) + shift
 
 
 def fault_of(tensor: Sequence[float]) -> str:
