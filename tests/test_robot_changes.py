@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from math import cos, pi, sin
@@ -80,6 +82,7 @@ def test_what_each_method_runs_on() -> None:
         return {m for m in moves | forces | {"mass_matrix"} if changed.uses[m] == "generated.ur5"}
 
     everything = moves | forces | {"mass_matrix"}
+    assert set(robot.uses) >= {name for name, _ in METHODS}
     assert own(robot) == everything == own(robot.with_limits(np.tile([-1.0, 1.0], (6, 1))))
     assert own(robot.with_tool(TOOL)) == forces | {"mass_matrix"}
     assert own(robot.with_gravity((0, 0, -1.62))) == moves | {"mass_matrix"}
@@ -114,6 +117,12 @@ def test_modules_of_other_robots_are_refused() -> None:
     for wrong in (None, 5, "ur5", np):
         with pytest.raises(TypeError, match=r"ur5: module .*; expected one that gac robot wrote"):
             robot.with_module(wrong)
+
+
+def test_digests_are_read_where_python_has_no_docstrings() -> None:
+    code = "from algorithms.kinematics import Robot; print(Robot.named('ur5').uses['forward'], Robot.named.__doc__)"
+    done = subprocess.run([sys.executable, "-OO", "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["generated.ur5", "None"]
 
 
 @pytest.mark.parametrize("name", ["ur5", "panda"])

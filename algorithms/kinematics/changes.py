@@ -55,8 +55,8 @@ class Changes(Model):
     def with_base(self, base: ArrayLike) -> Self:
         """The same robot mounted elsewhere: on a wall, on a table, beside another robot.
 
-        Gravity stays as it is in the world, and the frame that results are given in becomes that of the world. Its axes
-        are lines about that origin: of torques some 1e-13 is lost at 1 km, 1e-10 at 1,000 km.
+        Gravity in the world does not change, and the frame that results are given in becomes that of the world. The
+        robot's axes are lines about that origin: of torques some 1e-13 is lost at 1 km, 1e-10 at 1,000 km.
 
         Parameters
         ----------
@@ -142,7 +142,7 @@ class Changes(Model):
         Raises
         ------
         TypeError, ValueError
-            For another shape, a NaN, limits the wrong way round.
+            For another shape, a NaN, a lowest above the highest.
         """
         given = real_array(limits, f"{self.name}: limits", (len(self.limits), -1), "lowest, highest, speed, effort")
         if given.ndim != 2 or given.shape[1] not in (2, 4):

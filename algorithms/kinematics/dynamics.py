@@ -321,8 +321,8 @@ class Dynamics(Differential):
         still = np.zeros_like(speed)
         accelerations = np.repeat(rates(np.zeros(1), still[None], speed[None]), len(_TIMES), axis=0)
         for k in range(n_steps):
-            way, speed, accelerations = _gauss_step(rates, self._straight, k * step, step, speed, accelerations)
-            position = self.integrate(position, way)
+            motion, speed, accelerations = _gauss_step(rates, self._straight, k * step, step, speed, accelerations)
+            position = self.integrate(position, motion)
             positions.append(position)
             speeds.append(speed)
         return (
@@ -440,8 +440,8 @@ def _gauss_step(
             break
     else:
         raise ArithmeticError(f"step of {step} s at {time} s: the stages do not settle; take a shorter step")
-    way = step * np.tensordot(_WEIGHTS, slides, 1)
-    return way, qd + step * np.tensordot(_WEIGHTS, accelerations, 1), np.tensordot(_AHEAD, accelerations, 1)
+    motion = step * np.tensordot(_WEIGHTS, slides, 1)
+    return motion, qd + step * np.tensordot(_WEIGHTS, accelerations, 1), np.tensordot(_AHEAD, accelerations, 1)
 
 
 @njit(cache=True, error_model="numpy")

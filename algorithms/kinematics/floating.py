@@ -259,10 +259,10 @@ class FloatingRobot(Robot):
 
     def _straight(self, x: Reals, v: Reals) -> Reals:
         """The derivative of the exponential's inverse, to the tenth order in the motion `x`."""
-        way, change = _line(x), _line(v)
+        motion, change = _line(x), _line(v)
         total = change
         for factor in _BERNOULLI:
-            change = pga3.twist_on_line(way, change)
+            change = pga3.twist_on_line(motion, change)
             total = total + factor * change
         return np.concatenate([*pga3.twist_to_velocities(total), v[..., 6:]], axis=-1)
 
@@ -326,7 +326,7 @@ class FloatingRobot(Robot):
         return pga3.move_direction(back, self.free_fall.astype(back.dtype))  # type: ignore[no-any-return]
 
     def _there(self, v: Reals, a: Reals, falling: Reals) -> Reals:
-        """Accelerations of the six joints at the origin, and of the others; falling counts as rising the other way."""
+        """Accelerations of the six joints at the origin, and of the others; gravity counts as one upwards."""
         found = a.copy()
         found[..., :6] -= times(turning(v), v[..., :6])
         found[..., 3:6] -= falling

@@ -1,8 +1,8 @@
 """Kernels with the constants of one robot folded, as ``gac robot`` writes them, and which of them belong to a robot.
 
 A module says in its docstring what it was made from: a digest for each part of the robot's description. A kernel is
-used where the digests of all parts that it depends on are those of the robot; so a robot that was changed, by whatever
-way, computes with the generic kernels what the change concerns.
+used where the digests of all parts that it depends on are those of the robot. What a change of the robot concerns is
+computed with the generic kernels, however the change was made.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields
 from hashlib import sha256
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -36,7 +37,9 @@ _CALLS: dict[str, tuple[str, ...]] = {
     "acceleration": ("jacobian",),
     "forward_dynamics": ("inverse_dynamics", "mass_matrix"),
     **{name: () for name in ("forward_all", "jacobian_rate", "potential_energy", "inverse_dynamics_slopes")},
-    "forward_dynamics_slopes": ("inverse_dynamics", "mass_matrix"),
+    **{name: ("inverse_dynamics", "mass_matrix") for name in ("forward_dynamics_slopes", "simulate")},
+    **{name: () for name in ("inverse", "link", "twists_of_joints")},
+    **{name: () for name in ("jacobian_of_point", "jacobian_of_line", "jacobian_of_plane")},
 }
 """The kernels of a robot's own module that its methods call."""
 
@@ -71,8 +74,16 @@ def kernels_of(model: Model) -> Folded:
 
 def differences(model: Model) -> set[str]:
     """The parts of a robot's description that its module was not made from; all of them where it does not say."""
-    signed = dict(_LINE.findall(getattr(model.module, "__doc__", None) or ""))
+    signed = dict(_LINE.findall(_docstring(model.module)))
     return {part for part, digest in digests(model).items() if signed.get(part) != digest}
+
+
+def _docstring(module: Any) -> str:
+    """The docstring of a module; from its file where Python runs without docstrings (``-OO``)."""
+    text, file = getattr(module, "__doc__", None), getattr(module, "__file__", None)
+    if text is None and file is not None:
+        text = Path(file).read_text(encoding="utf-8").partition("from __future__")[0]
+    return text or ""
 
 
 def folded_parts(module: Any) -> set[str]:
