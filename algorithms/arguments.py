@@ -41,7 +41,7 @@ def real_array(value: ArrayLike, name: str, shape: tuple[int, ...] = (), meaning
         Where the shape is another, or numbers are masked.
     """
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
-        count = int(np.ma.getmaskarray(value).sum())
+        count = int(np.count_nonzero(np.ma.getmaskarray(value)))
         raise ValueError(
             f"{name}: {count} masked numbers; expected an array without a mask: give them values with numpy.ma.filled, "
             "or leave them out"

@@ -186,9 +186,10 @@ class Model:
         middle = centres[0]
         directions = np.stack([self.axes[:, 2], -self.axes[:, 1], self.axes[:, 0]], axis=1)
         turning = [kind is Joint.REVOLUTE for kind in self.kinds]
-        away = np.linalg.norm((np.cross(middle, directions) - self.axes[:, 3:])[turning], axis=1)
-        size = max(away.max(initial=0.0), np.linalg.norm(centres - middle, axis=1).max())
-        if np.linalg.norm(middle) <= _FAR * size or size == 0:
+        # Lengths by their largest coordinate: no sum whose order is that of the machine.
+        away = np.abs(np.cross(middle, directions) - self.axes[:, 3:])[turning]
+        size = max(away.max(initial=0.0), np.abs(centres - middle).max())
+        if np.abs(middle).max() <= _FAR * size or size == 0:
             return self
         back = pga3.motor_from_rotor_translation(np.eye(4)[0], -middle)
         bodies = self.bodies.copy()
