@@ -22,7 +22,7 @@ Floats = NDArray[np.float64]
 
 _FLOATS = (np.dtype(np.float64), np.dtype(np.float32))
 
-_FAR = 10.0
+_FAR = 5.0
 """How many times its size a robot may be away from the origin until inertias are summed elsewhere."""
 
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)
