@@ -7,6 +7,7 @@ PGA3.POINT(3 e021 + e123)
 """
 
 from .arrays import MultivectorArray
+from .builds import Builds, builds
 from .conformal import CGA2, CGA3
 from .draw import draw
 from .euclidean import QUATERNIONS, STA, VGA2, VGA3
@@ -18,7 +19,7 @@ from .spaces import Space
 from .view import view
 
 __all__ = [
-    "CGA2", "CGA3", "PGA2", "PGA3", "QUATERNIONS", "STA", "VGA2", "VGA3", "MultivectorArray", "Space", "build",
-    "draw", "from_clifford", "from_ganja", "from_kingdon", "load", "save", "save_ganja", "to_clifford", "to_ganja",
-    "to_kingdon", "view",
+    "CGA2", "CGA3", "PGA2", "PGA3", "QUATERNIONS", "STA", "VGA2", "VGA3", "Builds", "MultivectorArray", "Space",
+    "build", "builds", "draw", "from_clifford", "from_ganja", "from_kingdon", "load", "save", "save_ganja",
+    "to_clifford", "to_ganja", "to_kingdon", "view",
 ]  # fmt: skip

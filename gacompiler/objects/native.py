@@ -7,25 +7,24 @@ more.
 
 from __future__ import annotations
 
-import atexit
 import ctypes
 import hashlib
 import os
-import subprocess
 import tempfile
+import warnings
 from collections.abc import Callable
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..backends import find_compiler
-from ..backends.build import build_extension, extension_name, extension_path, processors
+from ..backends.build import build_extension, extension_name, extension_path
 from ..backends.c import kernel_text
 from ..backends.templates.runtime_extension import _loaded_extension
-from ..errors import BackendError
 from ..generate import generated_folder
 from ..ir.program import Program
 from ..runtime import cache_folder
+from .background import QUEUE, Job
 
 FLAGS = ("-std=c17", "-O1", "-fPIC", "-shared", "-ffp-contract=off", "-fno-math-errno")
 
@@ -77,87 +76,83 @@ def is_wanted() -> bool:
 class Build:
     """The making of a program's functions: from the cache, or by the C compiler while the program goes on.
 
-    Compilers run beside the program, as many at a time as there are processors; `poll` looks whether this one is done.
+    Attributes
+    ----------
+    job : Job
+        What the compiler makes; see `QUEUE` for what waits and what runs.
     """
 
     def __init__(self, program: Program) -> None:
         self._program = program
-        self._target, self._text = _target(c_text(program))
-        self._process: subprocess.Popen[str] | None = None
-        self._scratch = Path()
-        self.poll()
+        text, command = c_text(program), (*(find_compiler() or ("cc",)), *FLAGS)
+        target = _target(text, command)
+        self.job = Job(target, partial(_prepared, target, text, command))
+        self._was_reported = False
+        if not self.job.is_done:
+            QUEUE.add(self.job)
+
+    @property
+    def state(self) -> str:
+        """``"ready"``, ``"failed"``, ``"waiting"`` or ``"running"``."""
+        if self.job.is_done:
+            return "ready"
+        if self.job.failure:
+            return "failed"
+        return "waiting" if self.job in QUEUE.waiting else "running"
 
     def poll(self) -> Native | None:
-        """The functions if they are there by now.
+        """The functions if they are there by now; None where they are not, or where the compiler has failed.
+
+        Warns
+        -----
+        RuntimeWarning
+            When the compiler has failed.
+        """
+        if self.job.is_done:
+            return _loaded(self._program, self.job.target)
+        QUEUE.start()
+        if self.job.failure and not self._was_reported:
+            self._was_reported = True
+            warnings.warn(
+                f"the C compiler failed: {self.job.failure}; operations run as text, see gacompiler.objects.builds()",
+                RuntimeWarning, stacklevel=2,
+            )  # fmt: skip
+        return None
+
+    def wait(self) -> Native:
+        """The functions, as soon as they are there.
 
         Raises
         ------
         BackendError
             When the compiler fails.
         """
-        if self._process is None and not self._target.exists() and len(_running) < processors():
-            self._start()
-        if self._process is not None:
-            if self._process.poll() is None:
-                return None
-            self._finish()
-        return _loaded(self._program, self._target) if self._target.exists() else None
-
-    def wait(self) -> Native:
-        """The functions, as soon as they are there."""
-        if self._process is None and not self._target.exists():
-            self._start()
-        if self._process is not None:
-            self._process.wait()
-        found = self.poll()
-        assert found is not None
-        return found
-
-    def _start(self) -> None:
-        compiler = find_compiler() or ()
-        handle, scratch = tempfile.mkstemp(dir=self._target.parent, prefix=f".{self._target.stem}.", suffix=".c")
-        with os.fdopen(handle, "w") as stream:
-            stream.write(self._text)
-        self._scratch = Path(scratch)
-        command = [*compiler, *FLAGS, scratch, "-o", f"{scratch}.so", "-lm"]
-        nothing = subprocess.DEVNULL
-        self._process = subprocess.Popen(command, stdin=nothing, stdout=nothing, stderr=subprocess.PIPE, text=True)
-        _running.append(self)
-
-    def _finish(self) -> None:
-        assert self._process is not None
-        _, errors = self._process.communicate()
-        status, self._process = self._process.returncode, None
-        _running.remove(self)
-        self._scratch.unlink(missing_ok=True)
-        if status:
-            Path(f"{self._scratch}.so").unlink(missing_ok=True)
-            first = next(iter(errors.splitlines()), f"status {status}")
-            raise BackendError("C compiler", f"it failed: {first}", "a working one", "or set GAC_BACKEND=arrays")
-        os.replace(f"{self._scratch}.so", self._target)
-
-    def drop(self) -> None:
-        """Stop, and leave nothing behind."""
-        if self._process is not None:
-            self._process.kill()
-            self._process.wait()
-            self._scratch.unlink(missing_ok=True)
-            Path(f"{self._scratch}.so").unlink(missing_ok=True)
+        if not self.job.is_done:
+            QUEUE.finish(self.job)
+        return _loaded(self._program, self.job.target)
 
 
-_running: list[Build] = []
+_COMPILE = """\
+library=$1 scratch=$2; shift 2
+if "$@" "$scratch.c" -o "$scratch.so" -lm; then mv -f "$scratch.so" "$library"; status=$?; else status=$?; fi
+rm -f "$scratch.c" "$scratch.so"
+exit $status
+"""
+"""A shell moves the library to its place, so that it gets there even where the program has ended in the meantime."""
 
 
-@atexit.register
-def _drop_all() -> None:
-    for each in _running:
-        each.drop()
+def _prepared(target: Path, text: str, command: tuple[str, ...]) -> list[str]:
+    """The command that compiles a text, which lies beside the library that it becomes."""
+    handle, source = tempfile.mkstemp(dir=target.parent, prefix=f".{target.stem}.", suffix=".c")
+    with os.fdopen(handle, "w") as stream:
+        stream.write(text)
+    return ["sh", "-c", _COMPILE, "sh", str(target), source.removesuffix(".c"), *command]
 
 
-def _target(text: str) -> tuple[Path, str]:
-    """Where the library of a text belongs, and the text."""
-    digest = hashlib.sha256("\0".join([text, *FLAGS, *(find_compiler() or ())]).encode()).hexdigest()[:24]
-    return _folder() / f"{digest}.so", text
+def _target(text: str, command: tuple[str, ...]) -> Path:
+    """Where the library of a text belongs."""
+    digest = hashlib.sha256("\0".join([text, *command]).encode()).hexdigest()[:24]
+    return _folder() / f"{digest}.so"
 
 
 def _loaded(program: Program, path: Path) -> Native:

@@ -9,13 +9,11 @@ much work on arrays as would have paid for it, it is made as generated modules a
 from __future__ import annotations
 
 import keyword
-import math
 import re
 import threading
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import cache
-from math import inf, nan
 from random import Random
 from typing import Any
 
@@ -41,56 +39,14 @@ from ..passes.samples import samples
 from ..passes.schedule import schedule
 from ..passes.search import Candidate
 from .definitions import Definition
+from .library import LIBRARY, NUMPY
 from .native import Build, Native, is_wanted
 
 ENOUGH_WORK = 500_000_000
 """Operations on numbers in arrays after which an operation is made as generated modules are: about what that takes."""
 
-_FUNCTIONS: dict[str, Callable[..., Any]] = {
-    "sqrt": np.sqrt,
-    "sin": np.sin,
-    "cos": np.cos,
-    "atan2": np.arctan2,
-    "acos": np.arccos,
-    "exp": np.exp,
-    "log": np.log,
-    "abs": np.abs,
-    "minimum": np.minimum,
-    "maximum": np.maximum,
-    "less": lambda a, b: (a < b) * 1.0,
-    "less_equal": lambda a, b: (a <= b) * 1.0,
-    "equal": lambda a, b: (a == b) * 1.0,
-    "select": lambda condition, a, b: np.where(condition != 0, a, b),
-}
-"""The free names of a program's text."""
-
-
-def _of_library(function: Callable[..., float], at_zero: float = nan) -> Callable[..., Any]:
-    """A function of the C library on arrays of doubles, number by number: what the compiled function calls."""
-
-    def one(*numbers: float) -> float:
-        try:
-            return function(*numbers)
-        except OverflowError:
-            return inf
-        except ValueError:
-            return at_zero if numbers[0] == 0 else nan
-
-    each = np.frompyfunc(one, 2 if function is math.atan2 else 1, 1)
-    return lambda *arrays: np.asarray(each(*arrays), np.float64)[()]
-
-
-_LIBRARY = _FUNCTIONS | {
-    "sin": _of_library(math.sin),
-    "cos": _of_library(math.cos),
-    "atan2": _of_library(math.atan2),
-    "acos": _of_library(math.acos),
-    "exp": _of_library(math.exp),
-    "log": _of_library(math.log, -inf),
-}
-"""The same, to the bit as in C; slow on arrays."""
 FEW = 1000
-"""Elements up to which an operation with such functions does not wait for the C compiler."""
+"""Elements that an operation with such functions computes so before it looks again whether its C is there."""
 
 MANY_OPERATIONS = 1000
 """Operations above which an expression is computed as it is written: other ways take as long again to look at, and pay
@@ -141,16 +97,30 @@ class Operator:
         except ValueError:
             shapes = " and ".join(map(str, leadings))
             raise ValueError(f"{self.definition.name}: shapes {shapes} do not broadcast") from None
-        found = None if any(a.dtype != np.float64 for a in arrays) else self.native
-        if found is None and not self._is_exact and int(np.prod(leading)) > FEW:
-            found = self.wait()
+        is_double = not any(a.dtype != np.float64 for a in arrays)
+        found = self.native if is_double else None
         if found is None:
-            return self._in_python(arrays, leading)
+            in_turns = is_double and not self._is_exact and self.state in ("waiting", "running")
+            return (self._in_turns if in_turns else self._in_python)(arrays, leading)
         self._work += self._operations * int(np.prod(leading))
         if self._work > ENOUGH_WORK:
             self.build()
             return np.asarray(self._module(*arrays))
         return self._in_loop(found, arrays, leading)
+
+    @property
+    def state(self) -> str:
+        """Where the compiled function is.
+
+        ``"ready"``; ``"running"``, while the C compiler makes it; ``"waiting"`` for a processor; ``"failed"``, where
+        the C compiler has refused it; ``"text"``, where there is no C compiler. In all states the operation can be
+        used.
+        """
+        if self.native is not None:
+            return "ready"
+        if self._build is None:
+            return "text"
+        return self._build.state
 
     @property
     def native(self) -> Native | None:
@@ -175,6 +145,23 @@ class Operator:
 
             self._module = compile(self.kernel, "c")
 
+    def _in_turns(self, arrays: Sequence[np.ndarray[Any, Any]], leading: tuple[int, ...]) -> np.ndarray[Any, Any]:
+        """As text that computes what the C library does, a few elements at a time, until the compiled function comes.
+
+        Neither does this wait for a compiler, nor do the numbers depend on how fast it is.
+        """
+        n, shape = int(np.prod(leading)), self.program.results[0].shape
+        flat = [np.broadcast_to(a, leading + s).reshape(n, *s) for a, s in zip(arrays, self._shapes, strict=True)]
+        out = np.empty((n, *shape))
+        for start in range(0, n, FEW):
+            found = self.native
+            stop = n if found is not None else min(n, start + FEW)
+            part, length = [a[start:stop] for a in flat], (stop - start,)
+            out[start:stop] = self._in_python(part, length) if found is None else self._in_loop(found, part, length)
+            if stop == n:
+                break
+        return out.reshape(leading + shape)
+
     def _in_loop(
         self, found: Native, arrays: Sequence[np.ndarray[Any, Any]], leading: tuple[int, ...]
     ) -> np.ndarray[Any, Any]:
@@ -194,7 +181,7 @@ class Operator:
         dtype = np.result_type(np.float32, *(array.dtype for array in arrays))
         few = dtype == np.float64 and not self._is_exact and int(np.prod(leading)) <= FEW
         if few not in self._python:
-            names: dict[str, Any] = dict(_LIBRARY if few else _FUNCTIONS)
+            names: dict[str, Any] = dict(LIBRARY if few else NUMPY)
             exec("\n".join(function_text(self.program)), names)
             self._python[few] = names[f"_{self.program.name}"]
         if dtype.kind == "c" and not self.program.is_polynomial:
