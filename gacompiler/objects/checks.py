@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -46,3 +47,35 @@ def require_blade(where: str, x: Any) -> None:
         product = "^" if k == 2 else "&"
         found_text = f"a {x.layout} that is no blade: x {product} x = {worst:.3g}"
         raise AlgebraError(where, found_text, "an outer product of vectors")
+
+
+def refuse(where: str, made: Any, bad: Any, found: str, expected: str) -> Any:
+    """What a constructor has made; where that does not exist an error, or in an array elements that are not a number.
+
+    Parameters
+    ----------
+    where : str
+        The constructor.
+    made : MultivectorArray
+    bad : array_like of bool
+        Where it does not exist; broadcasts with the shape of `made`.
+    found, expected : str
+        What there was instead, for the message.
+    """
+    if not np.any(bad):
+        return made
+    if not made.shape:
+        raise LayoutError(where, found, expected)
+    return type(made)(made.layout, np.where(np.asarray(bad)[..., None], np.nan, made.values))
+
+
+def require_finite(where: str, made: Any, operands: Sequence[Any], found: str = "no finite result") -> Any:
+    """As `refuse` where coefficients are not finite; one of the operands that is not a number makes no error."""
+    values = np.asarray(getattr(made, "values", made))
+    if np.all(np.isfinite(values)):
+        return made
+    if not getattr(made, "shape", ()):
+        if any(np.isnan(np.asarray(getattr(each, "values", each))).any() for each in operands):
+            return made
+        raise LayoutError(where, found, "other arguments")
+    return refuse(where, made, np.any(np.isnan(values), axis=-1), found, "other arguments")

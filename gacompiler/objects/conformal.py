@@ -14,15 +14,16 @@ from ..algebra.catalog import CGA2 as _CGA2
 from ..algebra.catalog import CGA3 as _CGA3
 from ..errors import AlgebraError, LayoutError
 from .arrays import MultivectorArray
-from .checks import require_blade
-from .spaces import Rigid, define, numbers
+from .checks import refuse, require_blade
+from .constructors import Rigid, given_of, round_arguments
+from .operators import layout_of
+from .spaces import define, numbers, unit
 
 _EINF = '{A}.multivector({"einf": 1})'
-_NORMAL = "(normal / ga.norm(normal))"
 
 
 def _on(text: str) -> str:
-    return text.replace("einf", _EINF).replace("normal", _NORMAL)
+    return text.replace("einf", _EINF)
 
 
 _SPHERE = define("round", "centre squared", _on("(centre - squared / 2 * einf) * {A}.pseudoscalar"))
@@ -31,13 +32,19 @@ _CIRCLE = define(
     _on("((centre - squared / 2 * einf) ^ (normal + ga.scalar_product(normal, centre) * einf)) * {A}.pseudoscalar"),
 )  # fmt: skip
 _PLANE = define("flat", "normal distance", _on("(normal + distance * einf) * {A}.pseudoscalar"))
-_LINE = define("line", "point direction", _on("point ^ direction ^ einf"))
 _TRANSLATOR = define("translator", "direction", _on("1 - direction * einf / 2"), unit=True)
 _DILATOR = define("dilator", "factor", 'ga.exp(ga.log(factor) / 2 * {A}.multivector({"e0inf": 1}))', unit=True)
 _ROTOR2 = define("rotor", "angle", 'ga.exp(-angle / 2 * {A}.multivector({"e12": 1}))', unit=True)
-_ROTOR3 = define(
-    "rotor", "axis angle", 'ga.exp(-angle / 2 * (axis / ga.norm(axis)) * {A}.multivector({"e123": 1}))', unit=True
-)
+_ROTOR3 = define("rotor", "axis angle", 'ga.exp(-angle / 2 * axis * {A}.multivector({"e123": 1}))', unit=True)
+# A line times the pseudoscalar is the bivector that generates the rotations about it; its square is a number.
+_ABOUT = "(line * {A}.pseudoscalar / ga.sqrt(ga.scalar_product(line, line)))"
+_ROTATE = define("rotor", "line angle", f"ga.cos(angle / 2) - ga.sin(angle / 2) * {_ABOUT}", unit=True)
+_SCREW = define(
+    "motor", "line angle distance",
+    f"(ga.cos(angle / 2) - ga.sin(angle / 2) * {_ABOUT})"
+    f' * (1 + distance / 2 * ({_ABOUT} * {{A}}.multivector({{"e123inf": 1}})))',
+    unit=True,
+)  # fmt: skip
 _CENTRE = define("centre", "x", _on("(x * einf * x).grade(1)"))
 _SQUARED = define(
     "radius_squared", "x",
@@ -49,33 +56,17 @@ _SQUARED = define(
 class Conformal(Rigid):
     """What the plane and space have in common: points, points pairs, versors, and the parts of rounds."""
 
-    _names: tuple[str, ...]
-
-    def point(self, *coordinates: Any) -> Any:
-        """Points from coordinates, or an array with these along its last axis."""
-        return self.of(self.algebra.POINT, *coordinates)
-
     def direction(self, *coordinates: Any) -> Any:
         """Euclidean vectors from coordinates."""
-        return self._directions("direction", " ".join(self._names), coordinates)
+        return self.of(self._direction_layout, *coordinates)
 
     def point_pair(self, a: Any, b: Any) -> Any:
         """The pair of two points."""
-        return a ^ b
-
-    def line(self, point: Any, other: Any) -> Any:
-        """The line from a point to another point, or along a direction of coordinates or a Euclidean vector."""
-        if isinstance(other, MultivectorArray) and other.layout.implied:
-            return point ^ other ^ self.einf
-        return self._make(_LINE, point, self.direction(other))
-
-    def translator(self, *coordinates: Any) -> Any:
-        """The translator by coordinates."""
-        return self._make(_TRANSLATOR, self.direction(*coordinates))
+        return self._construct("point_pair", (a, b))
 
     def dilator(self, factor: Any) -> Any:
         """The versor that scales by a positive factor about the origin."""
-        if np.any(np.asarray(factor) <= 0):
+        if np.any(np.asarray(numbers("dilator", factor)) <= 0):
             raise LayoutError("dilator", f"a factor of {np.min(factor):.6g}", "positive factors")
         return self._make(_DILATOR, factor)
 
@@ -107,70 +98,196 @@ class Conformal(Rigid):
         found = found.max(axis=-1) if isinstance(spanned, MultivectorArray) else found
         return found <= 1e-10 * np.abs(x.values).max(axis=-1)
 
+    def _components(self, x: Any) -> Any:
+        end = "inf" if {blade.bit_count() for blade in x.layout.support} == {2} else ""
+        return np.stack(np.broadcast_arrays(*(np.asarray(x[f"{name}{end}"]) for name in self._names)), -1)
 
-def _squared(what: str, radius: Any, radius_squared: Any) -> Any:
-    if (radius is None) == (radius_squared is None):
-        raise LayoutError(what, "no radius" if radius is None else "two radii", "a radius, or radius_squared=")
-    if radius is None:
-        return numbers(f"{what}: radius_squared", radius_squared)
-    r = numbers(f"{what}: radius", radius)
-    if np.any(np.real(r) < 0):
-        raise LayoutError(what, f"a radius of {np.min(r):.6g}", "0 or more, or radius_squared= of an imaginary one")
-    return r * r
+    def _kind(self, x: Any) -> str:
+        blades = {self.algebra.spelling(blade)[1] for blade in x.layout.support}
+        grades = {blade.bit_count() for blade in x.layout.support}
+        if blades <= set(self._names) or blades <= {f"{name}inf" for name in self._names}:
+            return "direction"
+        if x.layout == self.algebra.POINT:
+            return "point"
+        if grades == {1}:
+            square = np.abs(np.asarray(x.scalar_product(x)))
+            is_null = np.all(square <= 1e-9 * np.max(np.abs(x.values), axis=-1, initial=0.0) ** 2)
+            return "point" if is_null and np.all(np.asarray(x["e0"]) != 0) else "vector"
+        names = {(2,): "point pair", (3,): "circle", (4,): "sphere"}
+        flats = {"circle": "line", "sphere": "plane"}
+        name = names.get(tuple(grades), "multivector")
+        return flats[name] if name in flats and np.all(self.is_flat(x)) else name
+
+    def _spanned(self, *parts: Any) -> Any:
+        return self._wedge(*parts) ^ self.einf
+
+    def _wedge(self, *parts: Any) -> Any:
+        found = parts[0]
+        for each in parts[1:]:
+            found = found ^ each
+        return found
+
+    def _round(self, name: str, *points: Any) -> Any:
+        """The round through points."""
+        return self._independent(name, self._wedge(*points), points)
+
+    def _ball(self, name: str, centre: Any, squared: Any) -> Any:
+        return self._make(_SPHERE, centre, squared)
+
+    def _translator(self, name: str, shift: Any) -> Any:
+        return self._make(_TRANSLATOR, shift)
+
+    def _hyperplane(self, name: str, coefficients: Any) -> Any:
+        """A line of the plane or a plane of space from the coefficients of its equation."""
+        normal = self.direction(coefficients[..., :-1])
+        made = self._make(_PLANE, normal, -coefficients[..., -1])
+        return refuse(name, made, np.all(normal.values == 0, axis=-1), "a normal of length 0", "one of another")
 
 
 class PlaneConformal(Conformal):
     """The plane, G(3, 1)."""
 
     _names = ("e1", "e2")
+    _direction_layout = layout_of(_CGA2, _CGA2.blades(1)[:2])
 
-    def circle(self, centre: Any, radius: Any = None, *, radius_squared: Any = None) -> Any:
-        """The circle about a point; with a negative `radius_squared` an imaginary one."""
-        centre = centre if isinstance(centre, MultivectorArray) else self.point(centre)
-        return self._make(_SPHERE, centre, _squared("circle", radius, radius_squared))
+    def circle(self, centre: Any, radius: Any = None, *others: Any, radius_squared: Any = None) -> Any:
+        """The circle about a point; with a negative `radius_squared` an imaginary one. Or through three points.
+
+        Raises
+        ------
+        LayoutError
+            When the radius is negative, or three points are on one line; in arrays these circles are not a number.
+        """
+        return self._construct("circle", round_arguments("circle", (centre, radius, *others), radius_squared, 1))
 
     def rotor(self, angle: Any, centre: Any = None) -> Any:
-        """The rotor by an angle in radians, counterclockwise, about coordinates, by default the origin."""
-        turned = self._make(_ROTOR2, angle)
-        return turned if centre is None else _moved(self.translator(centre), turned)
+        """The rotor by an angle in radians, counterclockwise, about a point, by default the origin."""
+        return self._construct("rotor", given_of(angle, centre))
 
     def motor(self, angle: Any, *translation: Any) -> Any:
         """The motor that rotates about the origin and then translates."""
-        return self.translator(*translation) * self.rotor(angle)
+        return self._construct("motor", (angle, self._shift("motor", translation)) if translation else (angle,))
+
+    def _line_of(self, name: str, coefficients: Any) -> Any:
+        return self._hyperplane(name, coefficients)
+
+    def _turn(self, name: str, angle: Any, centre: Any = None) -> Any:
+        turned = self._make(_ROTOR2, angle)
+        if centre is None:
+            return turned
+        moved = self.translator(self.coordinates(centre))
+        return moved * turned * ~moved
 
 
-class RoomConformal(Conformal):
+class SpaceConformal(Conformal):
     """Space, G(4, 1)."""
 
     _names = ("e1", "e2", "e3")
+    _direction_layout = layout_of(_CGA3, _CGA3.blades(1)[:3])
 
-    def sphere(self, centre: Any, radius: Any = None, *, radius_squared: Any = None) -> Any:
-        """The sphere about a point or coordinates; with a negative `radius_squared` an imaginary one."""
-        centre = centre if isinstance(centre, MultivectorArray) else self.point(centre)
-        return self._make(_SPHERE, centre, _squared("sphere", radius, radius_squared))
+    def sphere(self, centre: Any, radius: Any = None, *others: Any, radius_squared: Any = None) -> Any:
+        """The sphere about a point; with a negative `radius_squared` an imaginary one. Or through four points.
+
+        Raises
+        ------
+        LayoutError
+            When the radius is negative, or four points are in one plane; in arrays these spheres are not a number.
+        """
+        return self._construct("sphere", round_arguments("sphere", (centre, radius, *others), radius_squared, 1))
 
     def circle(self, centre: Any, normal: Any, radius: Any = None, *, radius_squared: Any = None) -> Any:
-        """The circle about a point, in the plane with a normal of any length but 0."""
-        centre = centre if isinstance(centre, MultivectorArray) else self.point(centre)
-        return self._make(_CIRCLE, centre, self.direction(normal), _squared("circle", radius, radius_squared))
+        """The circle about a point, in the plane with a normal of any length but 0. Or through three points.
 
-    def plane(self, normal: Any, distance: Any) -> Any:
-        """The plane with a normal of any length but 0, at a distance from the origin along it."""
-        return self._make(_PLANE, self.direction(normal), distance)
+        Raises
+        ------
+        LayoutError
+            When the radius is negative, the normal is 0, or three points are on one line; in arrays these circles are
+            not a number, but a negative radius raises.
+
+        Notes
+        -----
+        A third argument with as many axes as the other two is a point. An array of radii for one centre and one normal
+        is given as ``radius_squared=``.
+        """
+        return self._construct("circle", round_arguments("circle", (centre, normal, radius), radius_squared, 2))
+
+    def plane(self, normal: Any, distance: Any = None, *others: Any) -> Any:
+        """The plane with a normal of any length but 0, at a distance from the origin along it; or through three points.
+
+        Or from the four coefficients of ``a x + b y + c z + d = 0``; or through a line and a point. Errors as in
+        `line`.
+
+        Notes
+        -----
+        Three points span ``a ^ b ^ c ^ einf``, whose `polarity` has the normal on whose side they turn clockwise.
+        """
+        return self._construct("plane", given_of(normal, distance, *others))
 
     def rotor(self, axis: Any, angle: Any, centre: Any = None) -> Any:
-        """The rotor by an angle in radians about an axis through the origin or `centre`, by the right-hand rule."""
-        turned = self._make(_ROTOR3, self.direction(axis), angle)
-        return turned if centre is None else _moved(self.translator(centre), turned)
+        """The versor that rotates about a line of any weight, by an angle in radians and the right-hand rule.
 
-    def motor(self, axis: Any, angle: Any, *translation: Any) -> Any:
-        """The motor that rotates about an axis through the origin and then translates."""
-        return self.translator(*translation) * self.rotor(axis, angle)
+        Or about an axis of any length but 0 through `centre`, by default the origin.
+        """
+        return self._construct("rotor", given_of(axis, angle, centre))
 
+    def motor(self, axis: Any, angle: Any, *shift: Any, distance: Any = None, translation: Any = None) -> Any:
+        """The screw motion about a line by an angle in radians, and along it by a distance, by default 0.
 
-def _moved(translator: Any, versor: Any) -> Any:
-    return translator * versor * ~translator
+        Parameters
+        ----------
+        axis
+            As in `rotor`; not of length 0.
+        angle
+            In radians.
+        *shift
+            The distance, a number or an array of any shape; or x, y, z or a direction, a translation after the
+            rotation.
+        distance, translation : optional
+            The same by name; coordinates of a translation along the last axis.
+        """
+        return self._construct("motor", (axis, angle, self._moved_by(shift, distance, translation)))
+
+    def _line_of(self, name: str, coefficients: Any) -> Any:
+        # Direction and moment, which PGA3 has in e23, -e13, e12 and e01, e02, e03.
+        e12, e13, e23, e01, e02, e03 = np.moveaxis(coefficients, -1, 0)
+        line = self.of(_CGA3.LINE, np.stack([e03, -e02, e01, -e23, e13, -e12], -1))
+        require_blade(name, line)
+        return refuse(name, line, np.all(self._along(line) == 0, axis=-1), "a direction of length 0", "a line")
+
+    def _plane_of(self, name: str, coefficients: Any) -> Any:
+        return self._hyperplane(name, coefficients)
+
+    def _plane_at(self, name: str, normal: Any, distance: Any) -> Any:
+        return self._make(_PLANE, unit(name, normal), distance)
+
+    def _plane_with(self, name: str, line: Any, point: Any) -> Any:
+        made = point ^ self._as_line(line)
+        size = np.max(np.abs(line.values), axis=-1) * np.max(np.abs(point.values), axis=-1, initial=1.0)
+        bad = np.max(np.abs(made.values), axis=-1) <= 8 * np.finfo(made.values.dtype).eps * size
+        return refuse(name, made, bad, "a point on the line", "one beside it")
+
+    def _circle(self, name: str, centre: Any, normal: Any, squared: Any) -> Any:
+        return self._make(_CIRCLE, centre, unit(name, normal), squared)
+
+    def _turn(self, name: str, axis: Any, angle: Any, centre: Any = None) -> Any:
+        turned = unit(name, axis)
+        if centre is None:
+            return self._make(_ROTOR3, turned, angle)
+        return self._make(_ROTATE, self._spanned(centre, turned), angle)
+
+    def _turn_about(self, name: str, line: Any, angle: Any) -> Any:
+        return self._make(_ROTATE, self._axis(name, self._as_line(line)), angle)
+
+    def _screw(self, name: str, line: Any, angle: Any, distance: Any) -> Any:
+        return self._make(_SCREW, self._axis(name, self._as_line(line)), angle, distance)
+
+    def _as_line(self, x: Any) -> Any:
+        """A line in its own layout, where it is known as a circle that has turned out to be flat."""
+        return x.as_layout(_CGA3.LINE)
+
+    def _along(self, line: Any) -> Any:
+        return np.stack(np.broadcast_arrays(*(np.asarray(line[f"e{k}0inf"]) for k in (1, 2, 3))), -1)
 
 
 CGA2 = PlaneConformal(_CGA2)
-CGA3 = RoomConformal(_CGA3)
+CGA3 = SpaceConformal(_CGA3)

@@ -12,10 +12,11 @@ from ..algebra.catalog import VGA2 as _VGA2
 from ..algebra.catalog import VGA3 as _VGA3
 from ..errors import LayoutError
 from .arrays import MultivectorArray, wrap
-from .spaces import Space, define, stacked
+from .checks import require_finite
+from .spaces import Space, define, stacked, unit
 
 _ROTOR2 = define("rotor", "angle", "ga.exp(-angle / 2 * {A}.pseudoscalar)", unit=True)
-_ROTOR3 = define("rotor", "axis angle", "ga.exp(-angle / 2 * (axis / ga.norm(axis)) * {A}.pseudoscalar)", unit=True)
+_ROTOR3 = define("rotor", "axis angle", "ga.exp(-angle / 2 * axis * {A}.pseudoscalar)", unit=True)
 _BETWEEN = define(
     "rotor_between", "a b",
     "(ga.norm(a) * ga.norm(b) + b * a) / ga.norm(ga.norm(a) * ga.norm(b) + b * a)", unit=True,
@@ -31,8 +32,14 @@ class Plane(Space):
         return self._make(_ROTOR2, angle)
 
     def rotor_between(self, a: Any, b: Any) -> Any:
-        """The rotor by the smaller angle from the direction of `a` to that of `b`; none is where they are opposite."""
-        return self._make(_BETWEEN, a, b)
+        """The rotor by the smaller angle from the direction of `a` to that of `b`.
+
+        Raises
+        ------
+        LayoutError
+            When they are opposite, or one is 0; in arrays such rotors are not a number.
+        """
+        return require_finite("rotor_between", self._make(_BETWEEN, a, b), (a, b), "opposite vectors, or a zero one")
 
 
 class Room(Space):
@@ -40,18 +47,24 @@ class Room(Space):
 
     def rotor(self, axis: Any, angle: Any) -> Any:
         """The rotor by an angle in radians about an axis of any length but 0, by the right-hand rule."""
-        return self._make(_ROTOR3, self._directions("axis", "e1 e2 e3", (axis,)), angle)
+        return self._make(_ROTOR3, unit("rotor", self._directions("axis", "e1 e2 e3", (axis,))), angle)
 
     def rotor_between(self, a: Any, b: Any) -> Any:
-        """The rotor by the smaller angle from the direction of `a` to that of `b`; none is where they are opposite."""
-        return self._make(_BETWEEN, a, b)
+        """The rotor by the smaller angle from the direction of `a` to that of `b`.
+
+        Raises
+        ------
+        LayoutError
+            When they are opposite, or one is 0; in arrays such rotors are not a number.
+        """
+        return require_finite("rotor_between", self._make(_BETWEEN, a, b), (a, b), "opposite vectors, or a zero one")
 
     def reflect(self, mirror: Any, x: Any) -> Any:
         """The vectors `x` in mirrors with the normals `mirror`."""
         return self._make(_REFLECTION, mirror, x)
 
 
-_TURN = define("rotation", "axis angle", 'ga.exp(angle / 2 * axis / ga.sqrt(-(axis * axis)["1"]))')
+_TURN = define("rotation", "axis angle", "ga.exp(angle / 2 * axis)")
 _ROTATE = define("rotate", "q v", "q * v * ga.clifford_conjugate(q)")
 
 
@@ -64,7 +77,7 @@ class Quaternions(Space):
 
     def rotation(self, axis: Any, angle: Any) -> Any:
         """The unit quaternion by an angle in radians about an axis of any length but 0, by the right-hand rule."""
-        made = self._make(_TURN, self._imaginary("axis", (axis,)), angle)
+        made = self._make(_TURN, unit("rotation", self._imaginary("axis", (axis,))), angle)
         return wrap(_QUATERNIONS.UNIT_QUATERNION, made.values)
 
     def imaginary(self, *coordinates: Any) -> Any:
@@ -83,8 +96,7 @@ class Quaternions(Space):
 
 _EXP_HALF = define("boost", "generator", "ga.exp(generator / 2)", unit=True)
 _SPATIAL_ROTOR = define(
-    "rotor", "axis angle",
-    'ga.exp(-angle / 2 * (axis / ga.sqrt(-(axis * axis)["1"])) * {A}.multivector({"g123": 1}))', unit=True,
+    "rotor", "axis angle", 'ga.exp(-angle / 2 * axis * {A}.multivector({"g123": 1}))', unit=True,
 )  # fmt: skip
 
 
@@ -93,7 +105,7 @@ class Spacetime(Space):
 
     def rotor(self, axis: Any, angle: Any) -> Any:
         """The rotor by an angle in radians about an axis in the space of g0, by the right-hand rule."""
-        return self._make(_SPATIAL_ROTOR, self._directions("axis", "g1 g2 g3", (axis,)), angle)
+        return self._make(_SPATIAL_ROTOR, unit("rotor", self._directions("axis", "g1 g2 g3", (axis,))), angle)
 
     def boost(self, *velocity: Any) -> Any:
         """The boost that takes g0 to the velocity (x, y, z) of an observer, below 1."""

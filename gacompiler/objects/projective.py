@@ -13,86 +13,106 @@ from ..algebra.catalog import PGA2 as _PGA2
 from ..algebra.catalog import PGA3 as _PGA3
 from ..errors import LayoutError
 from .arrays import MultivectorArray
-from .checks import require_blade
+from .checks import refuse, require_blade
+from .constructors import Rigid, given_of
 from .definitions import normalize_of
-from .spaces import Rigid, define
-
-
-class PlaneProjective(Rigid):
-    """The plane, G(2, 0, 1): lines are vectors, points are bivectors."""
-
-    def point(self, *coordinates: Any) -> Any:
-        """Points from x and y, or an array with these along its last axis."""
-        return self.of(_PGA2.POINT, *coordinates)
-
-    def direction(self, *coordinates: Any) -> Any:
-        """Directions, points at infinity, from x and y."""
-        return self.of(_PGA2.DIRECTION, *coordinates)
-
-    def line(self, *coefficients: Any) -> Any:
-        """Lines ``a x + b y + c = 0`` from a, b, c; or the line from one point to another or along a direction."""
-        joined = _joined("line", coefficients)
-        return self.of(_PGA2.LINE, *coefficients) if joined is None else joined
-
-    def translator(self, *coordinates: Any) -> Any:
-        """The translator by x and y."""
-        return self._make(_TRANSLATE2, self._directions("translator", "e20 e01", coordinates))
-
-    def rotor(self, angle: Any, centre: Any = None) -> Any:
-        """The rotor by an angle in radians, counterclockwise, about a point, by default the origin."""
-        return self._make(_ROTATE2, self.point(0.0, 0.0) if centre is None else centre, angle)
-
-    def motor(self, angle: Any, *translation: Any) -> Any:
-        """The motor that rotates about the origin and then translates by x and y."""
-        return self.translator(*translation) * self.rotor(angle)
-
-    def coordinates(self, points: MultivectorArray) -> Any:
-        """x and y of points of any weight but 0, along the last axis."""
-        return _coordinates(points, ("e20", "e01"), "e12")
+from .spaces import define, unit
 
 
 class Projective(Rigid):
-    """Space, G(3, 0, 1): planes are vectors, lines bivectors, points trivectors."""
+    """What the plane and space have in common."""
 
-    def point(self, *coordinates: Any) -> Any:
-        """Points from x, y, z, or an array with these along its last axis."""
-        return self.of(_PGA3.POINT, *coordinates)
+    _weight: str
 
     def direction(self, *coordinates: Any) -> Any:
-        """Directions, points at infinity, from x, y, z."""
-        return self.of(_PGA3.DIRECTION, *coordinates)
+        """Directions, points at infinity, from coordinates, or an array with these along its last axis."""
+        return self.of(self.algebra.DIRECTION, *coordinates)
 
-    def plane(self, *coefficients: Any) -> Any:
-        """Planes ``a x + b y + c z + d = 0`` from a, b, c, d; or the plane through three points."""
-        joined = _joined("plane", coefficients)
-        return self.of(_PGA3.PLANE, *coefficients) if joined is None else joined
+    def coordinates(self, points: MultivectorArray) -> Any:
+        """Coordinates of points of any weight but 0, along the last axis."""
+        w = np.asarray(points[self._weight])
+        if np.any(w == 0):
+            raise LayoutError("coordinates", "a point at infinity", f"{self._weight} other than 0")
+        return self._components(points) / w[..., None]
 
-    def line(self, *coefficients: Any) -> Any:
-        """The line from one point to another point, or along a direction; or from six coefficients.
+    def _components(self, x: Any) -> Any:
+        return np.stack(np.broadcast_arrays(*(np.asarray(x[name]) for name in self._names)), -1)
 
-        Raises
-        ------
-        AlgebraError
-            When six coefficients are no line but a screw: the direction is to be orthogonal to the moment.
+    def _kind(self, x: Any) -> str:
+        n, grades = self.algebra.dimension, {blade.bit_count() for blade in x.layout.support}
+        if grades == {n - 1}:
+            weight = np.asarray(x[self._weight])
+            return "direction" if np.all(weight == 0) else "point" if np.all(weight != 0) else "mixed trivector"
+        names = {1: "line", 2: "point"} if n == 3 else {1: "plane", 2: "line"}
+        return names.get(next(iter(grades)), "multivector") if len(grades) == 1 else "multivector"
+
+    def _spanned(self, *parts: Any) -> Any:
+        joined = parts[0]
+        for each in parts[1:]:
+            joined = joined & each
+        return joined
+
+
+class PlaneProjective(Projective):
+    """The plane, G(2, 0, 1): lines are vectors, points are bivectors."""
+
+    _names, _weight, _direction_layout = ("e20", "e01"), "e12", _PGA2.DIRECTION
+
+    def rotor(self, angle: Any, centre: Any = None) -> Any:
+        """The rotor by an angle in radians, counterclockwise, about a point, by default the origin."""
+        return self._construct("rotor", (angle,) if centre is None else (angle, centre))
+
+    def motor(self, angle: Any, *translation: Any) -> Any:
+        """The motor that rotates about the origin and then translates by x and y."""
+        return self._construct("motor", (angle, self._shift("motor", translation)) if translation else (angle,))
+
+    def _line_of(self, name: str, coefficients: Any) -> Any:
+        made = self.of(_PGA2.LINE, coefficients)
+        return refuse(name, made, np.all(coefficients[..., :2] == 0, axis=-1), "a = b = 0", "a line")
+
+    def _translator(self, name: str, shift: Any) -> Any:
+        return self._make(_TRANSLATE2, shift)
+
+    def _turn(self, name: str, angle: Any, centre: Any = None) -> Any:
+        return self._make(_ROTATE2, self.point(0.0, 0.0) if centre is None else centre, angle)
+
+
+class SpaceProjective(Projective):
+    """Space, G(3, 0, 1): planes are vectors, lines bivectors, points trivectors."""
+
+    _names, _weight, _direction_layout = ("e032", "e013", "e021"), "e123", _PGA3.DIRECTION
+
+    def plane(self, normal: Any, distance: Any = None, *others: Any) -> Any:
+        """The plane with a normal of any length but 0, at a distance from the origin along it; or through three points.
+
+        Or from the four coefficients of ``a x + b y + c z + d = 0``; or through a line and a point. Errors as in
+        `line`.
         """
-        joined = _joined("line", coefficients)
-        if joined is not None:
-            return joined
-        line = self.of(_PGA3.LINE, *coefficients)
-        require_blade("line", line)
-        return line
+        return self._construct("plane", given_of(normal, distance, *others))
 
-    def translator(self, *coordinates: Any) -> Any:
-        """The translator by x, y, z."""
-        return self._make(_TRANSLATE3, self._directions("translator", "e032 e013 e021", coordinates))
+    def rotor(self, axis: Any, angle: Any, centre: Any = None) -> Any:
+        """The motor that rotates about a line of any weight, by an angle in radians and the right-hand rule.
 
-    def rotor(self, axis: Any, angle: Any) -> Any:
-        """The motor that rotates about a line of any weight, or an axis through the origin, by the right-hand rule."""
-        return self._make(_ROTATE3, self._axis(axis), angle)
+        Or about an axis of any length but 0 through `centre`, by default the origin.
+        """
+        return self._construct("rotor", given_of(axis, angle, centre))
 
-    def motor(self, axis: Any, angle: Any, distance: Any = 0.0) -> Any:
-        """The screw motion about a line by an angle in radians, and along it by a distance; the axis as in `rotor`."""
-        return self._make(_SCREW, self._axis(axis), angle, distance)
+    def motor(self, axis: Any, angle: Any, *shift: Any, distance: Any = None, translation: Any = None) -> Any:
+        """The screw motion about a line by an angle in radians, and along it by a distance, by default 0.
+
+        Parameters
+        ----------
+        axis
+            As in `rotor`; not of length 0, and no line at infinity.
+        angle
+            In radians.
+        *shift
+            The distance, a number or an array of any shape; or x, y, z or a direction, a translation after the
+            rotation.
+        distance, translation : optional
+            The same by name; coordinates of a translation along the last axis.
+        """
+        return self._construct("motor", (axis, angle, self._moved_by(shift, distance, translation)))
 
     def motor_from_matrix(self, matrix: Any) -> Any:
         """The motor of a rigid motion given as a 4 x 4 matrix, ``(..., 4, 4)``.
@@ -115,34 +135,44 @@ class Projective(Rigid):
         x, y, z, w = (q[..., k] for k in range(4))
         return self.translator(m[..., :3, 3]) * self.of(_PGA3.ROTOR, w, -z, y, -x)
 
-    def coordinates(self, points: MultivectorArray) -> Any:
-        """x, y, z of points of any weight but 0, along the last axis."""
-        return _coordinates(points, ("e032", "e013", "e021"), "e123")
+    def _line_of(self, name: str, coefficients: Any) -> Any:
+        line = self.of(_PGA3.LINE, coefficients)
+        require_blade(name, line)
+        return refuse(name, line, np.all(coefficients == 0, axis=-1), "six coefficients 0", "a line")
 
-    def _axis(self, axis: Any) -> Any:
-        if isinstance(axis, MultivectorArray):
-            require_blade("axis", axis)
-            return self._make(normalize_of(axis.layout), axis)
-        return self._axis(self.point(0.0, 0.0, 0.0) & self.direction(axis))
+    def _plane_of(self, name: str, coefficients: Any) -> Any:
+        made = self.of(_PGA3.PLANE, coefficients)
+        return refuse(name, made, np.all(coefficients[..., :3] == 0, axis=-1), "a = b = c = 0", "a plane")
 
+    def _plane_at(self, name: str, normal: Any, distance: Any) -> Any:
+        n = unit(name, normal).values
+        d = np.broadcast_to(-distance, np.broadcast_shapes(n.shape[:-1], distance.shape))[..., None]
+        return self.of(_PGA3.PLANE, np.concatenate([np.broadcast_to(n, (*d.shape[:-1], 3)), d], -1))
 
-def _joined(what: str, objects: tuple[Any, ...]) -> Any:
-    """The join of objects; None where they are numbers."""
-    if not all(isinstance(each, MultivectorArray) for each in objects):
-        return None
-    joined = objects[0]
-    for each in objects[1:]:
-        joined = joined & each
-    if len(objects) < 2:
-        raise LayoutError(what, f"{len(objects)} objects", "coefficients, or objects to join")
-    return joined
+    def _plane_with(self, name: str, line: Any, point: Any) -> Any:
+        made = line & point
+        size = np.max(np.abs(line.values), axis=-1) * np.maximum(1.0, np.max(np.abs(point.values), axis=-1))
+        bad = np.max(np.abs(made.values), axis=-1) <= 8 * np.finfo(made.values.dtype).eps * size
+        return refuse(name, made, bad, "a point on the line", "one beside it")
 
+    def _translator(self, name: str, shift: Any) -> Any:
+        return self._make(_TRANSLATE3, shift)
 
-def _coordinates(points: MultivectorArray, names: tuple[str, ...], weight: str) -> Any:
-    w = np.asarray(points[weight])
-    if np.any(w == 0):
-        raise LayoutError("coordinates", "a point at infinity", f"{weight} other than 0")
-    return np.stack(np.broadcast_arrays(*(np.asarray(points[name]) for name in names)), -1) / w[..., None]
+    def _turn(self, name: str, axis: Any, angle: Any, centre: Any = None) -> Any:
+        centre = self.point(0.0, 0.0, 0.0) if centre is None else centre
+        return self._turn_about(name, centre & unit(name, axis), angle)
+
+    def _turn_about(self, name: str, line: Any, angle: Any) -> Any:
+        return self._make(_ROTATE3, self._unit_line(name, line), angle)
+
+    def _screw(self, name: str, line: Any, angle: Any, distance: Any) -> Any:
+        return self._make(_SCREW, self._unit_line(name, line), angle, distance)
+
+    def _unit_line(self, name: str, line: Any) -> Any:
+        return self._make(normalize_of(line.layout), self._axis(name, line))
+
+    def _along(self, line: Any) -> Any:
+        return np.stack(np.broadcast_arrays(*(np.asarray(line[name]) for name in ("e23", "e13", "e12"))), -1)
 
 
 # The ideal line or plane through a direction, from its coefficients: half the way, in planes orthogonal to it.
@@ -166,4 +196,4 @@ _SCREW = define(
 )  # fmt: skip
 
 PGA2 = PlaneProjective(_PGA2)
-PGA3 = Projective(_PGA3)
+PGA3 = SpaceProjective(_PGA3)

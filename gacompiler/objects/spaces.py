@@ -13,7 +13,7 @@ from ..algebra.algebra import Algebra
 from ..algebra.layout import Layout
 from ..errors import AlgebraError, LayoutError
 from .arrays import MultivectorArray, apply, of_rows, wrap
-from .checks import check_relations
+from .checks import check_relations, refuse
 from .definitions import Definition
 from .operators import layout_of
 
@@ -151,35 +151,6 @@ class Space:
         return wrap(layout, stacked(what, tuple(names.split()), coordinates))
 
 
-class Rigid(Space):
-    """An algebra with points, rotors and translators: what its spaces have in common."""
-
-    def random_motor(self, shape: int | tuple[int, ...] = (), spread: float = 1.0, generator: Any = None) -> Any:
-        """Random motors: all rotations are as likely, either sign of a motor is, and translations are normal.
-
-        Parameters
-        ----------
-        shape : int or tuple of int
-        spread : float
-            The standard deviation of each coordinate of the translation, which comes after the rotation.
-        generator : optional
-            A `numpy.random.Generator`, or a seed of one.
-
-        Returns
-        -------
-        MultivectorArray
-            Unit motors of this shape.
-        """
-        random, d = np.random.default_rng(generator), self.algebra.POINT.size
-        leading = np.broadcast_shapes(shape)
-        if d == 2:
-            rotor = self.rotor(random.uniform(-2 * np.pi, 2 * np.pi, leading))
-        else:
-            q = random.normal(size=(*leading, 4))
-            rotor = self.rotor(q[..., 1:], 2 * np.arctan2(np.linalg.norm(q[..., 1:], axis=-1), q[..., 0]))
-        return self.translator(spread * random.normal(size=(*leading, d))) * rotor
-
-
 def define(name: str, parameters: str, text: str, *, unit: bool = False) -> Definition:
     """A constructor as one line of the kernel language; with `unit` the result is a unit versor by its definition."""
     return _defined(name, tuple(parameters.split()), " ".join(text.split()), unit)
@@ -197,6 +168,17 @@ def _in_algebra(definition: Definition, algebra: Algebra) -> Definition:
 
 def _always(layouts: tuple[Layout, ...]) -> bool:
     return True
+
+
+def unit(where: str, direction: Any) -> Any:
+    """Directions divided by their length, which may be any but 0."""
+    v = direction.values
+    if v.dtype.kind == "c":
+        return direction
+    with np.errstate(all="ignore"):
+        scaled = v / np.max(np.abs(v), axis=-1, keepdims=True, initial=0.0)
+        made = wrap(direction.layout, scaled / np.sqrt(np.sum(scaled * scaled, axis=-1, keepdims=True)))
+    return refuse(where, made, np.all(v == 0, axis=-1), "an axis or normal of length 0", "one of another length")
 
 
 def numbers(what: str, value: Any) -> np.ndarray[Any, Any]:

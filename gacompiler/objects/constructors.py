@@ -1,0 +1,354 @@
+"""What the constructors of the plane and of space take: one table for projective and for conformal algebra.
+
+Points and directions are objects or coordinates. Everything that is not in the table is refused by the constructor's
+name, and so is what does not exist: a line through a point and itself, a rotor about no axis. In an array such elements
+are not a number.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import combinations
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..algebra.layout import Layout
+from ..algebra.multivector import Multivector
+from ..errors import AlgebraError, LayoutError
+from .arrays import MultivectorArray, from_exact, wrap
+from .checks import refuse, require_blade, require_finite
+from .spaces import Space, numbers, stacked
+
+
+class Form(NamedTuple):
+    """One way to call a constructor."""
+
+    constructor: str
+    takes: tuple[str, ...]
+    """Roles of the arguments: ``point``, ``direction``, ``line``, ``number``, ``radius``, or ``coefficients``."""
+    builder: str
+    """The method that is called with the arguments as their roles say: objects, arrays of numbers, squared radii."""
+    dimension: int | None = None
+    """2 for the plane, 3 for space, None for both."""
+
+    def text(self) -> str:
+        """The call as it is written."""
+        return f"{self.constructor}({', '.join(self.takes)})"
+
+
+def _form(constructor: str, takes: str, builder: str, dimension: int | None = None) -> Form:
+    return Form(constructor, tuple(takes.split()), builder, dimension)
+
+
+TABLE = (
+    _form("translator", "direction", "_translator"),
+    _form("line", "point point", "_flat"),
+    _form("line", "point direction", "_flat"),
+    _form("line", "coefficients", "_line_of"),
+    _form("plane", "point point point", "_flat", 3),
+    _form("plane", "line point", "_plane_with", 3),
+    _form("plane", "direction number", "_plane_at", 3),
+    _form("plane", "coefficients", "_plane_of", 3),
+    _form("point_pair", "point point", "_round"),
+    _form("circle", "point radius", "_ball", 2),
+    _form("circle", "point direction radius", "_circle", 3),
+    _form("circle", "point point point", "_round"),
+    _form("sphere", "point radius", "_ball", 3),
+    _form("sphere", "point point point point", "_round", 3),
+    _form("rotor", "number", "_turn", 2),
+    _form("rotor", "number point", "_turn", 2),
+    _form("rotor", "line number", "_turn_about", 3),
+    _form("rotor", "direction number", "_turn", 3),
+    _form("rotor", "direction number point", "_turn", 3),
+    _form("motor", "number", "_turn", 2),
+    _form("motor", "number direction", "_turn_and_move", 2),
+    _form("motor", "line number number", "_screw", 3),
+    _form("motor", "line number direction", "_turn_and_move", 3),
+    _form("motor", "direction number number", "_screw_along", 3),
+    _form("motor", "direction number direction", "_turn_and_move", 3),
+)
+"""The first form that fits is taken; a space has the constructors that it has a method for."""
+
+COEFFICIENTS = {
+    ("line", 2): ("a", "b", "c"),
+    ("line", 3): ("e12", "e13", "e23", "e01", "e02", "e03"),
+    ("plane", 3): ("a", "b", "c", "d"),
+}
+"""What the numbers of the form ``coefficients`` are called."""
+
+
+class SquaredRadius(NamedTuple):
+    """A radius that was given by its square."""
+
+    value: Any
+
+
+class Given(NamedTuple):
+    """An argument of a constructor: what it is, and the number of its axes, with that of coordinates."""
+
+    kind: str
+    value: Any
+    axes: int
+
+    def text(self) -> str:
+        """For messages."""
+        if self.kind != "numbers":
+            return self.kind
+        return f"numbers of shape {self.value.shape}" if self.axes else "a number"
+
+
+class Rigid(Space):
+    """An algebra with points, rotors and translators: what its spaces have in common."""
+
+    _names: tuple[str, ...]
+    """The blades of a direction, in the order of coordinates."""
+    _direction_layout: Layout
+    """That of the directions that are joined with points."""
+
+    @property
+    def _d(self) -> int:
+        return len(self._names)
+
+    def point(self, *coordinates: Any) -> Any:
+        """Points from coordinates, or an array with these along its last axis; points as they are."""
+        if len(coordinates) == 1 and isinstance(coordinates[0], MultivectorArray):
+            return self._object("point", self._given("point", coordinates[0]))
+        return self.of(self.algebra.POINT, *coordinates)
+
+    def line(self, *arguments: Any, direction: Any = None) -> Any:
+        """The line through two points, or from a point along a direction; or from coefficients.
+
+        Parameters
+        ----------
+        *arguments
+            Two points, each an object or coordinates. A point and a direction: an object, or beside an object for the
+            point also coordinates. Coefficients: in the plane those of ``a x + b y + c = 0``; in space the six of a
+            line of PGA3, ``e12 e13 e23 e01 e02 e03``.
+        direction : optional
+            Coordinates of the direction, beside coordinates of a point.
+
+        Raises
+        ------
+        LayoutError
+            When the points coincide or the direction is 0; in arrays such lines are not a number.
+        AlgebraError
+            When six coefficients are no line but a screw: the direction is to be orthogonal to the moment.
+        """
+        if direction is not None:
+            arguments = (*arguments, self._along_coordinates(direction))
+        elif [isinstance(x, (MultivectorArray, Multivector)) for x in arguments] == [True, False]:
+            # Beside an object coordinates have always been a direction; beside coordinates they are a point.
+            arguments = arguments[0], self._along_coordinates(arguments[1])
+        return self._construct("line", arguments)
+
+    def translator(self, *coordinates: Any) -> Any:
+        """The translator by coordinates, or by a direction."""
+        return self._construct("translator", (self._shift("translator", coordinates),))
+
+    def random_motor(self, shape: int | tuple[int, ...] = (), spread: float = 1.0, generator: Any = None) -> Any:
+        """Random motors: all rotations are as likely, either sign of a motor is, and translations are normal.
+
+        Parameters
+        ----------
+        shape : int or tuple of int
+        spread : float
+            The standard deviation of each coordinate of the translation, which comes after the rotation.
+        generator : optional
+            A `numpy.random.Generator`, or a seed of one.
+
+        Returns
+        -------
+        MultivectorArray
+            Unit motors of this shape.
+        """
+        random, d = np.random.default_rng(generator), self._d
+        leading = np.broadcast_shapes(shape)
+        if d == 2:
+            rotor = self.rotor(random.uniform(-2 * np.pi, 2 * np.pi, leading))
+        else:
+            q = random.normal(size=(*leading, 4))
+            rotor = self.rotor(q[..., 1:], 2 * np.arctan2(np.linalg.norm(q[..., 1:], axis=-1), q[..., 0]))
+        return self.translator(spread * random.normal(size=(*leading, d))) * rotor
+
+    def _along_coordinates(self, x: Any) -> Any:
+        """The direction of a line."""
+        given = self._given("line", x)
+        if not self._plays("direction", given, 0, 0):
+            raise LayoutError("line", f"{given.text()} as direction", f"a direction, or {self._d} coordinates")
+        return self._object("direction", given)
+
+    def _moved_by(self, shift: tuple[Any, ...], distance: Any, translation: Any) -> Any:
+        """What a motor does after its rotation: a distance along its axis, or a direction."""
+        found = [x for x in (distance, translation) if x is not None]
+        if len(found) + bool(shift) > 1:
+            raise LayoutError("motor", "more than one translation", "a distance, or a translation")
+        if translation is not None:
+            return self._shift("motor", (translation,))
+        if len(shift) > 1:
+            return self._shift("motor", shift)
+        return (*found, *shift, 0.0)[0]
+
+    def _construct(self, name: str, arguments: Sequence[Any]) -> Any:
+        """What the first form of the table makes of these arguments."""
+        given = [self._given(name, each) for each in arguments]
+        forms = [form for form in TABLE if form.constructor == name and form.dimension in (None, self._d)]
+        for form in forms:
+            if self._fits(form, given):
+                parts = self._parts(form, given)
+                made = getattr(self, form.builder)(name, *parts)
+                return require_finite(name, made, [each.value for each in given])
+        raise LayoutError(
+            f"{self.algebra.name}.{name}", f"({', '.join(each.text() for each in given)})",
+            "coefficients, or objects to join: " * (name in ("line", "plane")) + " or ".join(f.text() for f in forms),
+            f"points and directions are objects, or {self._d} coordinates along the last axis",
+        )  # fmt: skip
+
+    def _given(self, name: str, x: Any) -> Given:
+        if isinstance(x, Multivector):
+            x = from_exact(x)
+        if isinstance(x, SquaredRadius):
+            return Given("squared radius", x.value, np.ndim(x.value))
+        if not isinstance(x, MultivectorArray):
+            array = numbers(name, x)
+            return Given("numbers", array, array.ndim)
+        if x.algebra != self.algebra:
+            found = f"multivectors of {self.algebra.name} and {x.algebra.name}"
+            raise AlgebraError(name, found, "one algebra", "carry coordinates over by hand")
+        return Given(self._kind(x), x, x.ndim + 1)
+
+    def _fits(self, form: Form, given: Sequence[Given]) -> bool:
+        if form.takes == ("coefficients",):
+            count = len(COEFFICIENTS[form.constructor, self._d])
+            return all(each.kind == "numbers" for each in given) and (
+                len(given) == count or (len(given) == 1 and given[0].axes > 0)
+            )
+        if len(given) != len(form.takes):
+            return False
+        axes = max(each.axes for each in given)
+        return all(self._plays(role, each, axes, len(given)) for role, each in zip(form.takes, given, strict=True))
+
+    def _plays(self, role: str, given: Given, axes: int, count: int) -> bool:
+        if role in ("point", "direction"):
+            is_coordinates = given.kind == "numbers" and given.axes > 0 and given.value.shape[-1] == self._d
+            return given.kind == role or is_coordinates
+        if role == "radius":
+            # Beside a point and a direction, what has as many axes as they is a third point, however long it is.
+            is_number = given.kind == "numbers" and (count == 2 or given.axes < axes)
+            return given.kind == "squared radius" or is_number
+        return given.kind == ("numbers" if role == "number" else role)
+
+    def _parts(self, form: Form, given: Sequence[Given]) -> list[Any]:
+        if form.takes == ("coefficients",):
+            names = COEFFICIENTS[form.constructor, self._d]
+            return [stacked(form.constructor, names, tuple(each.value for each in given))]
+        parts = []
+        for role, each in zip(form.takes, given, strict=True):
+            if role == "radius":
+                parts.append(_squared(form.constructor, each))
+            else:
+                parts.append(each.value if role in ("number", "line") else self._object(role, each))
+        return parts
+
+    def _object(self, role: str, given: Given) -> Any:
+        """A point or a direction: points of weight 1, directions in the layout in which they are joined."""
+        if given.kind == "numbers":
+            return getattr(self, role)(given.value)
+        if given.kind != role:
+            raise LayoutError(role, f"a {given.kind}", f"a {role}, or coordinates")
+        layout = self.algebra.POINT if role == "point" else self._direction_layout
+        if given.value.layout == layout:
+            return given.value
+        if role == "point":
+            return self.point(self.coordinates(given.value))
+        return wrap(layout, self._components(given.value))
+
+    def _shift(self, name: str, coordinates: tuple[Any, ...]) -> Any:
+        """A translation, as a direction."""
+        if len(coordinates) == 1 and isinstance(coordinates[0], MultivectorArray):
+            return coordinates[0]
+        return self.direction(stacked(name, self._names, coordinates))
+
+    def _flat(self, name: str, *parts: Any) -> Any:
+        """The line or plane through points, or through one along a direction."""
+        made = self._spanned(*parts)
+        if all(self._kind(each) == "point" for each in parts):
+            return self._independent(name, made, parts)
+        is_zero = np.broadcast_to(np.all(parts[-1].values == 0, axis=-1), made.shape)
+        return refuse(name, made, is_zero, "a direction of length 0", "one of another length")
+
+    def _independent(self, name: str, made: Any, points: Sequence[Any]) -> Any:
+        """What is spanned by points, unless fewer of them span the same, to the rounding of their coordinates."""
+        first, *others = (each.values for each in points)
+        spans = [each - first for each in others]
+        largest = np.maximum.reduce(
+            np.broadcast_arrays(*(np.max(np.abs(x.values), axis=-1, initial=0.0) for x in points))
+        )
+        bad = _height(spans) <= 8 * np.finfo(made.values.dtype).eps * largest
+        words = ("coincide", "are on one line", "are in one plane")[len(spans) - 1]
+        return refuse(name, made, bad, f"points that {words}", f"points that span a {name.replace('_', ' ')}")
+
+    def _axis(self, name: str, line: Any) -> Any:
+        """A line as an axis: a blade, and not at infinity."""
+        require_blade(name, line)
+        weight = np.max(np.abs(self._along(line)), axis=-1, initial=0.0)
+        size = np.max(np.abs(line.values), axis=-1, initial=0.0)
+        scaled = wrap(line.layout, line.values / np.where(weight > 0, weight, 1.0)[..., None])
+        bad = weight <= 8 * np.finfo(line.values.dtype).eps * size
+        return refuse(name, scaled, bad, "an axis that is 0 or at infinity", "a line with a direction")
+
+    def _turn_and_move(self, name: str, *parts: Any) -> Any:
+        """The rotation of the first arguments, then the translation by the last."""
+        *turn, shift = parts
+        is_line = self._d == 3 and self._kind(turn[0]) == "line"
+        turned = (self._turn_about if is_line else self._turn)(name, *turn)
+        return self._translator(name, shift) * turned
+
+    def _screw_along(self, name: str, axis: Any, angle: Any, distance: Any) -> Any:
+        return self._screw(name, self._spanned(self.point(np.zeros(3)), axis), angle, distance)
+
+
+def given_of(*arguments: Any) -> tuple[Any, ...]:
+    """The arguments that were given, without those that are None by default."""
+    return tuple(each for each in arguments if each is not None)
+
+
+def round_arguments(name: str, arguments: tuple[Any, ...], radius_squared: Any, least: int) -> tuple[Any, ...]:
+    """The arguments of a circle or sphere, of which `least` come before the radius, with that among them."""
+    found = given_of(*arguments)
+    if radius_squared is not None:
+        if len(found) > least:
+            raise LayoutError(name, "two radii", "a radius, or radius_squared=")
+        return (*found, SquaredRadius(numbers(f"{name}: radius_squared", radius_squared)))
+    if len(found) == least:
+        raise LayoutError(name, "no radius", "a radius, or radius_squared=; or only points")
+    return found
+
+
+def _height(edges: Sequence[Any]) -> Any:
+    """The smallest height, about, of the simplex with these edges from one of its corners."""
+    with np.errstate(all="ignore"):
+        lengths = [np.sqrt(np.sum(np.abs(each) ** 2, axis=-1)) for each in edges]
+        if len(edges) == 1:
+            return lengths[0]
+        areas = [_area(a, b) for a, b in combinations(edges, 2)]
+        if len(edges) == 2:
+            return np.nan_to_num(areas[0] / np.maximum(*lengths), nan=0.0, posinf=np.inf)
+        a, b, c = edges
+        volume = np.abs(np.sum(np.cross(a, b) * c, axis=-1))
+        return np.nan_to_num(volume / np.maximum.reduce(np.broadcast_arrays(*areas)), nan=0.0, posinf=np.inf)
+
+
+def _area(a: Any, b: Any) -> Any:
+    if a.shape[-1] == 2:
+        return np.abs(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
+    return np.sqrt(np.sum(np.abs(np.cross(a, b)) ** 2, axis=-1))
+
+
+def _squared(name: str, given: Given) -> Any:
+    if given.kind == "squared radius":
+        return given.value
+    r = given.value
+    if np.any(np.real(r) < 0):
+        raise LayoutError(name, f"a radius of {np.min(r):.6g}", "0 or more, or radius_squared= of an imaginary one")
+    return r * r
