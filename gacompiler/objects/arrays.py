@@ -24,6 +24,7 @@ from .definitions import BINARY, UNARY, Definition, grade_of, normalize_of, powe
 from .native import extension
 from .operators import Operator, layout_of, operator_of
 from .printing import latex_of, repr_of, text_of
+from .scalars import Scalar
 
 SYMBOLS = {
     ("*", 2): BINARY["geometric_product"],
@@ -124,7 +125,6 @@ class MultivectorArray:
     """
 
     __slots__ = ()
-    __array_ufunc__ = None  # so that an array on the left leaves the operation to the object
     takes_over_multivector = True
     layout: Layout
     values: np.ndarray[Any, Any]
@@ -153,6 +153,16 @@ class MultivectorArray:
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray[Any, Any]:
         values = self.values
         return np.array(values, dtype) if copy or (dtype is not None and dtype != values.dtype) else values
+
+    def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **kwargs: Any) -> Any:
+        from .numpy_functions import array_ufunc
+
+        return array_ufunc(ufunc, method, inputs, kwargs)
+
+    def __array_function__(self, function: Any, types: Any, args: Any, kwargs: Any) -> Any:
+        from .numpy_functions import array_function
+
+        return array_function(function, args, kwargs)
 
     def __len__(self) -> int:
         if not self.shape:
@@ -248,8 +258,17 @@ class MultivectorArray:
             return _run_of(power_of(n))[0](self)
         return self ** (n - n // 2) * self ** (n // 2)
 
+    def __rpow__(self, base: float) -> Any:
+        return (np.log(base) * self).exp()
+
     def __pos__(self) -> Any:
         return self
+
+    def __abs__(self) -> Any:
+        return self.norm()
+
+    def __round__(self, digits: int = 0) -> Any:
+        return np.round(self, digits)
 
     def normalize(self) -> Any:
         """The unit element along this one.
@@ -362,6 +381,18 @@ class MultivectorArray:
         wanted = shape[0] if len(shape) == 1 and isinstance(shape[0], tuple) else shape
         return wrap(self.layout, self.values.reshape((*wanted, self.layout.size)))
 
+    def transpose(self, *axes: Any) -> Any:
+        """The axes in reversed order, or in the order of `axes`."""
+        return np.transpose(self, (axes[0] if len(axes) == 1 else axes) if axes else None)
+
+    def sum(self, axis: Any = None, keepdims: bool = False) -> Any:
+        """The sum over all elements, or along axes."""
+        return np.sum(self, axis=axis, keepdims=keepdims)
+
+    def mean(self, axis: Any = None, keepdims: bool = False) -> Any:
+        """The mean of all elements, or along axes: of points of projective space a point."""
+        return np.mean(self, axis=axis, keepdims=keepdims)
+
     def __str__(self) -> str:
         return text_of(self)
 
@@ -382,14 +413,14 @@ class MultivectorArray:
 
 def _forward(symbol: str) -> Any:
     def method(self: Any, other: Any) -> Any:
-        return _operate(symbol, self, other)
+        return operate(symbol, self, other)
 
     return method
 
 
 def _backward(symbol: str) -> Any:
     def method(self: Any, other: Any) -> Any:
-        return _operate(symbol, other, self)
+        return operate(symbol, other, self)
 
     return method
 
@@ -427,13 +458,13 @@ class _Array(MultivectorArray):
         return hash(tuple(x if x == x else 0.0 for x in self.values.tolist()))
 
     def __call__(self, other: Any) -> Any:
-        return _operate("()", self, other)
+        return operate("()", self, other)
 
     def __invert__(self) -> Any:
-        return _operate("~", self)
+        return operate("~", self)
 
     def __neg__(self) -> Any:
-        return _operate("-", self)
+        return operate("-", self)
 
     __mul__, __rmul__ = _forward("*"), _backward("*")
     __xor__, __rxor__ = _forward("^"), _backward("^")
@@ -450,6 +481,7 @@ _by_identity: dict[int, tuple[type | None, Layout]] = {}
 """The same by the identity of the layout, which lives as long as it is here: layouts are slow to compare."""
 _normalizations: dict[int, tuple[Definition, Layout]] = {}
 _next_index = itertools.count().__next__
+_NUMBERS = (float, int, Scalar)
 _Number: Any = None
 """The type of numbers beside single multivectors, so that the extension knows what to do with them."""
 
@@ -464,7 +496,7 @@ def single_type(layout: Layout) -> Any:
         found = _single_types[layout] = _make_single_type(layout)
         if _Number is None and found is not None:
             _Number = single_type(SCALAR) if layout != SCALAR else found
-            extension().set_number(_Number)
+            extension().set_number(_Number, Scalar)
     _by_identity[id(layout)] = _single_types[layout], layout
     return _single_types[layout]
 
@@ -498,7 +530,7 @@ def _make_single_type(layout: Layout) -> type | None:
     }
     word = "".join(part.capitalize() for part in layout.name.split("_"))
     made = type(word if word.isidentifier() else "Multivector", (MultivectorArray, found.Value), body)
-    made._adopt(_next_index(), names, _operate, _coefficients)  # type: ignore[attr-defined]
+    made._adopt(_next_index(), names, operate, _coefficients)  # type: ignore[attr-defined]
     return made
 
 
@@ -532,7 +564,7 @@ def _role_type(definition: Definition, layout: Layout | None) -> Any:
     """
     names = () if layout is None else layout.blades
     made: Any = type(definition.name, (extension().Value,), {"__slots__": (), "_names": names})
-    made._adopt(_next_index(), tuple(f"_{k}" for k in range(len(names))), _operate, _coefficients)
+    made._adopt(_next_index(), tuple(f"_{k}" for k in range(len(names))), operate, _coefficients)
     _roles[made] = _Role(definition, layout)
     return made
 
@@ -541,7 +573,7 @@ def _play(role: _Role, holder: Any, x: Any) -> Any:
     """A call of an operation for the first time with these types."""
     definition, layout = role
     if layout is not None:
-        if (type(x) is float or type(x) is int) and _Number is not None:
+        if type(x) in _NUMBERS and _Number is not None:
             return holder(_Number(x))
         return _second(definition, holder, wrap(layout, np.frombuffer(holder)), x)
     if len(definition.parameters) == 1:
@@ -568,11 +600,18 @@ def _second(definition: Definition, holder: Any, x: Any, y: Any) -> Any:
     return result
 
 
+def scalar_of(number: float, algebra: Algebra = SCALARS) -> MultivectorArray:
+    """A number as the only coefficient of a multivector."""
+    if algebra is SCALARS:
+        return _Array(SCALAR, np.array([number]))
+    return _Array(layout_of(algebra, {0}), np.array([number]))
+
+
 def wrap(layout: Layout, values: Any) -> Any:
     """Multivectors of a layout from their stored coefficients; numbers where the layout is that of numbers."""
     values = np.asarray(values)
     if layout.is_scalar:
-        return _number(values)
+        return Scalar(values) if values.ndim == 0 and values.dtype == np.float64 else _number(values)
     if values.ndim == 1 and values.dtype == np.float64:
         single = single_type(layout)
         if single is not None:
@@ -597,12 +636,13 @@ def apply(definition: Definition, *operands: Any) -> Any:
             if algebra is not None and each.algebra is not algebra and each.algebra != algebra:
                 raise _mixed(definition.name, algebra, each.algebra)
             algebra = each.algebra
-    lifted = [_lifted(definition.name, each) for each in operands]
+    lifted = [values_of(definition.name, each) for each in operands]
     found = operator_of(definition, tuple(layout for layout, _ in lifted))
     return wrap(found.result, found([values for _, values in lifted]))
 
 
-def _lifted(where: str, operand: Any) -> tuple[Layout, np.ndarray[Any, Any]]:
+def values_of(where: str, operand: Any) -> tuple[Layout, np.ndarray[Any, Any]]:
+    """The layout and the stored coefficients of multivectors and numbers; of numbers without an axis of blades."""
     if isinstance(operand, MultivectorArray):
         if operand.algebra is SCALARS:
             return SCALAR, operand.values[..., 0]
@@ -646,7 +686,7 @@ _FORWARD: dict[str, Callable[[Any, Any], Any]] = {
 }  # fmt: skip
 
 
-def _operate(symbol: str, a: Any, b: Any = _ABSENT) -> Any:
+def operate(symbol: str, a: Any, b: Any = _ABSENT) -> Any:
     """A Python operator on operands of which one is a multivector; it is bound to the types of single ones."""
     first, second = type(a), type(b)
     if symbol in ("()", ">>"):
@@ -657,9 +697,9 @@ def _operate(symbol: str, a: Any, b: Any = _ABSENT) -> Any:
             raise TypeError(f"a versor is applied to multivectors; found {second.__name__}")
         if not isinstance(a, (MultivectorArray, Multivector)):
             raise TypeError(f"only versors are applied; found {first.__name__} on the left of >>")
-    elif (first is float or first is int) and second is not _Array and _Number is not None:
+    elif first in _NUMBERS and second is not _Array and _Number is not None:
         return _FORWARD[symbol](_Number(a), b)
-    elif (second is float or second is int) and first is not _Array and _Number is not None:
+    elif second in _NUMBERS and first is not _Array and _Number is not None:
         return _FORWARD[symbol](a, _Number(b))
     operands, types = ((a,), (first,)) if b is _ABSENT else ((a, b), (first, second))
     if not all(map(_is_operand, operands)):
@@ -686,7 +726,7 @@ def _layout(x: Any) -> Layout:
 def _bind(symbol: str, types: tuple[type, ...], found: Operator, address: int | None) -> None:
     """Let the extension run a function on objects of these types from now on."""
     if address is not None:
-        result = None if found.result.is_scalar else single_type(found.result)
+        result = Scalar if found.result.is_scalar else single_type(found.result)
         extension().bind_operator(symbol, types, result, address, False)
 
 

@@ -1,0 +1,242 @@
+"""numpy's functions on multivectors.
+
+Functions that move, choose or add elements act on each coefficient alone, in a layout that holds the blades of all
+operands; universal functions are the operators and methods of multivectors. Every other function is refused by name:
+numpy would compute on the coefficients of one layout as if they were numbers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import reduce
+from typing import Any
+
+import numpy as np
+
+from ..algebra.layout import SCALARS, Layout
+from ..errors import AlgebraError
+from .arrays import MultivectorArray, of_rows, operate, values_of
+from .operators import chosen_layout, layout_of
+
+_REMEDY = "use a method of multivectors, or their coefficients: x.values, x['e12']"
+_REFUSED = ("out", "dtype", "where", "initial", "prepend", "append", "casting", "returned", "subok")
+"""Keywords of numpy's functions that have no meaning here."""
+
+
+def array_function(function: Callable[..., Any], args: Sequence[Any], kwargs: Mapping[str, Any]) -> Any:
+    """What ``__array_function__`` gives: a function of numpy's interface on operands of which one is a multivector.
+
+    Raises
+    ------
+    TypeError
+        For functions and keywords that have no meaning for multivectors.
+    AlgebraError
+        When operands are of several algebras.
+    """
+    run = _TABLE.get(function)
+    where = f"{function.__module__}.{function.__name__}".replace("numpy", "np", 1)
+    if run is None:
+        raise TypeError(f"{where} is not defined for multivectors; {_REMEDY}")
+    for name in _REFUSED:
+        if name in kwargs:
+            raise TypeError(f"{where} of multivectors takes no argument {name!r}")
+    if not args:
+        raise TypeError(f"{where} of multivectors: give them as the first argument, not by name")
+    return run(where, function, *args, **kwargs)
+
+
+def array_ufunc(ufunc: np.ufunc, method: str, inputs: Sequence[Any], kwargs: Mapping[str, Any]) -> Any:
+    """What ``__array_ufunc__`` gives: a universal function on operands of which one is a multivector.
+
+    Raises
+    ------
+    TypeError
+        As in `array_function`.
+    """
+    where = f"np.{ufunc.__name__}" + (f".{method}" if method != "__call__" else "")
+    reduced = _REDUCTIONS.get(ufunc) if method == "reduce" else None
+    if reduced is not None:
+        return array_function(reduced, inputs, {"axis": 0} | dict(kwargs))
+    if kwargs:
+        raise TypeError(f"{where} of multivectors takes no argument {next(iter(kwargs))!r}; they cannot be changed")
+    if method == "__call__" and ufunc in _OPERATORS:
+        found = operate(_OPERATORS[ufunc], *inputs)
+        if found is not NotImplemented:
+            return found
+    if method == "__call__" and ufunc in _METHODS:
+        return _METHODS[ufunc](*inputs)
+    raise TypeError(f"{where} is not defined for multivectors; {_REMEDY}")
+
+
+def united(where: str, operands: Sequence[Any]) -> tuple[Layout, list[np.ndarray[Any, Any]]]:
+    """A layout for multivectors and numbers together, and the coefficients of each in it.
+
+    It is their own if they have the same; that of unit elements if all are known to be such and it exists.
+    """
+    layouts, arrays = zip(*(values_of(where, each) for each in operands), strict=True)
+    if all(layout == layouts[0] for layout in layouts):
+        return layouts[0], [a[..., None] if layouts[0].is_scalar else a for a in arrays]
+    algebras = {layout.algebra.name: layout.algebra for layout in layouts if layout.algebra != SCALARS}
+    if len(algebras) > 1:
+        raise AlgebraError(where, f"multivectors of {' and '.join(algebras)}", "one algebra")
+    (algebra,) = algebras.values()
+    support = frozenset[int]().union(*(layout.support for layout in layouts))
+    layout = chosen_layout(layout_of(algebra, support), all(each.unit for each in layouts))
+    return layout, [_in_layout(layout, each) for each in operands]
+
+
+def _in_layout(layout: Layout, x: Any) -> np.ndarray[Any, Any]:
+    if not isinstance(x, MultivectorArray):
+        x = of_rows(layout_of(layout.algebra, {0}), np.asarray(x)[..., None])
+        return np.stack([x if name == "1" else np.zeros_like(x) for name in layout.blades], -1)
+    return np.stack(np.broadcast_arrays(*(np.asarray(x[name]) for name in layout.blades)), -1)
+
+
+def _plain(layout: Layout) -> Layout:
+    """The layout of sums: what is known of elements need not hold for these."""
+    known = layout.fixed or layout.implied or layout.has_relations
+    return layout_of(layout.algebra, layout.support) if known else layout
+
+
+def _mean(layout: Layout) -> Layout:
+    """The layout of means: what is the same for all elements is so for their mean."""
+    return _plain(layout) if layout.implied or layout.has_relations else layout
+
+
+def _blade_by_blade(layout: Layout, columns: Sequence[Any]) -> Any:
+    """Multivectors from a result for each blade; results may be lists of arrays."""
+    if isinstance(columns[0], (list, tuple)):
+        return [_blade_by_blade(layout, each) for each in zip(*columns, strict=True)]
+    return of_rows(layout, np.stack(columns, -1))
+
+
+def _one(of: Callable[[Layout], Layout]) -> Any:
+    """A function of one operand, with the layout of the result."""
+
+    def run(where: str, function: Any, x: Any, *args: Any, **kwargs: Any) -> Any:
+        if not isinstance(x, MultivectorArray):
+            raise TypeError(f"{where}: multivectors as another argument than the first; {_REMEDY}")
+        layout = of(x.layout)
+        values = x.values if layout == x.layout else _in_layout(layout, x)
+        columns = [function(values[..., k], *args, **kwargs) for k in range(layout.size)]
+        return _blade_by_blade(layout, columns)
+
+    return run
+
+
+def _list(where: str, function: Any, operands: Any, *args: Any, **kwargs: Any) -> Any:
+    """A function of a list of operands."""
+    operands = list(operands)
+    layout, arrays = united(where, operands)
+    columns = [function([a[..., k] for a in arrays], *args, **kwargs) for k in range(layout.size)]
+    return _blade_by_blade(layout, columns)
+
+
+def _append(where: str, function: Any, first: Any, second: Any, axis: int | None = None) -> Any:
+    return _list(where, lambda pair: function(*pair, axis=axis), (first, second))
+
+
+def _where(where: str, function: Any, condition: Any, *choices: Any) -> Any:
+    if len(choices) != 2 or isinstance(condition, MultivectorArray):
+        raise TypeError(f"{where} of multivectors: expected a condition of booleans, and two operands")
+    return _list(where, lambda pair: function(condition, *pair), choices)
+
+
+def _broadcast_arrays(where: str, function: Any, *operands: Any) -> Any:
+    arrays = [values_of(where, each) for each in operands]
+    shapes = [a.shape if layout.is_scalar else a.shape[:-1] for layout, a in arrays]
+    shape = np.broadcast_shapes(*shapes)
+    return tuple(
+        of_rows(layout, np.broadcast_to(a[..., None] if layout.is_scalar else a, (*shape, layout.size)))
+        for layout, a in arrays
+    )
+
+
+def _product(where: str, function: Any, x: Any, axis: int | None = None) -> Any:
+    """The geometric product of elements in their order."""
+    if axis is None:
+        x, axis = x.reshape(x.size), 0
+    factors = list(np.moveaxis(x, axis, 0))
+    return (
+        reduce(lambda a, b: a * b, factors)
+        if factors
+        else of_rows(layout_of(x.algebra, {0}), np.ones((*x.shape[1:], 1)))
+    )
+
+
+def _closeness(where: str, function: Any, a: Any, b: Any, rtol: float = 1e-9, atol: float = 1e-12) -> Any:
+    first, second = (a, b) if isinstance(a, MultivectorArray) else (b, a)
+    return first.isclose(second, rtol=rtol, atol=atol)
+
+
+def _all_close(where: str, function: Any, *operands: Any, **tolerances: Any) -> bool:
+    return bool(np.all(_closeness(where, function, *operands, **tolerances)))
+
+
+def _array_equal(where: str, function: Any, a: Any, b: Any) -> bool:
+    both = isinstance(a, MultivectorArray) and isinstance(b, MultivectorArray)
+    return both and a.layout == b.layout and np.array_equal(a.values, b.values)
+
+
+def _attribute(name: str) -> Any:
+    return lambda where, function, x: getattr(x, name)
+
+
+_REARRANGING = (
+    np.reshape, np.ravel, np.transpose, np.swapaxes, np.moveaxis, np.rollaxis, np.squeeze, np.expand_dims,
+    np.broadcast_to, np.repeat, np.tile, np.take, np.roll, np.flip, np.fliplr, np.flipud, np.rot90, np.atleast_1d,
+    np.atleast_2d, np.atleast_3d, np.delete, np.compress, np.resize, np.copy, np.split, np.array_split, np.hsplit,
+    np.vsplit, np.dsplit, np.diagonal, np.round, np.around,
+)  # fmt: skip
+"""Functions that take elements as they are, or round what is stored of them."""
+
+_TABLE: Mapping[Any, Any] = {
+    **{function: _one(lambda layout: layout) for function in _REARRANGING},
+    **{function: _one(_plain) for function in (np.sum, np.cumsum, np.diff, np.nansum)},
+    **{function: _one(_mean) for function in (np.mean, np.average)},
+    **{function: _list for function in (np.stack, np.concatenate, np.vstack, np.hstack, np.dstack)},
+    np.append: _append,
+    np.where: _where,
+    np.broadcast_arrays: _broadcast_arrays,
+    np.prod: _product,
+    np.isclose: _closeness,
+    np.allclose: _all_close,
+    np.array_equal: _array_equal,
+    np.shape: _attribute("shape"),
+    np.ndim: _attribute("ndim"),
+    np.size: _attribute("size"),
+}
+
+_REDUCTIONS: Mapping[np.ufunc, Any] = {np.add: np.sum, np.multiply: np.prod}
+
+_OPERATORS: Mapping[np.ufunc, str] = {
+    np.add: "+", np.subtract: "-", np.multiply: "*", np.true_divide: "/", np.bitwise_xor: "^", np.bitwise_and: "&",
+    np.bitwise_or: "|", np.right_shift: ">>", np.invert: "~", np.negative: "-",
+}  # fmt: skip
+
+
+def _of_values(run: Callable[[Any], Any], together: Callable[..., Any]) -> Callable[[Any], Any]:
+    return lambda x: together(run(x.values), axis=-1)[()]
+
+
+def _equal(a: Any, b: Any) -> Any:
+    if isinstance(a, MultivectorArray) and isinstance(b, MultivectorArray):
+        return a == b
+    return np.zeros(np.broadcast_shapes(np.shape(a), np.shape(b)), bool)[()]
+
+
+_METHODS: Mapping[np.ufunc, Callable[..., Any]] = {
+    np.absolute: lambda x: x.norm(),
+    np.positive: lambda x: x,
+    np.exp: lambda x: x.exp(),
+    np.log: lambda x: x.log(),
+    np.sqrt: lambda x: x.sqrt(),
+    np.square: lambda x: x * x,
+    np.reciprocal: lambda x: x.inverse(),
+    np.power: lambda x, y: x**y,
+    np.equal: _equal,
+    np.not_equal: lambda a, b: np.logical_not(_equal(a, b)),
+    np.isfinite: _of_values(np.isfinite, np.all),
+    np.isnan: _of_values(np.isnan, np.any),
+    np.isinf: _of_values(np.isinf, np.any),
+}

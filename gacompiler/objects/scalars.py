@@ -1,0 +1,121 @@
+"""Numbers that operations on multivectors give: floats with the methods of multivectors.
+
+What is written for multivectors then works where a product happens to be a number: ``(x * x).grade(0)``, ``~(x * x)``.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from ..algebra.layout import SCALAR, SCALARS, Layout
+from ..errors import AlgebraError
+
+if TYPE_CHECKING:
+    from .arrays import MultivectorArray
+
+
+def _lifted(name: str) -> Any:
+    """A method of multivectors, called on the number as the only coefficient of one."""
+
+    def method(self: Scalar, *operands: Any, **options: Any) -> Any:
+        return getattr(self.as_multivector(), name)(*operands, **options)
+
+    method.__name__, method.__qualname__ = name, f"Scalar.{name}"
+    method.__doc__ = f"As `MultivectorArray.{name}`."
+    return method
+
+
+def _of_floats(name: str) -> Any:
+    """An operator of floats, whose results are again of this class."""
+    run = getattr(float, name)
+
+    def method(self: Scalar, *operands: Any) -> Any:
+        found = run(self, *operands)
+        return Scalar(found) if type(found) is float else found
+
+    method.__name__, method.__qualname__, method.__doc__ = name, f"Scalar.{name}", run.__doc__
+    return method
+
+
+def _product(self: Scalar, other: Any) -> Any:
+    """The outer and inner product of numbers: their product."""
+    return Scalar(float.__mul__(self, other)) if isinstance(other, (int, float)) else NotImplemented
+
+
+def _without_algebra(name: str) -> Any:
+    def method(self: Scalar) -> Any:
+        raise AlgebraError(
+            name, "a number, which is of no algebra", "a multivector",
+            "its dual in an algebra is the number times algebra.pseudoscalar",
+        )  # fmt: skip
+
+    method.__name__, method.__qualname__ = name, f"Scalar.{name}"
+    method.__doc__ = "An error: a number is of no algebra."
+    return method
+
+
+class Scalar(float):
+    """A number with the methods of multivectors.
+
+    It is a float in every respect. ``+ - * /`` with numbers give numbers of this class, and with multivectors what the
+    operators of these give; ``^`` and ``|`` of two numbers are their product, and ``~`` is the number itself.
+    """
+
+    __slots__ = ()
+
+    layout = SCALAR
+    algebra = SCALARS
+    shape: tuple[int, ...] = ()
+
+    def as_multivector(self) -> MultivectorArray:
+        """The number as the only coefficient of a multivector of no algebra, which takes part in operations of all."""
+        from .arrays import scalar_of
+
+        return scalar_of(float(self))
+
+    def grade(self, *grades: int) -> Scalar:
+        """The number if 0 is one of the grades, else 0."""
+        if not grades or not all(isinstance(k, int) and k >= 0 for k in grades):
+            raise AlgebraError("grade", f"grades {grades}", "whole numbers from 0, as in x.grade(2)")
+        return self if 0 in grades else Scalar(0.0)
+
+    def as_layout(self, layout: Layout, *, tolerance: float = 1e-9, what: str = "") -> Any:
+        """As `MultivectorArray.as_layout`, in any algebra."""
+        from .arrays import scalar_of
+
+        return scalar_of(float(self), layout.algebra).as_layout(layout, tolerance=tolerance, what=what)
+
+    def __invert__(self) -> Scalar:
+        return self
+
+    def __getitem__(self, name: str) -> float:
+        if not isinstance(name, str):
+            raise TypeError('one number has no axes; ask for the coefficient, x["1"]')
+        return float(self) if name == "1" else 0.0
+
+    @property
+    def scalar(self) -> float:
+        """The number."""
+        return float(self)
+
+    __xor__ = __rxor__ = __or__ = __ror__ = _product
+    __add__, __radd__ = _of_floats("__add__"), _of_floats("__radd__")
+    __sub__, __rsub__ = _of_floats("__sub__"), _of_floats("__rsub__")
+    __mul__, __rmul__ = _of_floats("__mul__"), _of_floats("__rmul__")
+    __truediv__, __rtruediv__ = _of_floats("__truediv__"), _of_floats("__rtruediv__")
+    __neg__, __pos__, __abs__ = _of_floats("__neg__"), _of_floats("__pos__"), _of_floats("__abs__")
+    __rshift__, __call__ = _lifted("__rshift__"), _lifted("__call__")
+
+    negate, reverse = _lifted("negate"), _lifted("reverse")
+    grade_involution, clifford_conjugate = _lifted("grade_involution"), _lifted("clifford_conjugate")
+    inverse, norm_squared, norm, normalize = (
+        _lifted("inverse"), _lifted("norm_squared"), _lifted("norm"), _lifted("normalize"),
+    )  # fmt: skip
+    exp, log, sqrt, power = _lifted("exp"), _lifted("log"), _lifted("sqrt"), _lifted("power")
+    left_contraction, right_contraction = _lifted("left_contraction"), _lifted("right_contraction")
+    scalar_product, inner_product = _lifted("scalar_product"), _lifted("inner_product")
+    outer_product, geometric_product = _lifted("outer_product"), _lifted("geometric_product")
+    regressive_product, sandwich = _lifted("regressive_product"), _lifted("sandwich")
+    commutator, anticommutator = _lifted("commutator"), _lifted("anticommutator")
+    isclose, exactly = _lifted("isclose"), _lifted("exactly")
+    dual, undual, polarity = (_without_algebra(name) for name in ("dual", "undual", "polarity"))
