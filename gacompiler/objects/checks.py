@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 from collections.abc import Sequence
 from typing import Any
 
@@ -62,7 +63,7 @@ def refuse(where: str, made: Any, bad: Any, found: str, expected: str) -> Any:
     found, expected : str
         What there was instead, for the message.
     """
-    if not np.any(bad):
+    if bad is False or not np.any(bad):
         return made
     if not made.shape:
         raise LayoutError(where, found, expected)
@@ -72,9 +73,10 @@ def refuse(where: str, made: Any, bad: Any, found: str, expected: str) -> Any:
 def require_finite(where: str, made: Any, operands: Sequence[Any], found: str = "no finite result") -> Any:
     """As `refuse` where coefficients are not finite; one of the operands that is not a number makes no error."""
     values = np.asarray(getattr(made, "values", made))
-    if np.all(np.isfinite(values)):
+    is_single = not getattr(made, "shape", ())
+    if all(map(cmath.isfinite, np.ravel(values).tolist())) if is_single else np.all(np.isfinite(values)):
         return made
-    if not getattr(made, "shape", ()):
+    if is_single:
         if any(np.isnan(np.asarray(getattr(each, "values", each))).any() for each in operands):
             return made
         raise LayoutError(where, found, "other arguments")

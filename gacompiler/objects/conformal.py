@@ -6,12 +6,14 @@ Rounds and flats are outer products of their points: a sphere has four, a plane 
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import numpy as np
 
 from ..algebra.catalog import CGA2 as _CGA2
 from ..algebra.catalog import CGA3 as _CGA3
+from ..algebra.layout import Layout
 from ..errors import AlgebraError, LayoutError
 from .arrays import MultivectorArray
 from .checks import refuse, require_blade
@@ -51,6 +53,24 @@ _SQUARED = define(
     _on("ga.scalar_product(x, ga.grade_involution(x)) / ga.scalar_product(ga.left_contraction(einf, x), "
         "ga.left_contraction(einf, x))"),
 )  # fmt: skip
+
+
+@cache
+def _kind_of(layout: Layout) -> str:
+    """What elements of a layout are; vectors may be points, circles and spheres flat."""
+    algebra = layout.algebra
+    blades = [algebra.spelling(blade)[1] for blade in layout.support]
+    grades = {blade.bit_count() for blade in layout.support}
+    euclidean = {name for name in algebra.vectors if name not in ("e0", "einf")}
+    if {name.removesuffix("inf") for name in blades} <= euclidean and len(grades) == 1:
+        return "direction"
+    if layout == algebra.POINT:
+        return "point"
+    names = {1: "vector", 2: "point pair", 3: "circle", 4: "sphere"}
+    kind = names.get(grades.pop(), "multivector") if len(grades) == 1 else "multivector"
+    if kind in ("circle", "sphere") and all(name.endswith("inf") for name in blades):
+        return "line" if kind == "circle" else "plane"
+    return kind
 
 
 class Conformal(Rigid):
@@ -103,20 +123,13 @@ class Conformal(Rigid):
         return np.stack(np.broadcast_arrays(*(np.asarray(x[f"{name}{end}"]) for name in self._names)), -1)
 
     def _kind(self, x: Any) -> str:
-        blades = {self.algebra.spelling(blade)[1] for blade in x.layout.support}
-        grades = {blade.bit_count() for blade in x.layout.support}
-        if blades <= set(self._names) or blades <= {f"{name}inf" for name in self._names}:
-            return "direction"
-        if x.layout == self.algebra.POINT:
-            return "point"
-        if grades == {1}:
+        kind = _kind_of(x.layout)
+        if kind == "vector":
             square = np.abs(np.asarray(x.scalar_product(x)))
             is_null = np.all(square <= 1e-9 * np.max(np.abs(x.values), axis=-1, initial=0.0) ** 2)
-            return "point" if is_null and np.all(np.asarray(x["e0"]) != 0) else "vector"
-        names = {(2,): "point pair", (3,): "circle", (4,): "sphere"}
-        flats = {"circle": "line", "sphere": "plane"}
-        name = names.get(tuple(grades), "multivector")
-        return flats[name] if name in flats and np.all(self.is_flat(x)) else name
+            return "point" if is_null and np.all(np.asarray(x["e0"]) != 0) else kind
+        flat = {"circle": "line", "sphere": "plane"}.get(kind)
+        return flat if flat is not None and np.all(self.is_flat(x)) else kind
 
     def _spanned(self, *parts: Any) -> Any:
         return self._wedge(*parts) ^ self.einf
@@ -283,7 +296,7 @@ class SpaceConformal(Conformal):
 
     def _as_line(self, x: Any) -> Any:
         """A line in its own layout, where it is known as a circle that has turned out to be flat."""
-        return x.as_layout(_CGA3.LINE)
+        return x if x.layout == _CGA3.LINE else x.as_layout(_CGA3.LINE)
 
     def _along(self, line: Any) -> Any:
         return np.stack(np.broadcast_arrays(*(np.asarray(line[f"e{k}0inf"]) for k in (1, 2, 3))), -1)

@@ -8,6 +8,8 @@ are not a number.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import nullcontext
+from functools import cache, cached_property, partial, reduce
 from itertools import combinations
 from typing import Any, NamedTuple
 
@@ -78,6 +80,11 @@ COEFFICIENTS = {
 """What the numbers of the form ``coefficients`` are called."""
 
 
+@cache
+def _forms(name: str, dimension: int) -> tuple[Form, ...]:
+    return tuple(form for form in TABLE if form.constructor == name and form.dimension in (None, dimension))
+
+
 class SquaredRadius(NamedTuple):
     """A radius that was given by its square."""
 
@@ -109,6 +116,10 @@ class Rigid(Space):
     @property
     def _d(self) -> int:
         return len(self._names)
+
+    @cached_property
+    def _origin(self) -> Any:
+        return self.point(np.zeros(self._d))
 
     def point(self, *coordinates: Any) -> Any:
         """Points from coordinates, or an array with these along its last axis; points as they are."""
@@ -192,7 +203,7 @@ class Rigid(Space):
     def _construct(self, name: str, arguments: Sequence[Any]) -> Any:
         """What the first form of the table makes of these arguments."""
         given = [self._given(name, each) for each in arguments]
-        forms = [form for form in TABLE if form.constructor == name and form.dimension in (None, self._d)]
+        forms = _forms(name, self._d)
         for form in forms:
             if self._fits(form, given):
                 parts = self._parts(form, given)
@@ -278,23 +289,18 @@ class Rigid(Space):
         return refuse(name, made, is_zero, "a direction of length 0", "one of another length")
 
     def _independent(self, name: str, made: Any, points: Sequence[Any]) -> Any:
-        """What is spanned by points, unless fewer of them span the same, to the rounding of their coordinates."""
-        first, *others = (each.values for each in points)
-        spans = [each - first for each in others]
-        largest = np.maximum.reduce(
-            np.broadcast_arrays(*(np.max(np.abs(x.values), axis=-1, initial=0.0) for x in points))
-        )
-        bad = _height(spans) <= 8 * np.finfo(made.values.dtype).eps * largest
-        words = ("coincide", "are on one line", "are in one plane")[len(spans) - 1]
+        """What is spanned by points, unless fewer of them span the same."""
+        bad = _is_degenerate(points, 8 * float(np.finfo(made.values.dtype).eps))
+        words = ("coincide", "are on one line", "are in one plane")[len(points) - 2]
         return refuse(name, made, bad, f"points that {words}", f"points that span a {name.replace('_', ' ')}")
 
     def _axis(self, name: str, line: Any) -> Any:
-        """A line as an axis: a blade, and not at infinity."""
+        """A line as an axis: a blade, and not at infinity; scaled to a direction of length about 1."""
         require_blade(name, line)
-        weight = np.max(np.abs(self._along(line)), axis=-1, initial=0.0)
-        size = np.max(np.abs(line.values), axis=-1, initial=0.0)
+        weight = np.abs(self._along(line)).max(axis=-1)
+        rounding = 8 * np.finfo(line.values.dtype).eps
+        bad = weight <= rounding * np.abs(line.values).max(axis=-1, initial=0.0)
         scaled = wrap(line.layout, line.values / np.where(weight > 0, weight, 1.0)[..., None])
-        bad = weight <= 8 * np.finfo(line.values.dtype).eps * size
         return refuse(name, scaled, bad, "an axis that is 0 or at infinity", "a line with a direction")
 
     def _turn_and_move(self, name: str, *parts: Any) -> Any:
@@ -305,7 +311,7 @@ class Rigid(Space):
         return self._translator(name, shift) * turned
 
     def _screw_along(self, name: str, axis: Any, angle: Any, distance: Any) -> Any:
-        return self._screw(name, self._spanned(self.point(np.zeros(3)), axis), angle, distance)
+        return self._screw(name, self._spanned(self._origin, axis), angle, distance)
 
 
 def given_of(*arguments: Any) -> tuple[Any, ...]:
@@ -325,24 +331,32 @@ def round_arguments(name: str, arguments: tuple[Any, ...], radius_squared: Any, 
     return found
 
 
-def _height(edges: Sequence[Any]) -> Any:
-    """The smallest height, about, of the simplex with these edges from one of its corners."""
-    with np.errstate(all="ignore"):
-        lengths = [np.sqrt(np.sum(np.abs(each) ** 2, axis=-1)) for each in edges]
+def _is_degenerate(points: Sequence[Any], rounding: float) -> Any:
+    """Whether fewer points span the same: whether the height of their simplex is no more than rounding."""
+    is_single = not any(each.shape for each in points)
+    first, *others = (each.values.tolist() if is_single else np.moveaxis(each.values, -1, 0) for each in points)
+    largest = max if is_single else partial(reduce, np.maximum)
+    with nullcontext() if is_single else np.errstate(all="ignore"):
+        size = rounding * largest([abs(x) for each in (first, *others) for x in each])
+        edges = [[x - y for x, y in zip(each, first, strict=True)] for each in others]
+        lengths = [_length(each) for each in edges]
         if len(edges) == 1:
-            return lengths[0]
-        areas = [_area(a, b) for a, b in combinations(edges, 2)]
+            return lengths[0] <= size
+        faces = [_cross(a, b) for a, b in combinations(edges, 2)]
+        areas = [_length(each) for each in faces]
         if len(edges) == 2:
-            return np.nan_to_num(areas[0] / np.maximum(*lengths), nan=0.0, posinf=np.inf)
-        a, b, c = edges
-        volume = np.abs(np.sum(np.cross(a, b) * c, axis=-1))
-        return np.nan_to_num(volume / np.maximum.reduce(np.broadcast_arrays(*areas)), nan=0.0, posinf=np.inf)
+            return areas[0] <= size * largest(lengths)
+        (xy, xz, yz), (x, y, z) = faces[0], edges[2]
+        volume = xy * z - xz * y + yz * x
+        return abs(volume) <= size * largest(areas)
 
 
-def _area(a: Any, b: Any) -> Any:
-    if a.shape[-1] == 2:
-        return np.abs(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
-    return np.sqrt(np.sum(np.abs(np.cross(a, b)) ** 2, axis=-1))
+def _length(vector: Sequence[Any]) -> Any:
+    return sum(abs(x) ** 2 for x in vector) ** 0.5
+
+
+def _cross(a: Sequence[Any], b: Sequence[Any]) -> list[Any]:
+    return [a[i] * b[k] - a[k] * b[i] for i, k in combinations(range(len(a)), 2)]
 
 
 def _squared(name: str, given: Given) -> Any:

@@ -5,12 +5,14 @@ Planes of space and lines of the plane are vectors; points are pseudovectors. ``
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import numpy as np
 
 from ..algebra.catalog import PGA2 as _PGA2
 from ..algebra.catalog import PGA3 as _PGA3
+from ..algebra.layout import Layout
 from ..errors import LayoutError
 from .arrays import MultivectorArray
 from .checks import refuse, require_blade
@@ -39,18 +41,26 @@ class Projective(Rigid):
         return np.stack(np.broadcast_arrays(*(np.asarray(x[name]) for name in self._names)), -1)
 
     def _kind(self, x: Any) -> str:
-        n, grades = self.algebra.dimension, {blade.bit_count() for blade in x.layout.support}
-        if grades == {n - 1}:
-            weight = np.asarray(x[self._weight])
-            return "direction" if np.all(weight == 0) else "point" if np.all(weight != 0) else "mixed trivector"
-        names = {1: "line", 2: "point"} if n == 3 else {1: "plane", 2: "line"}
-        return names.get(next(iter(grades)), "multivector") if len(grades) == 1 else "multivector"
+        kind = _kind_of(x.layout)
+        if kind != "point" or x.layout == self.algebra.POINT:
+            return kind
+        weight = np.asarray(x[self._weight])
+        return "direction" if np.all(weight == 0) else "point" if np.all(weight != 0) else "mixed points and directions"
 
     def _spanned(self, *parts: Any) -> Any:
         joined = parts[0]
         for each in parts[1:]:
             joined = joined & each
         return joined
+
+
+@cache
+def _kind_of(layout: Layout) -> str:
+    """What elements of a layout are; points may be at infinity."""
+    n, grades = layout.algebra.dimension, {blade.bit_count() for blade in layout.support}
+    names = ("multivector", "line", "point") if n == 3 else ("multivector", "plane", "line", "point")
+    grade = grades.pop() if len(grades) == 1 else 0
+    return names[grade] if grade < n else "multivector"
 
 
 class PlaneProjective(Projective):
@@ -74,7 +84,7 @@ class PlaneProjective(Projective):
         return self._make(_TRANSLATE2, shift)
 
     def _turn(self, name: str, angle: Any, centre: Any = None) -> Any:
-        return self._make(_ROTATE2, self.point(0.0, 0.0) if centre is None else centre, angle)
+        return self._make(_ROTATE2, self._origin if centre is None else centre, angle)
 
 
 class SpaceProjective(Projective):
@@ -159,8 +169,8 @@ class SpaceProjective(Projective):
         return self._make(_TRANSLATE3, shift)
 
     def _turn(self, name: str, axis: Any, angle: Any, centre: Any = None) -> Any:
-        centre = self.point(0.0, 0.0, 0.0) if centre is None else centre
-        return self._turn_about(name, centre & unit(name, axis), angle)
+        line = (self._origin if centre is None else centre) & unit(name, axis)
+        return self._make(_ROTATE3, self._make(normalize_of(line.layout), line), angle)
 
     def _turn_about(self, name: str, line: Any, angle: Any) -> Any:
         return self._make(_ROTATE3, self._unit_line(name, line), angle)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cache
@@ -175,6 +176,8 @@ def unit(where: str, direction: Any) -> Any:
     v = direction.values
     if v.dtype.kind == "c":
         return direction
+    if not direction.shape and (length := math.hypot(*v.tolist())):
+        return wrap(direction.layout, v / length)
     with np.errstate(all="ignore"):
         scaled = v / np.max(np.abs(v), axis=-1, keepdims=True, initial=0.0)
         made = wrap(direction.layout, scaled / np.sqrt(np.sum(scaled * scaled, axis=-1, keepdims=True)))
