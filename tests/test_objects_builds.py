@@ -9,6 +9,7 @@ import os
 import re
 import subprocess
 import sys
+import sysconfig
 import time
 from pathlib import Path
 
@@ -33,7 +34,9 @@ if hasattr(os, "sched_setaffinity"):
 import numpy as np
 from gacompiler.errors import BackendError
 from gacompiler.objects import CGA3, PGA3, VGA3, arrays, builds, native, operators
-if arrays.extension() is None:
+if "EXTENSION" in os.environ:
+    native.generated_folder = lambda: Path(os.environ["EXTENSION"])
+elif arrays.extension() is None:
     print("no extension")
     sys.exit(0)
 
@@ -67,11 +70,11 @@ def ran(program: str, env: dict[str, str]) -> str:
     return done.stdout
 
 
-def own_compiler(folder: Path, first: str) -> Path:
-    """A C compiler that does something first when it is given an operation."""
+def own_compiler(folder: Path, first: str, of: str = "*/objects/*") -> Path:
+    """A C compiler that does something first when it is given an operation, or something else."""
     path = folder / "own_cc"
     real = " ".join(find_compiler() or ())
-    path.write_text(f'#!/bin/sh\ncase "$*" in */objects/*) {first};; esac\nexec {real} "$@"\n')
+    path.write_text(f'#!/bin/sh\ncase "$*" in {of}) {first};; esac\nexec {real} "$@"\n')
     path.chmod(0o755)
     return path
 
@@ -194,3 +197,30 @@ print("both")
 """
     waits = own_compiler(tmp_path, f'while [ ! -e "{go}" ]; do sleep 0.02; done')
     assert ran(program, environment(tmp_path, waits)).endswith("both\n")
+
+
+@pytest.mark.skipif(not (Path(sysconfig.get_path("include")) / "Python.h").is_file(), reason="no headers of Python")
+def test_no_call_waits_for_the_extension(tmp_path: Path) -> None:
+    """Where no module has it: objects are arrays until it is there, and those that were made before are no slower."""
+    go = tmp_path / "go"
+    program = f"""
+m, n = PGA3.motor([1, 2, 3], 0.3, 2), PGA3.motor([0, 1, 0], -0.4, 1)
+def results():
+    return [m * n, ~m, m >> PGA3.point(1, 2, 3), m.log(), 2 * m, m / 2, -n, m | n, m(PGA3.e12), (m * n).norm()]
+before = results()
+assert type(m).__name__ == "_Array", type(m)
+assert "extension" in builds().running and native.extension() is None, builds()
+Path({str(go)!r}).touch()
+until(lambda: not builds().pending)
+assert native.extension() is not None
+for _ in range(3):
+    assert all(np.all(a == b) for a, b in zip(results(), before, strict=True))
+p, q = m * n, ~m
+assert type(p).__name__ == "Motor" == type(q).__name__, "of the extension"
+arrays.apply = refuse
+assert m * n == p and ~m == q
+print("never waited")
+"""
+    waits = own_compiler(tmp_path, f'while [ ! -e "{go}" ]; do sleep 0.02; done', "*PyInit_calls*")
+    env = {**environment(tmp_path, waits), "EXTENSION": str(tmp_path / "generated")}
+    assert ran(program, env).endswith("never waited\n")

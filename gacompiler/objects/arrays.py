@@ -21,7 +21,7 @@ from ..algebra.multivector import Multivector
 from ..errors import AlgebraError, LayoutError
 from .checks import check_relations, require_blade
 from .definitions import BINARY, UNARY, Definition, grade_of, normalize_of, power_of
-from .native import extension
+from .native import extension, extension_is_settled
 from .operators import Operator, layout_of, operator_of
 from .printing import latex_of, repr_of, text_of
 from .scalars import Scalar
@@ -77,7 +77,12 @@ def _curried(definition: Definition) -> list[Callable[[Any], Any]]:
     """
 
     def first(x: Any) -> Any:
-        run[0] = partial(_in_turn, definition) if extension() is None else _role_type(definition, None)()
+        if extension() is not None:
+            run[0] = _role_type(definition, None)()
+        elif extension_is_settled():
+            run[0] = partial(_in_turn, definition)
+        else:
+            return _in_turn(definition, x)
         return run[0](x)
 
     run: list[Callable[[Any], Any]] = [first]
@@ -487,11 +492,13 @@ _Number: Any = None
 
 
 def single_type(layout: Layout) -> Any:
-    """The type of single multivectors of a layout; None where the extension is not there."""
+    """The type of single multivectors of a layout; None where the extension is not there, or not yet."""
     global _Number
     known = _by_identity.get(id(layout))
     if known is not None:
         return known[0]
+    if not extension_is_settled():
+        return None
     if layout not in _single_types:
         found = _single_types[layout] = _make_single_type(layout)
         if _Number is None and found is not None:
@@ -686,9 +693,28 @@ _FORWARD: dict[str, Callable[[Any, Any], Any]] = {
 }  # fmt: skip
 
 
+_OPERATORS: dict[tuple[str, int], Callable[..., Any]] = {
+    **{(symbol, 2): run for symbol, run in _FORWARD.items()},
+    ("()", 2): lambda a, b: a(b), ("~", 1): operator.invert, ("-", 1): operator.neg,
+}  # fmt: skip
+
+
+def _was_early(x: _Array) -> bool:
+    """Whether this is a single multivector that was made before the extension was there."""
+    values = x.values
+    is_single = values.ndim == 1 and values.dtype == np.float64 and not x.layout.is_scalar
+    return is_single and single_type(x.layout) is not None
+
+
+def _as_single(x: Any) -> Any:
+    return wrap(x.layout, x.values) if type(x) is _Array and _was_early(x) else x
+
+
 def operate(symbol: str, a: Any, b: Any = _ABSENT) -> Any:
     """A Python operator on operands of which one is a multivector; it is bound to the types of single ones."""
     first, second = type(a), type(b)
+    if (first is _Array and _was_early(a)) or (second is _Array and _was_early(b)):
+        return _OPERATORS[symbol, 1 if b is _ABSENT else 2](*(_as_single(x) for x in (a, b) if x is not _ABSENT))
     if symbol in ("()", ">>"):
         role = _roles.get(first)
         if role is not None:

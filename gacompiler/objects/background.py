@@ -48,8 +48,8 @@ class Job:
         """Make the file, unless another process has done so in the meantime; wait for it."""
         try:
             self.failure = "" if self.is_done else self._run()
-        except OSError as error:
-            self.failure = str(error)
+        except (OSError, ValueError, subprocess.SubprocessError) as error:
+            self.failure = f"{type(error).__name__}: {error}"
         finally:
             self._ended.set()
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from .native import extension_is_settled
 from .operators import operators
 
 
@@ -13,7 +14,8 @@ class Builds(NamedTuple):
     Attributes
     ----------
     ready, running, waiting, failed, text : tuple of str
-        Names of operations, in the order of first use.
+        Names of operations, in the order of first use. Among those that run is ``"extension"`` while the extension that
+        holds single objects is built, which happens once; until then these are arrays of numpy.
     """
 
     ready: tuple[str, ...]
@@ -24,7 +26,7 @@ class Builds(NamedTuple):
 
     @property
     def pending(self) -> int:
-        """How many operations are not compiled yet but will be, by themselves."""
+        """How many are not compiled yet but will be, by themselves."""
         return len(self.running) + len(self.waiting)
 
 
@@ -45,4 +47,5 @@ def builds() -> Builds:
     ()
     """
     states = [(each.kernel.name, each.state) for each in operators()]
+    states += [] if extension_is_settled() else [("extension", "running")]
     return Builds(*(tuple(name for name, state in states if state == field) for field in Builds._fields))

@@ -10,6 +10,7 @@ from __future__ import annotations
 import ctypes
 import hashlib
 import os
+import sys
 import tempfile
 import warnings
 from collections.abc import Callable
@@ -18,7 +19,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..backends import find_compiler
-from ..backends.build import build_extension, extension_name, extension_path
+from ..backends.build import extension_name, extension_path
 from ..backends.c import kernel_text
 from ..backends.templates.runtime_extension import _loaded_extension
 from ..generate import generated_folder
@@ -206,19 +207,68 @@ def _folder() -> Path:
     return folder
 
 
-@cache
-def extension() -> Any:
+_BUILD_EXTENSION = """\
+import sys
+sys.path[:] = sys.argv[2:]
+from pathlib import Path
+from gacompiler.backends.build import build_extension, find_compiler
+if build_extension(find_compiler(), Path(sys.argv[1])) is None:
+    sys.exit("Python's headers are not there")
+"""
+
+
+class _Extension:
     """The extension that runs functions on the coefficients of single objects, shared with generated modules.
 
-    None where it cannot be built; objects then are arrays. It is built once, in about a second, where no module has it.
+    Attributes
+    ----------
+    found : module or None
+        None where it is not there, or not yet.
+    is_settled : bool
+        Whether that remains so.
     """
-    compiler = find_compiler()
-    if not is_wanted() or compiler is None:
-        return None
-    place = extension_path(generated_folder())
-    if not place.exists():
-        built = build_extension(compiler, cache_folder())
-        if built is None:
-            return None
-        place = built
-    return _loaded_extension(str(place.parent), extension_name())
+
+    def __init__(self) -> None:
+        self.found: Any = None
+        self.is_settled = False
+        self._job: Job | None = None
+
+    def look(self) -> None:
+        """Load it from beside the generated modules or from the cache; have it built into the cache otherwise."""
+        if self._job is None:
+            beside = extension_path(generated_folder())
+            if not is_wanted() or beside.exists():
+                self._settle(beside)
+                return
+            folder = cache_folder()
+            command = (sys.executable or "python3", "-c", _BUILD_EXTENSION, str(folder), *sys.path)
+            self._job = Job(extension_path(folder), lambda: command)
+            if not self._job.is_done:
+                QUEUE.add(self._job)
+        if self._job.is_done or self._job.failure:
+            self._settle(self._job.target)
+        else:
+            QUEUE.start()
+
+    def _settle(self, place: Path) -> None:
+        self.found = _loaded_extension(str(place.parent), extension_name()) if is_wanted() else None
+        self.is_settled = True
+
+
+_EXTENSION = _Extension()
+
+
+def extension() -> Any:
+    """The extension that runs functions on the coefficients of single objects; None where it is not there, or not yet.
+
+    Where no module has it, it is built once, in the background; it takes a second. Objects are arrays until then.
+    """
+    if not _EXTENSION.is_settled:
+        _EXTENSION.look()
+    return _EXTENSION.found
+
+
+def extension_is_settled() -> bool:
+    """Whether `extension` gives the same from now on."""
+    extension()
+    return _EXTENSION.is_settled
