@@ -218,6 +218,7 @@ def test_numbers_keep_the_methods_of_multivectors() -> None:
             assert (x + v).grade(0) == value and (x * v / x).isclose(v) and x.left_contraction(v).isclose(value * v)
             assert np.isclose(x.exp(), math.exp(value)) and np.isclose(x.log(), math.log(value))
             assert np.isclose(x.sqrt(), math.sqrt(value)) and x.isclose(float(value)) and x.shape == ()
+            assert not x.isclose(value + 1.0) and not x.isclose(v) and x.values.tolist() == [value] and x.ndim == 0
             assert x.as_layout(VGA3.EVEN).isclose(value) and x.as_layout(VGA3.EVEN).layout == VGA3.EVEN
             for found in (x + 1, 1 + x, x - 1, 1 - x, 2 * x, x * 2, x / 2, 2 / x, -x, +x, abs(x), x + x, x * x):
                 assert found.grade(0) == found

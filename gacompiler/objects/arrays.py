@@ -366,8 +366,9 @@ class MultivectorArray:
 
     def isclose(self, other: Any, rtol: float = 1e-9, atol: float = 1e-12) -> Any:
         """Whether two are the same multivector to a tolerance, whatever their layouts; an array of booleans."""
-        difference = np.abs(getattr(apply(BINARY["subtract"], self, other), "values", 0.0))
-        return _number(np.all(np.atleast_1d(difference) <= atol + rtol * self._largest(other), axis=-1))
+        found = apply(BINARY["subtract"], self, other)
+        difference = np.abs(found.values if isinstance(found, MultivectorArray) else np.asarray(found)[..., None])
+        return _number(np.all(difference <= atol + rtol * self._largest(other), axis=-1))
 
     def _largest(self, other: Any) -> Any:
         sizes = [np.max(np.abs(each.values), axis=-1) for each in (self, other) if isinstance(each, MultivectorArray)]

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from ..algebra.layout import SCALAR, SCALARS, Layout
 from ..errors import AlgebraError
 
@@ -66,6 +68,13 @@ class Scalar(float):
     layout = SCALAR
     algebra = SCALARS
     shape: tuple[int, ...] = ()
+    ndim = 0
+    size = 1
+
+    @property
+    def values(self) -> np.ndarray[Any, Any]:
+        """The number as the only stored coefficient."""
+        return np.array([float(self)])
 
     def as_multivector(self) -> MultivectorArray:
         """The number as the only coefficient of a multivector of no algebra, which takes part in operations of all."""
@@ -117,5 +126,5 @@ class Scalar(float):
     outer_product, geometric_product = _lifted("outer_product"), _lifted("geometric_product")
     regressive_product, sandwich = _lifted("regressive_product"), _lifted("sandwich")
     commutator, anticommutator = _lifted("commutator"), _lifted("anticommutator")
-    isclose, exactly = _lifted("isclose"), _lifted("exactly")
+    isclose, exactly, project = _lifted("isclose"), _lifted("exactly"), _lifted("project")
     dual, undual, polarity = (_without_algebra(name) for name in ("dual", "undual", "polarity"))
