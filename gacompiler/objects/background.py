@@ -62,7 +62,8 @@ class Job:
             _, errors = process.communicate()
         if process.returncode == 0 and self.is_done:
             return ""
-        return next(iter(errors.splitlines()), f"it ended with status {process.returncode}")
+        lines = errors.splitlines() or [f"it ended with status {process.returncode}"]
+        return lines[-1 if lines[0].startswith("Traceback") else 0]
 
     def wait(self) -> None:
         """Wait until the command has ended.

@@ -153,7 +153,7 @@ def _prepared(target: Path, text: str, command: tuple[str, ...]) -> list[str]:
 def _target(text: str, command: tuple[str, ...]) -> Path:
     """Where the library of a text belongs."""
     digest = hashlib.sha256("\0".join([text, *command]).encode()).hexdigest()[:24]
-    return _folder() / f"{digest}.so"
+    return own_folder() / f"{digest}.so"
 
 
 def _loaded(program: Program, path: Path) -> Native:
@@ -201,7 +201,8 @@ def c_text(program: Program) -> str:
 
 
 @cache
-def _folder() -> Path:
+def own_folder() -> Path:
+    """The part of the cache that operations have."""
     folder = cache_folder() / "objects"
     folder.mkdir(parents=True, exist_ok=True)
     return folder

@@ -3,7 +3,7 @@
 The first use takes the compiler's own stages as far as they are quick: trace, rewrite, decide, and the cheapest of the
 ways in which the expression can be written. That is proved and runs at once, as text; a C compiler makes one small
 function of the same program meanwhile (`native.py`), which takes over when it is there. Once an operation has done as
-much work on arrays as would have paid for it, it is made as generated modules are: `gacompiler.compile`.
+much work on arrays as would have paid for it, another process makes it as generated modules are (`modules.py`).
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ import numpy as np
 from ..algebra.layout import SCALARS, Layout
 from ..backends.c_functions import is_transcendental
 from ..backends.numba import function_text
-from ..errors import KernelError
+from ..errors import KernelError, SpecError
 from ..frontend.expression import evaluate
 from ..frontend.facts import is_unit
 from ..frontend.kernel import Kernel, Parameter, trace
@@ -38,8 +38,10 @@ from ..passes.rewrite import rewrite
 from ..passes.samples import samples
 from ..passes.schedule import schedule
 from ..passes.search import Candidate
+from .background import QUEUE, Job
 from .definitions import Definition
 from .library import LIBRARY, NUMPY
+from .modules import load_made, module_job
 from .native import Build, Native, is_wanted
 
 ENOUGH_WORK = 500_000_000
@@ -85,6 +87,7 @@ class Operator:
         self._operations = max(1, record.cost.total)
         self._python: dict[bool, Callable[..., None]] = {}
         self._module: Any = None
+        self._module_job: Job | None = None
         self._work = 0
 
     def __call__(self, arrays: Sequence[np.ndarray[Any, Any]]) -> np.ndarray[Any, Any]:
@@ -104,8 +107,7 @@ class Operator:
             return (self._in_turns if in_turns else self._in_python)(arrays, leading)
         self._work += self._operations * int(np.prod(leading))
         if self._work > ENOUGH_WORK:
-            self.build()
-            return np.asarray(self._module(*arrays))
+            self._begin_module()
         return self._in_loop(found, arrays, leading)
 
     @property
@@ -138,8 +140,24 @@ class Operator:
             self._native = self._build.wait()
         return self._native
 
+    def _begin_module(self) -> None:
+        """Have it compiled as generated modules are, in the background; take what was made when it is there."""
+        if self._module_job is None:
+            try:
+                self._module_job = module_job(self)
+            except SpecError:  # another process cannot be told of it
+                self.build()
+                return
+            QUEUE.add(self._module_job)
+        if self._module_job.is_done:
+            self._module = load_made(self._module_job, self.kernel.name)
+        elif self._module_job.failure:
+            self.build()
+        else:
+            QUEUE.start()
+
     def build(self) -> None:
-        """Compile it as generated modules are, for large arrays."""
+        """Compile it as generated modules are, for large arrays; wait for that."""
         if self._module is None and self.wait() is not None:
             from ..runtime import compile
 
