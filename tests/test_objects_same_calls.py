@@ -359,3 +359,18 @@ def test_what_is_not_a_number_is_handed_on() -> None:
         assert np.isnan(getattr(space, method)([0, 0, 1], np.nan).values).any()
         empty = getattr(space, method)(np.zeros((0, 3)), 1.0)
         assert isinstance(empty, MultivectorArray) and empty.shape == (0,)
+
+
+@pytest.mark.parametrize("space", SPACES, ids=lambda space: space.algebra.name)
+def test_single_precision_integers_and_read_only_arrays(space: Any) -> None:
+    p, q = (RNG.normal(size=(N, dimension(space))).astype(np.float32) for _ in range(2))
+    p.flags.writeable = False
+    line = space.line(p, q)
+    assert line.values.dtype == np.float32 and np.all(
+        line.isclose(space.line(p.astype(float), q.astype(float)), 1e-5, 1e-5)
+    )
+    if space in IN_SPACE:
+        found = space.coordinates(space.motor(line, 1.0, 2.0) >> space.point(p))
+        assert close(found, turned(p, p, q - p, np.full(N, 1.0), np.full(N, 2.0)), 1e-4)
+    whole = RNG.integers(-9, 9, (N, dimension(space)))
+    assert np.array_equal(space.line(whole, whole + 1).values, space.line(whole.astype(float), whole + 1.0).values)

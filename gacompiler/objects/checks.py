@@ -44,7 +44,8 @@ def require_blade(where: str, x: Any) -> None:
     square = x.outer_product(x) if k == 2 else x.regressive_product(x)
     found = np.abs(np.asarray(getattr(square, "values", square)))
     worst = np.max(found, initial=0.0)
-    if worst > 1e-9 * np.max(np.abs(x.values), initial=1e-300) ** 2:
+    rounding = max(1e-9, 64 * float(np.finfo(x.values.dtype).eps))  # of numbers in single precision
+    if worst > rounding * np.max(np.abs(x.values), initial=1e-300) ** 2:
         product = "^" if k == 2 else "&"
         found_text = f"a {x.layout} that is no blade: x {product} x = {worst:.3g}"
         raise AlgebraError(where, found_text, "an outer product of vectors")

@@ -34,6 +34,7 @@ _CIRCLE = define(
     _on("((centre - squared / 2 * einf) ^ (normal + ga.scalar_product(normal, centre) * einf)) * {A}.pseudoscalar"),
 )  # fmt: skip
 _PLANE = define("flat", "normal distance", _on("(normal + distance * einf) * {A}.pseudoscalar"))
+_WITH_INFINITY = define("flat", "spanned", _on("spanned ^ einf"))
 _TRANSLATOR = define("translator", "direction", _on("1 - direction * einf / 2"), unit=True)
 _DILATOR = define("dilator", "factor", 'ga.exp(ga.log(factor) / 2 * {A}.multivector({"e0inf": 1}))', unit=True)
 _ROTOR2 = define("rotor", "angle", 'ga.exp(-angle / 2 * {A}.multivector({"e12": 1}))', unit=True)
@@ -132,7 +133,7 @@ class Conformal(Rigid):
         return flat if flat is not None and np.all(self.is_flat(x)) else kind
 
     def _spanned(self, *parts: Any) -> Any:
-        return self._wedge(*parts) ^ self.einf
+        return self._make(_WITH_INFINITY, self._wedge(*parts))
 
     def _wedge(self, *parts: Any) -> Any:
         found = parts[0]
