@@ -19,6 +19,7 @@ from typing import Any
 from .algebra.layout import SCALAR, SCALARS, Layout
 from .algebra.multivector import Multivector
 from .algebra.products import GRADE_RULES
+from .algebra.signs import norm_signs
 from .errors import KernelError
 from .frontend.expression import ASSEMBLE, COEFFICIENT, CONSTANT, GRADE, INPUT, Expression, lift, node, topological
 from .frontend.kernel import ArrayOf, Kernel, Parameter, trace
@@ -106,7 +107,14 @@ def _scalar_rule(expression: Expression, d: list[Expression]) -> Expression:
         case "norm_squared":
             return node("scalar_product", d[0], ~x[0]) + node("scalar_product", x[0], ~d[0])
         case "norm":
-            return half * _rule(node("norm_squared", x[0]), d) / value
+            square = node("norm_squared", x[0])
+            slope = _rule(square, d)
+            signs = norm_signs(x[0].algebra, x[0].blades)
+            if signs.both:
+                slope = node("select", square > 0, slope, -slope)
+            elif signs.negative:
+                slope = -slope
+            return half * slope / value
         case "normalize":
             size = node("norm", x[0])
             return d[0] / size - value * _rule(size, d) / size

@@ -79,7 +79,7 @@ def test_normalised_motors_have_logarithms() -> None:
 
 NOT_NUMBERS: dict[str, Callable[[], Any]] = {
     "motor about no axis": lambda: PGA3.motor([[0, 0, 0], [0, 0, 1]], 1.0).values,
-    "the zero motor, normalised": lambda: (0 * M).normalize().values,
+    "zero motors, normalised": lambda: (0 * PGA3.motor([0, 0, 1], [1.0])).normalize().values,
     "plane of no normal": lambda: CGA3.plane([[0, 0, 0], [0, 0, 1]], 1).values,
     "log of nan": lambda: PGA3.motor([0, 0, 1], np.nan).log().values,
     "centre of a plane": lambda: 0 * cga3.sphere_centre(cga3.sphere_from_plane([1.0, 0, 0, 1])),

@@ -32,8 +32,8 @@ from gacompiler.algebra.catalog import (
     orthogonal,
 )  # fmt: skip
 from gacompiler.algebra.multivector import Multivector
+from gacompiler.algebra.signs import inertia
 from gacompiler.errors import KernelError
-from gacompiler.frontend.squares import inertia
 
 N = 100_000
 CATALOG = (VGA2, VGA3, PGA2, PGA3, CGA2, CGA3, STA)

@@ -9,6 +9,7 @@ from ..errors import AlgebraError, ZeroDivisorError
 from .coefficients import divide, scalar_function, scale
 from .involutions import clifford_conjugate, grade_involution, reverse
 from .multivector import Multivector
+from .signs import norm_signs
 
 T = TypeVar("T", bound=Any)
 
@@ -19,13 +20,28 @@ def norm_squared(a: Multivector) -> Multivector:
 
 
 def norm(a: Multivector) -> Multivector:
-    """``sqrt(norm_squared(a))``; not a number where that is negative."""
-    return a.lift(scalar_function("sqrt", norm_squared(a).scalar))
+    """The root of the absolute value of `norm_squared`.
+
+    An absolute value is taken only where the metric lets both signs occur.
+    """
+    square, signs = norm_squared(a).scalar, norm_signs(a.algebra, a.blades)
+    if signs.both:
+        square = scalar_function("abs", square)
+    return a.lift(scalar_function("sqrt", -square if signs.negative and not signs.positive else square))
 
 
 def normalize(a: Multivector) -> Multivector:
-    """``a / norm(a)``."""
-    return a / norm(a)
+    """``a / norm(a)``.
+
+    Raises
+    ------
+    ZeroDivisorError
+        When `a` is null, as far as its form tells: an exact element always tells.
+    """
+    size = norm(a)
+    if not size.terms:
+        raise ZeroDivisorError("normalize", f"{a}, whose norm is 0", "an element that is not null")
+    return a / size
 
 
 def commutator(a: Multivector, b: Multivector) -> Multivector:

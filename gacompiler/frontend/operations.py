@@ -144,12 +144,21 @@ def norm_squared(a: Any) -> Any:
 
 
 def norm(a: Any) -> Any:
-    """The root of `norm_squared`."""
+    """``sqrt(|a ~a|)``: the root of the absolute value of `norm_squared`.
+
+    The absolute value costs an operation only where squares of both signs can occur: in conformal and Minkowski's
+    metrics, not in Euclidean ones, with or without null vectors.
+    """
     return apply("norm", a)
 
 
 def normalize(a: Any) -> Any:
-    """``a / norm(a)``."""
+    """``a / norm(a)``: then ``a ~a`` has the scalar part 1, or -1 where it was negative.
+
+    It is negative for real conformal spheres, circles, lines and planes that are outer products of points, and for
+    spacelike vectors where one square is positive. A null element has the norm 0: its quotient is infinite, or not a
+    number where a coefficient is 0 too.
+    """
     return apply("normalize", a)
 
 

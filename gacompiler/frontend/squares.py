@@ -19,30 +19,12 @@ from functools import cache
 from typing import Any
 
 from ..algebra.algebra import Algebra
-from ..algebra.blades import Rational
 from ..algebra.multivector import Multivector
+from ..algebra.signs import Signs, inertia
 from .expression import Expression
 
 Value = Any
 """A scalar: a number or a scalar expression."""
-
-
-@dataclass(frozen=True, slots=True)
-class Signs:
-    """Which signs a number can have, besides being 0."""
-
-    negative: bool
-    positive: bool
-
-    @property
-    def zero(self) -> bool:
-        """Whether it is always 0."""
-        return not self.negative and not self.positive
-
-    @property
-    def both(self) -> bool:
-        """Whether it can be of either sign."""
-        return self.negative and self.positive
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,25 +139,3 @@ def _signs(algebra: Algebra, blades: Iterable[int]) -> tuple[Signs, bool]:
     products = [[Fraction(algebra.blade_product(a, b).get(0, 0)) for b in chosen] for a in chosen]
     positive, negative, null = inertia(products)
     return Signs(negative > 0, positive > 0), null > 0
-
-
-def inertia(matrix: Sequence[Sequence[Rational]]) -> tuple[int, int, int]:
-    """How many squares of either sign, and how many zeros, a symmetric matrix has on its diagonal form (Sylvester)."""
-    rows = [[Fraction(value) for value in row] for row in matrix]
-    positive = negative = 0
-    while rows:
-        n = len(rows)
-        pivot = next((i for i in range(n) if rows[i][i]), None)
-        if pivot is None:
-            pair = next(((i, j) for i in range(n) for j in range(n) if rows[i][j]), None)
-            if pair is None:
-                break
-            pivot, other = pair  # the sum of two null vectors with a product is not null
-            rows[pivot] = [a + b for a, b in zip(rows[pivot], rows[other], strict=True)]
-            for row in rows:
-                row[pivot] += row[other]
-        square = rows[pivot][pivot]
-        positive, negative = positive + (square > 0), negative + (square < 0)
-        others = [i for i in range(n) if i != pivot]
-        rows = [[rows[i][j] - rows[i][pivot] * rows[pivot][j] / square for j in others] for i in others]
-    return positive, negative, len(rows)

@@ -22,6 +22,7 @@ from ..errors import AlgebraError, LayoutError
 from .checks import check_relations, require_blade
 from .definitions import BINARY, UNARY, Definition, grade_of, normalize_of, power_of
 from .native import extension, extension_is_settled
+from .normalizing import normalized
 from .operators import Operator, layout_of, operator_of
 from .printing import latex_of, repr_of, text_of
 from .scalars import Scalar
@@ -228,7 +229,7 @@ class MultivectorArray:
     polarity = _one("polarity", "The metric dual ``x I**-1``; an error where the metric is degenerate.")
     inverse = _one("inverse", "``y`` with ``x y = 1``; infinite or not a number where there is none.")
     norm_squared = _one("norm_squared", "The scalar part of ``x ~x``, a number.")
-    norm = _one("norm", "The root of `norm_squared`, a number.")
+    norm = _one("norm", "``sqrt(|x ~x|)``: the root of the absolute value of `norm_squared`, a number.")
     exp = _one("exp", "The exponential; of a bivector over up to five vectors a unit versor. See `gacompiler.exp`.")
 
     _logarithm = _one("log", "As `log`, of what is known to be a unit versor or a number.")
@@ -276,12 +277,21 @@ class MultivectorArray:
         return np.round(self, digits)
 
     def normalize(self) -> Any:
-        """The unit element along this one.
+        """The element along this one with ``x ~x`` = 1, or -1 where it was negative.
 
-        ``x / sqrt(x ~x)``, where that is a number or, for motors and lines of projective space, a dual number: both
-        the norm is 1 then and the Study condition holds. Other elements are divided by their norm.
+        ``x / sqrt(|x ~x|)``, where ``x ~x`` is a number: planes, spheres, circles, vectors of space-time. For motors
+        and lines of projective and conformal space it is a dual number, and afterwards the Study condition holds too.
+        Other elements are divided by their norm. The result has a layout of unit elements only where the metric
+        excludes -1.
+
+        Null elements, whose ``x ~x`` is 0 up to rounding, have none: they give not a number in an array.
+
+        Raises
+        ------
+        ZeroDivisorError
+            When this is a single null element.
         """
-        return _run_of(_normalization(self.layout))[0](self)
+        return normalized(self, _run_of(_normalization(self.layout))[0], wrap)
 
     def grade(self, *grades: int) -> Any:
         """The part of the given grades."""

@@ -13,6 +13,7 @@ from typing import Any
 
 from ..algebra.algebra import Algebra
 from ..algebra.layout import Layout
+from ..algebra.signs import norm_signs
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,9 +63,14 @@ def _is_unit(layouts: tuple[Layout, ...]) -> bool:
     return layouts[0].unit
 
 
-def unit_by_norm(layout: Layout) -> bool:
+def has_scalar_square(layout: Layout) -> bool:
     """Whether ``x ~x`` is a scalar for every element: vectors, rotors of two and three dimensions, pseudovectors."""
     return frozenset(_squared(layout)) <= {0}
+
+
+def is_never_negative(layout: Layout) -> bool:
+    """Whether the metric excludes ``x ~x < 0``: else ``x / norm(x)`` may have the square -1, and is no unit element."""
+    return not norm_signs(layout.algebra, layout.support).negative
 
 
 def unit_by_study(layout: Layout) -> bool:
@@ -131,13 +137,13 @@ BINARY: Mapping[str, Definition] = {
 }
 """Operations of two objects, by name."""
 
-NORMALIZE = _unary("normalize", unit=lambda layouts: unit_by_norm(layouts[0]))
+NORMALIZE = _unary("normalize", unit=lambda layouts: has_scalar_square(layouts[0]) and is_never_negative(layouts[0]))
 NORMALIZE_STUDY = Definition(
     "normalize",
     ("a",),
-    # With s + p = a ~a and p p = 0, the inverse root is (1 - p / (2 s)) / sqrt(s).
+    # With s + p = a ~a and p p = 0, the inverse root is (1 - p / (2 s)) / sqrt(s); where s < 0, that of -a ~a.
     "a * (1 - (a * ~a).grade({G}) / (2 * ga.norm_squared(a))) / ga.norm(a)",
-    unit=lambda layouts: True,
+    unit=lambda layouts: is_never_negative(layouts[0]),
 )
 """Onto the unit elements of projective space: motors on the Study quadric, lines orthogonal to their moment."""
 

@@ -126,12 +126,12 @@ def norm_squared(a: Any) -> SymbolicMultivector:
 
 
 def norm(a: Any) -> SymbolicMultivector:
-    """The root of `norm_squared`."""
+    """``sqrt(|a ~a|)``, without the absolute value where the metric lets one sign occur only."""
     return _apply("norm", a)
 
 
 def normalize(a: Any) -> SymbolicMultivector:
-    """``a / norm(a)``."""
+    """``a / norm(a)``: then ``a ~a`` has the scalar part 1, or -1 where it was negative."""
     return _apply("normalize", a)
 
 
