@@ -6,6 +6,7 @@ import compileall
 import json
 import os
 import sys
+import traceback
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -17,7 +18,7 @@ from rich.console import Console
 from rich.table import Table
 
 from .algebra.catalog import CATALOG, orthogonal
-from .backends import NO_COMPILER, build_library
+from .backends import build_library, no_compiler
 from .backends.build import processors
 from .errors import GacError, SpecError, StaleError
 from .frontend.kernel import Kernel
@@ -46,14 +47,38 @@ from .runtime import load_module
 from .workers import each_spec
 
 
+def _wants_traceback(context: click.Context, _: click.Parameter, wanted: bool) -> None:
+    if wanted:
+        context.find_root().meta[_DEBUG] = True
+
+
+_DEBUG = "gacompiler.debug"
+"""Where the root's context notes that ``--debug`` was given, before a command's name or after it."""
+
+
+class Command(click.Command):
+    """A command with ``--debug``."""
+
+    def __init__(self, *arguments: Any, **named: Any) -> None:
+        super().__init__(*arguments, **named)
+        about = "Print the traceback of an error too."
+        self.params.append(
+            click.Option(["--debug"], is_flag=True, expose_value=False, callback=_wants_traceback, help=about)
+        )
+
+
 class Commands(click.Group):
     """Turns errors people can act on into one line and exit status 1."""
+
+    command_class = Command
 
     def invoke(self, context: click.Context) -> Any:
         """Run a command."""
         try:
             return super().invoke(context)
         except GacError as error:
+            if context.meta.get(_DEBUG):
+                traceback.print_exception(error)
             Console(stderr=True, highlight=False, soft_wrap=True).print(f"[red]gac: error:[/] {_plain(str(error))}")
             sys.exit(1)
 
@@ -76,6 +101,9 @@ def _examples(*lines: str) -> str:
     ),
 )
 @click.version_option(package_name="gacompiler")
+@click.option(
+    "--debug", is_flag=True, expose_value=False, callback=_wants_traceback, help="Print the traceback of an error too."
+)
 def main() -> None:
     """Compile geometric-algebra definitions into specialised, proved kernels."""
 
@@ -153,7 +181,7 @@ def generate(
         state = f"{len(spec.kernels)} kernels" + (", unchanged" if not changed else "")
         click.echo(f"{_near(folder / spec.name)}.py .c .h: {state}" + (f", built {built.name}" if built else ""))
     if in_c and not no_build and build_library(folder / f"{found[0].name}.c") is None:
-        click.echo(f"note: {NO_COMPILER}", err=True)
+        click.echo(f"note: {no_compiler()}", err=True)
 
 
 @main.command(epilog=_examples("gac build             the modules under generated/", "gac build out"))
@@ -171,7 +199,7 @@ def build(folder: Path | None, force: bool) -> None:
         compileall.compile_file(source.with_suffix(".py"), quiet=2)  # reading the text is most of an import
         library = build_library(source, force=force)
         if library is None:
-            click.echo(f"note: {NO_COMPILER}", err=True)
+            click.echo(f"note: {no_compiler()}", err=True)
             return
         click.echo(f"{_near(source)}: {library.name}, {library.stat().st_size / 1e6:.2f} MB")
 
@@ -347,6 +375,9 @@ def list_(what: str | None, as_json: bool) -> None:
         algebra = CATALOG[what]
         rows = [[layout.name, described(layout)] for layout in algebra.layouts.values()]
         header = ["layout", "what it holds"]
+    elif what is not None and not Path(what).is_file() and what not in {path.stem for path in own_specs()}:
+        known = f"an algebra ({' '.join(CATALOG)}), a module ({' '.join(path.stem for path in own_specs())}) or a file"
+        raise SpecError(what, "no algebra, module or file of that name", known)
     elif what is not None:
         header = ["kernel", "parameters", "summary"]
         rows = [
@@ -400,7 +431,7 @@ def robot(robot: str, output: Path, name: str | None, tip: str | None, lock: tup
         f"{_near(output / module)}.py .c .h: {len(spec.kernels)} kernels" + (f", built {built.name}" if built else "")
     )
     if built is None and not no_build:
-        click.echo(f"note: {NO_COMPILER}", err=True)
+        click.echo(f"note: {no_compiler()}", err=True)
 
 
 @main.command(epilog=_examples("gac new my_kernels", "gac new my_kernels --algebra CGA3"))

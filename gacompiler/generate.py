@@ -15,7 +15,7 @@ from pathlib import Path
 from types import ModuleType
 
 from .algebra.layout import Layout
-from .backends import c_header, c_source, python_source
+from .backends import c_header, c_source, python_source, taken_names
 from .backends.cuda import cuda_source
 from .backends.javascript import javascript_source
 from .backends.module import KernelSource, LayoutText, ModuleSource
@@ -28,6 +28,7 @@ from .passes.operators import operator_of
 from .passes.pipeline import compile_kernel
 from .passes.record import Compilation
 from .prove import rounding_error
+from .rings.polynomial import PolynomialRing
 
 Progress = Callable[[str], None]
 
@@ -82,8 +83,10 @@ def load_spec(path: Path, command: str | None = None, algebra: str | None = None
     sys.path.insert(0, str(path.resolve().parent))
     try:
         exec(code, module.__dict__)
-    except GacError:
-        raise
+    except GacError as error:
+        if str(path) in str(error):
+            raise
+        raise error.at(_place(path, error))  # noqa: B904
     except Exception as error:
         raise SpecError(_place(path, error), f"{type(error).__name__}: {error}") from error
     finally:
@@ -95,6 +98,9 @@ def load_spec(path: Path, command: str | None = None, algebra: str | None = None
     )
     if not kernels:
         raise SpecError(str(path), "no kernel in it", "at least one function under @kernel(...)")
+    for kernel in kernels:
+        if kernel.name in taken_names():
+            raise SpecError(kernel.where, "its name belongs to the generated module itself", remedy="rename it")
     seen: dict[str, int] = {}
     for statement in ast.parse(text).body:
         if isinstance(statement, ast.FunctionDef):
@@ -144,7 +150,20 @@ def layout_text(layout: Layout, proved: bool = True) -> LayoutText:
         (*fixed, *implied),
         layout.unit and proved,
         layout.user_relations is not None and proved,
+        _implied(layout),
     )
+
+
+def _implied(layout: Layout) -> tuple[tuple[str, str], ...]:
+    """Coefficients that follow from the stored ones, and the sums of products that they are."""
+    ring = PolynomialRing()
+    stored = {name: ring.variable(name) for name in layout.blades}
+    found = []
+    for slot, function in layout.implied:
+        polynomial = ring.lift(function(stored))
+        terms = ["*".join([str(factor), *(ring.names[k] for k in m)]) for m, factor in polynomial.terms.items()]
+        found.append((slot.name, " + ".join(terms) or "0"))
+    return tuple(found)
 
 
 def kernel_source(record: Compilation) -> KernelSource:

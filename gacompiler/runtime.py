@@ -12,7 +12,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from .backends import build_extension, build_library, find_compiler
+from .backends import build_extension, build_library, find_compiler, no_compiler
 from .backends.module import ModuleSource
 from .errors import BackendError, KernelError
 from .frontend.kernel import Kernel
@@ -71,7 +71,7 @@ def _compile(kernel: Kernel, backend: str) -> Any:
     folder = cache_folder() / f"{kernel.name}-{digest}"
     write(files, folder)
     if backend == "c" and build_library(folder / f"{kernel.name}.c") is None:
-        raise BackendError("compile()", "no C compiler", "cc, gcc or clang on the PATH", 'use backend="numba"')
+        raise BackendError("compile()", no_compiler(), remedy='use backend="numba"')
     if backend == "numba" and (compiler := find_compiler()):
         # Calls are shorter with it; what is computed is numba's all the same.
         with contextlib.suppress(BackendError):

@@ -209,11 +209,9 @@ def test_what_there_is_instead(module: ModuleType) -> None:
     motor, point = v["Motor"], v["Point"]
     for wrong in (
         lambda: motor * point,
-        lambda: motor * 2,
-        lambda: 2.0 * motor,
         lambda: motor * np.ones(8),
         lambda: np.ones(8) * motor,
-        lambda: np.float64(2) * motor,
+        lambda: motor * 2j,
         lambda: motor * [1.0],
     ):
         with pytest.raises(TypeError, match=r"\*.*; there is .*Motor \* Motor \(composed\)") as caught:
@@ -227,8 +225,6 @@ def test_what_there_is_instead(module: ModuleType) -> None:
         motor(point, point)
     with pytest.raises(TypeError, match=r"Motor\(ndarray\): "):
         motor(np.ones(3))
-    with pytest.raises(TypeError, match=r"^-Motor: .*-Direction \(opposite\)"):
-        _ = -motor
     with pytest.raises(TypeError, match=r"^~Point: "):
         _ = ~point
     with pytest.raises(TypeError, match="keyword"):

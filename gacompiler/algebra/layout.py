@@ -101,8 +101,11 @@ class Layout:
 
     @property
     def is_scalar(self) -> bool:
-        """Whether the only coefficient is that of 1: then arrays have no blade axis."""
-        return not self.fixed and not self.implied and [slot.blade for slot in self.stored] == [0]
+        """Whether this is `SCALAR`, a number: arrays of numbers have no blade axis.
+
+        A layout of the blade 1 in an algebra is one of multivectors, whose arrays have an axis of one coefficient.
+        """
+        return not self.algebra.dimension and not self.fixed and not self.implied and self.size == 1
 
     @property
     def support(self) -> frozenset[int]:

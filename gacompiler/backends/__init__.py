@@ -3,23 +3,22 @@
 from __future__ import annotations
 
 from .build import (
-    NO_COMPILER,
     build_extension,
     build_libraries,
     build_library,
     find_compiler,
     library_name,
     library_path,
+    no_compiler,
 )
 from .c import c_header, c_source
 from .documentation import body_is_intact
 from .module import KernelSource, LayoutText, ModuleSource
 from .printers import as_printed
-from .python import check_names, python_source
+from .python import check_names, python_source, taken_names
 from .readers import Read, c_functions, c_programs, python_functions, python_programs
 
 __all__ = [
-    "NO_COMPILER",
     "KernelSource",
     "LayoutText",
     "ModuleSource",
@@ -37,7 +36,9 @@ __all__ = [
     "find_compiler",
     "library_name",
     "library_path",
+    "no_compiler",
     "python_functions",
     "python_programs",
     "python_source",
+    "taken_names",
 ]

@@ -38,9 +38,14 @@ EXTENSION_FLAGS = ("-O2", "-std=c17", "-fPIC")
 
 COMPILERS = ("cc", "gcc", "clang")
 
-NO_COMPILER = (
-    "no C compiler: $CC is not set and none of cc, gcc, clang is on the PATH; install one, or run on numba as it is"
-)
+
+def no_compiler() -> str:
+    """Why `find_compiler` finds none, in words."""
+    wanted = os.environ.get("CC", "").strip()
+    if wanted:
+        return f"no C compiler: $CC is {wanted!r}, which is no program on the PATH; set it to one, or unset it"
+    names = ", ".join(COMPILERS)
+    return f"no C compiler: $CC is not set and none of {names} is on the PATH; install one, or run on numba as it is"
 
 
 def library_name(module: str, c_text: str) -> str:
@@ -111,7 +116,7 @@ def build_libraries(c_paths: Sequence[Path], *, force: bool = False) -> list[Pat
     Returns
     -------
     list of Path or None
-        The library of each, or None where it is not there and neither is a compiler (`NO_COMPILER` says so in words).
+        The library of each, or None where it is not there and neither is a compiler (`no_compiler` says why).
 
     Raises
     ------

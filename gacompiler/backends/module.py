@@ -26,6 +26,8 @@ class LayoutText:
     """Whether ``x ~x = 1`` is assumed."""
     related: bool = False
     """Whether other relations are assumed."""
+    implied: tuple[tuple[str, str], ...] = ()
+    """Coefficients that follow from the stored ones, and how: ``("einf", "1/2*e1*e1 + 1/2*e2*e2")``."""
 
     @property
     def has_meaning(self) -> bool:

@@ -118,6 +118,9 @@ _C_WORDS = frozenset(
 )
 """Keywords, macros and types. Functions of ``<math.h>`` are not here: a parameter may hide one, the macros may not."""
 
+_LIKE_A_MACRO = re.compile(r"[A-Z][A-Z0-9_]+")
+"""Names that headers define, and options of the compiler: FLT_MAX, M_LOG2E, ONLY_F64."""
+
 _FUNCTIONS = frozenset({"fabs", *(op.value for op in Op), *(op.value.upper() for op in Op)})
 
 RESERVED = _C_WORDS | _FUNCTIONS | {*keyword.kwlist, *keyword.softkwlist, "range", "len", "empty"}
@@ -134,7 +137,7 @@ class Names:
     def fresh(self, wanted: str) -> str:
         """A legal name that nothing else has."""
         name = re.sub(r"\W", "_", wanted, flags=re.ASCII)
-        if not name or name[0].isdigit() or name[0] == "_":
+        if not name or name[0].isdigit() or name[0] == "_" or _LIKE_A_MACRO.fullmatch(name):
             name = f"v{name}"
         while name in RESERVED or name in self._taken:
             name += "_"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 import builtins
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 
@@ -19,7 +19,7 @@ from .documentation import docstring, stamp
 from .module import KernelSource, LayoutText, ModuleSource
 from .named import named_lines
 from .numba import function_text
-from .values import class_text, operator_lines, value_types
+from .values import class_text, combined_types, operator_lines, value_types
 
 PUBLIC = ("Kernel", "Layout", "Value", "backend", "kernels", "num_threads")
 """What a module offers besides its kernels and types."""
@@ -48,9 +48,9 @@ def python_source(module: ModuleSource) -> str:
         never loads another.
     """
     check_names(module)
-    layouts = _layout_names(module)
     names = [kernel.program.name for kernel in module.kernels]
-    types = value_types(module, {*_runtime_names(), *dir(builtins), *names})
+    types = value_types(module, {*taken_names(), *names})
+    layouts = _layout_names(module, types)
     body = (
         environment()
         .get_template("module.py.jinja")
@@ -64,6 +64,7 @@ def python_source(module: ModuleSource) -> str:
             kernels=[_kernel(kernel, layouts) for kernel in module.kernels],
             types=["\n".join(class_text(name, layout, layouts[layout])) for name, layout in types.values()],
             operators=operator_lines(module, types),
+            combined=combined_types(types),
             names=_tuple(names),
             public=_list([*names, *(name for name, _ in types.values()), *PUBLIC]),
         )
@@ -140,9 +141,15 @@ def _runtime_names() -> frozenset[str]:
     return frozenset(names)
 
 
+@cache
+def taken_names() -> frozenset[str]:
+    """Names that every emitted module needs for something else."""
+    return _runtime_names() | set(dir(builtins))
+
+
 def check_names(module: ModuleSource) -> None:
     """Raise `BackendError` where a kernel would hide a name that the emitted module needs."""
-    taken: dict[str, str] = dict.fromkeys([*sorted(_runtime_names()), *dir(builtins)], "the module itself")
+    taken: dict[str, str] = dict.fromkeys(sorted(taken_names()), "the module itself")
     for kernel in module.kernels:
         name = kernel.program.name
         forms = [form_name(kernel.program, form, what) for form in kernel.uniform for what in FORM_PARTS]
@@ -159,17 +166,17 @@ def check_names(module: ModuleSource) -> None:
             taken[own] = f"kernel {name}"
 
 
-def _layout_names(module: ModuleSource) -> dict[LayoutText, str]:
-    """The layouts that occur, once each, under short private names."""
+def _layout_names(module: ModuleSource, types: Mapping[str, tuple[str, LayoutText]]) -> dict[LayoutText, str]:
+    """The layouts of kernels and types, once each, under short private names."""
     names: dict[LayoutText, str] = {}
-    for kernel in module.kernels:
-        for _, layout in kernel.layouts:
-            if layout not in names:
-                short = "".join(c if c.isalnum() else "_" for c in layout.name.rpartition(".")[2]).upper()
-                name = f"_LAYOUT_{short}"
-                while name in names.values():
-                    name += "_"
-                names[layout] = name
+    of_kernels = [layout for kernel in module.kernels for _, layout in kernel.layouts]
+    for layout in (*of_kernels, *(layout for _, layout in types.values())):
+        if layout not in names:
+            short = "".join(c if c.isalnum() else "_" for c in layout.name.rpartition(".")[2]).upper()
+            name = f"_LAYOUT_{short}"
+            while name in names.values():
+                name += "_"
+            names[layout] = name
     return names
 
 
@@ -184,7 +191,11 @@ def _layout(name: str, layout: LayoutText) -> str:
             line = "       "
         line += text
     lines += [line, "    ),"] if layout.blades else ["    ),"]
-    return "\n".join([*lines, f"    fixed={fixed},", f"    unit={layout.unit},", ")"])
+    lines += [f"    fixed={fixed},", f"    unit={layout.unit},"]
+    if layout.implied:
+        implied = _tuple_of(f"({_string(blade)}, {_string(text)})" for blade, text in layout.implied)
+        lines.append(f"    implied={implied},")
+    return "\n".join([*lines, ")"])
 
 
 def _kernel(kernel: KernelSource, layouts: dict[LayoutText, str]) -> dict[str, object]:

@@ -31,7 +31,7 @@ def value_types(module: ModuleSource, taken: Collection[str]) -> dict[str, tuple
                 layouts[layout.name] = layout
     found: dict[str, tuple[str, LayoutText]] = {}
     names = set(taken)
-    for layout in layouts.values():
+    for layout in (*layouts.values(), *_sums(layouts.values())):
         name = _type_name(layout.name.rpartition(".")[2])
         if not name.isidentifier() or keyword.iskeyword(name):
             continue
@@ -40,6 +40,33 @@ def value_types(module: ModuleSource, taken: Collection[str]) -> dict[str, tuple
         names.add(name)
         found[layout.name] = name, layout
     return found
+
+
+def _sums(layouts: Collection[LayoutText]) -> list[LayoutText]:
+    """Layouts of sums and multiples, where none has just their coefficients: of motors, and of points of weight 1."""
+    plain = {(_algebra(layout), frozenset(layout.blades)) for layout in layouts if is_plain(layout)}
+    found = []
+    for layout in layouts:
+        blades = (*layout.blades, *(blade for blade, _ in layout.fixed))
+        if not is_plain(layout) and (_algebra(layout), frozenset(blades)) not in plain:
+            plain.add((_algebra(layout), frozenset(blades)))
+            found.append(LayoutText(f"{layout.name}_SUM", blades))
+    return found
+
+
+def is_plain(layout: LayoutText) -> bool:
+    """Whether any coefficients are an element: a sum of elements is one too."""
+    return not layout.has_meaning and not layout.fixed
+
+
+def combined_types(types: Mapping[str, tuple[str, LayoutText]]) -> list[str]:
+    """The types that sums and multiples may have, those with fewer coefficients first."""
+    plain = [(name, layout) for name, layout in types.values() if is_plain(layout)]
+    return [name for name, layout in sorted(plain, key=lambda each: len(each[1].blades))]
+
+
+def _algebra(layout: LayoutText) -> str:
+    return layout.name.rpartition(".")[0]
 
 
 def _type_name(name: str) -> str:
@@ -102,4 +129,4 @@ def _that_are(layout: LayoutText, types: Mapping[str, tuple[str, LayoutText]]) -
 
 
 def _same(a: LayoutText, b: LayoutText) -> bool:
-    return a.name.rpartition(".")[0] == b.name.rpartition(".")[0] and (a.blades, a.fixed) == (b.blades, b.fixed)
+    return _algebra(a) == _algebra(b) and (a.blades, a.fixed) == (b.blades, b.fixed)

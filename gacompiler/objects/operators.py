@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from ..algebra.layout import SCALARS, Layout
+from ..algebra.layout import SCALAR, SCALARS, Layout
 from ..backends.c_functions import is_transcendental
 from ..backends.numba import function_text
 from ..errors import KernelError, SpecError
@@ -314,6 +314,8 @@ def chosen_layout(layout: Layout, unit: bool) -> Layout:
 
 @cache
 def _layout_of(algebra: Any, blades: frozenset[int]) -> Layout:
+    if blades == {0}:
+        return SCALAR
     for each in (*algebra.layouts.values(), algebra.even, algebra.full):
         if {s.blade for s in each.stored} == blades and not (each.fixed or each.implied or each.has_relations):
             return each  # type: ignore[no-any-return]

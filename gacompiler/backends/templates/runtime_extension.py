@@ -56,7 +56,6 @@ class _Signature:
         import inspect
 
         kinds = inspect.Parameter
-        names = [name if name not in ("out", "num_threads") else f"{name}_" for name, _ in kernel._inputs]
-        parameters = [kinds(name, kinds.POSITIONAL_ONLY) for name in names]
+        parameters = [kinds(name, kinds.POSITIONAL_OR_KEYWORD) for name in kernel._names]
         named = [kinds(name, kinds.KEYWORD_ONLY, default=None) for name in ("out", "num_threads")]
         return inspect.Signature([*parameters, *named])

@@ -59,6 +59,7 @@ _N_PLANS = 256
 class Kernel(_Call):  # type: ignore[misc]
     """A generated function: call it on arrays. Leading axes broadcast; the last axes are those of `signature`.
 
+    Arguments are given in order or by name, ``kernel(m=motors, p=points)``; in order is quicker for one element.
     ``kernel(..., out=array)`` writes to an array, ``kernel(..., num_threads=2)`` shares the elements of a large batch
     among threads; where a call does not say, the module's `num_threads` holds.
 
@@ -101,6 +102,7 @@ class Kernel(_Call):  # type: ignore[misc]
             ",".join(f"({','.join(map(str, shape))})" for _, shape in parts) for parts in (inputs, outputs)
         )
         self._inputs, self._outputs = inputs, outputs
+        self._names = [name if name not in ("out", "num_threads") else f"{name}_" for name, _ in inputs]
         self._shapes = [shape for _, shape in inputs]
         self._out_shapes = [shape for _, shape in outputs]
         self.output_sizes = {str(size): size for shape in self._out_shapes for size in shape}
@@ -154,8 +156,11 @@ class Kernel(_Call):  # type: ignore[misc]
         """What runs it."""
         return backend if self._user is None else "numba"
 
-    def _in_python(self, *arrays: Any, out: Any = None, num_threads: int | None = None) -> Any:
+    def _in_python(self, *arrays: Any, out: Any = None, num_threads: int | None = None, **named: Any) -> Any:
         """A call that the extension does not do, or any where it is not there."""
+        if named:
+            threads = {} if num_threads is None else {"num_threads": num_threads}
+            return self(*self._in_order(arrays, named), out=out, **threads)
         element = self._element
         if element is None or num_threads is not None or len(arrays) != self._n_inputs:
             known = self._loops and self._backend == "numba" and len(arrays) == self._n_inputs
@@ -203,6 +208,19 @@ class Kernel(_Call):  # type: ignore[misc]
 
     if _extension is None:
         __call__ = _in_python
+
+    def _in_order(self, arrays: tuple[Any, ...], named: dict[str, Any]) -> list[Any]:
+        """The arguments of a call of which some are given by name."""
+        expected = ", ".join(self._names)
+        for name in named:
+            if name not in self._names:
+                raise TypeError(f"{self.name}: an unknown argument {name}; expected {expected}, and out or num_threads")
+            if name in self._names[: len(arrays)]:
+                raise TypeError(f"{self.name}: argument {name} is given in order and by name; expected it once")
+        missing = [name for name in self._names[len(arrays) :] if name not in named]
+        if missing:
+            raise TypeError(f"{self.name}: no argument {' and '.join(missing)}; expected {expected}")
+        return [*arrays, *(named[name] for name in self._names[len(arrays) :])]
 
     def _takes(self, out: Any) -> bool:
         """Whether one element can be written to `out` as it is."""

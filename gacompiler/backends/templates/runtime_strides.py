@@ -31,7 +31,7 @@ def _converted(values: tuple[Any, ...]) -> list[Any] | None:
                 array = np.array(value)
             except ValueError:
                 return None
-            if array.dtype.kind in "iu":
+            if array.dtype.kind in "biu":
                 array = array.astype(_FLOAT64)
         else:
             array = value
@@ -45,14 +45,17 @@ def _converted(values: tuple[Any, ...]) -> list[Any] | None:
 
 
 def _as_array(kernel: Any, name: str, value: Any) -> np.ndarray[Any, Any]:
-    """An argument of a kernel as an array of numbers that it takes."""
+    """An argument of a kernel as an array of numbers that it takes.
+
+    Integers and truth values are cast as numpy's functions cast them: to the smallest type that holds them all.
+    """
     given = isinstance(value, (np.ndarray, np.generic))
     try:
         array = np.asarray(value)
     except ValueError as error:
         raise ValueError(f"{kernel.name}: argument {name} is not an array of numbers ({error})") from None
-    if not given and array.dtype.kind in "iu":
-        array = array.astype(_FLOAT64)
+    if array.dtype.kind in "biu":
+        array = array.astype(np.result_type(array.dtype, _FLOAT32) if given else _FLOAT64)
     if array.dtype.kind not in "fc" or array.dtype.itemsize not in ((4, 8) if array.dtype.kind == "f" else (8, 16)):
         raise TypeError(
             f"{kernel.name}: argument {name} has dtype {array.dtype}; expected float32, float64"

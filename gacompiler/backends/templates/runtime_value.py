@@ -6,6 +6,7 @@ Copied into every generated module as it is, with the other ``runtime_`` files.
 from __future__ import annotations
 
 import itertools
+import math
 import operator
 from collections.abc import Callable
 from typing import Any, NoReturn
@@ -19,8 +20,12 @@ from .runtime_libraries import _c_address
 from .runtime_strides import _FLOAT64
 
 _next_index = itertools.count().__next__
+_NUMBERS = (int, float, np.integer, np.floating)
+"""What values are multiplied by."""
 _OPERATORS: dict[tuple[str, tuple[type, ...]], tuple[Kernel, Any, bool]] = {}
 """Symbol and types of the operands -> kernel, type of the result, and whether it takes them the other way round."""
+_COMBINED: list[Any] = []
+"""The types of sums and multiples, of which any coefficients are elements; those with fewer coefficients first."""
 
 
 def _two(symbol: str) -> tuple[Callable[[Any, Any], Any], Callable[[Any, Any], Any]]:
@@ -82,6 +87,7 @@ class _PythonValue:
     __and__, __rand__ = _two("&")
     __add__, __radd__ = _two("+")
     __sub__, __rsub__ = _two("-")
+    __truediv__, __rtruediv__ = _two("/")
 
     def __invert__(self) -> Any:
         return _operate("~", self)
@@ -94,8 +100,9 @@ _Value: Any = _PythonValue if _extension is None else _extension.Value
 
 
 class Value(_Value):  # type: ignore[misc]
-    """One element of a layout, with the operators that the module's kernels define.
+    """One element of a layout, with the operators that the module's kernels define, and sums and multiples.
 
+    A sum has a type of which any coefficients are elements: that of two motors is even, and no motor.
     It is made of an array or of its coefficients, ``Point(1, 2, 3)``, cannot be changed, and is an array to numpy
     without being copied. Coefficients are attributes by the names of their blades, and `scalar`.
     """
@@ -161,6 +168,9 @@ def _operate(symbol: str, *operands: Any) -> Any:
     types = tuple(map(type, operands))
     found = _OPERATORS.get((symbol, types))
     if found is None:
+        combined = None if symbol == "()" else _combined(symbol, *operands)
+        if combined is not None:
+            return combined
         if all(isinstance(x, (Value, int, float, complex, np.ndarray, np.generic, list, tuple)) for x in operands):
             raise _unknown(symbol, types)
         if symbol == "()":
@@ -173,6 +183,52 @@ def _operate(symbol: str, *operands: Any) -> Any:
         address = _c_address(f"{kernel.name}_f64")
         _extension.bind_operator(symbol, types, None if result is float else result, address, swapped)
     return result(value)
+
+
+def _combined(symbol: str, a: Any, b: Any = None) -> Any:
+    """A sum, a difference, a multiple or a negative, which need no kernel; None for all else."""
+    if symbol == "*" and isinstance(a, _NUMBERS):
+        a, b = b, a
+    if symbol == "-" and b is None:
+        if a.layout.unit and not a.layout.fixed:
+            return type(a)(*(-x for x in a))  # a unit element too
+        total = {blade: -x for blade, x in _terms(a).items()}
+    elif symbol in "*/" and isinstance(a, Value) and isinstance(b, _NUMBERS):
+        scale = operator.mul if symbol == "*" else operator.truediv
+        total = {blade: scale(x, float(b)) for blade, x in _terms(a).items()}
+    elif symbol in "+-" and all(isinstance(x, (Value, *_NUMBERS)) for x in (a, b)):
+        join = operator.add if symbol == "+" else operator.sub
+        own, other = _terms(a), _terms(b)
+        total = {blade: join(own.get(blade, 0.0), other.get(blade, 0.0)) for blade in {**own, **other}}
+    else:
+        return None
+    values = [x for x in (a, b) if isinstance(x, Value)]
+    stored = {blade for value in values for blade in value.layout.blades}
+    # Weights that are the same cancel, those of two points for one: then the result is a direction.
+    total = {blade: x for blade, x in total.items() if x or blade in stored}
+    algebras = {value.layout.name.rpartition(".")[0] for value in values}
+    for result in (*(type(x) for x in values if type(x) in _COMBINED), *_COMBINED):
+        blades = result.layout.blades
+        if total.keys() <= set(blades) and algebras == {result.layout.name.rpartition(".")[0]}:
+            return result(*(total.get(blade, 0.0) for blade in blades))
+    return None
+
+
+def _terms(x: Any) -> dict[str, float]:
+    """The coefficients by blade, of a value or a number; those that are not stored too."""
+    if not isinstance(x, Value):
+        return {"1": float(x)}
+    terms = dict(zip(x.layout.blades, x, strict=True))
+    for blade, text in x.layout.fixed:
+        if text != "implied":
+            terms[blade] = getattr(x, _field(blade))
+    for blade, text in x.layout.implied:
+        terms[blade] = 0.0
+        for product in text.split(" + "):
+            factor, *names = product.split("*")
+            top, _, bottom = factor.partition("/")
+            terms[blade] += math.prod((terms[name] for name in names), start=int(top) / int(bottom or 1))
+    return terms
 
 
 def _unknown(symbol: str, types: tuple[type, ...]) -> TypeError:
@@ -197,3 +253,8 @@ def _let_operate(rows: tuple[tuple[Any, ...], ...]) -> None:
     """Take the module's operators: symbol, types of the operands, result, kernel, and the order it takes them in."""
     for symbol, types, result, kernel, swapped in rows:
         _OPERATORS[symbol, types] = kernel, result, swapped
+
+
+def _let_combine(types: tuple[Any, ...]) -> None:
+    """Take the types that sums and multiples may have, those with fewer coefficients first."""
+    _COMBINED.extend(types)
