@@ -42,31 +42,47 @@ def _vector(algebra: Algebra) -> Layout:
     return _layout(algebra, "VECTOR", 1)
 
 
+def _product(a: Any, b: Any) -> Any:
+    return a * b
+
+
+def _moved(r: Any, v: Any) -> Any:
+    return sandwich(r, v)
+
+
+def _turning(b: Any, v: Any) -> Any:
+    return commutator(b, v)
+
+
+def _volume(a: Any, b: Any, c: Any) -> Any:
+    return a ^ b ^ c
+
+
 def _full_product(algebra: Algebra) -> Kernel:
-    return kernel(a=algebra.full, b=algebra.full)(lambda a, b: a * b)
+    return kernel(a=algebra.full, b=algebra.full)(_product)
 
 
 def _even_product(algebra: Algebra) -> Kernel:
-    return kernel(a=algebra.even, b=algebra.even)(lambda a, b: a * b)
+    return kernel(a=algebra.even, b=algebra.even)(_product)
 
 
 def _rotor_on_vector(algebra: Algebra) -> Kernel:
     """With ``x ~x = 1``, 1 and bivectors make a rotation in one plane."""
     rotor = _layout(algebra, "ROTOR", 0, 2, unit=True)
-    return kernel(r=rotor, v=_vector(algebra))(lambda r, v: sandwich(r, v))
+    return kernel(r=rotor, v=_vector(algebra))(_moved)
 
 
 def _vector_product(algebra: Algebra) -> Kernel:
-    return kernel(a=_vector(algebra), b=_vector(algebra))(lambda a, b: a * b)
+    return kernel(a=_vector(algebra), b=_vector(algebra))(_product)
 
 
 def _bivector_on_vector(algebra: Algebra) -> Kernel:
-    return kernel(b=_layout(algebra, "BIVECTOR", 2), v=_vector(algebra))(lambda b, v: commutator(b, v))
+    return kernel(b=_layout(algebra, "BIVECTOR", 2), v=_vector(algebra))(_turning)
 
 
 def _three_vectors(algebra: Algebra) -> Kernel:
     vector = _vector(algebra)
-    return kernel(a=vector, b=vector, c=vector)(lambda a, b, c: a ^ b ^ c)
+    return kernel(a=vector, b=vector, c=vector)(_volume)
 
 
 EXPRESSIONS: dict[str, tuple[Callable[[Algebra], Kernel], int]] = {

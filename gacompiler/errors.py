@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Self
+
 
 class GacError(Exception):
     """An error a person can act on.
@@ -26,6 +28,12 @@ class GacError(Exception):
         if remedy:
             message += f"; {remedy}"
         super().__init__(message)
+
+    def at(self, place: str) -> Self:
+        """This error, after the place where it was raised: a file, a line and a kernel."""
+        self.where = f"{place}: {self.where}"
+        self.args = (f"{place}: {self}",)
+        return self
 
     def __reduce__(self) -> tuple[type[GacError], tuple[str, str, str, str]]:
         return type(self), (self.where, self.found, self.expected, self.remedy)

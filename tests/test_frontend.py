@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from conftest import named
 
 import gacompiler
 from gacompiler import (
@@ -81,7 +82,7 @@ def test_declaring_does_no_work() -> None:
 
 def test_shapes_and_components() -> None:
     definition = kernel(s=SCALAR, m=array(SCALAR, 2, 2), p=array(PGA3.POINT, 2), t=(VGA3.VECTOR, VGA3.VECTOR))(
-        lambda s, m, p, t: s
+        named(lambda s, m, p, t: s)
     )
     assert [parameter.shape for parameter in definition.parameters] == [(), (2, 2), (2, 3), (2, 3)]
     assert definition.parameters[0].components == ("s",)
@@ -122,7 +123,7 @@ def test_the_expression_is_what_was_written() -> None:
     expression = only(move_point)
     assert expression.operation == "sandwich" and str(expression) == "sandwich(m, p)"
     assert [argument.operation for argument in expression.arguments] == [INPUT, INPUT]
-    written = kernel(m=PGA3.MOTOR, p=PGA3.POINT)(lambda m, p: (m * p * ~m).grade(3) + 2 * dual(p))
+    written = kernel(m=PGA3.MOTOR, p=PGA3.POINT)(named(lambda m, p: (m * p * ~m).grade(3) + 2 * dual(p)))
     text = str(only(written))
     assert text == "(((m * p) * ~m).grade(3) + (2 * dual(p)))"
 
@@ -152,7 +153,7 @@ def test_every_operation_has_a_function_of_its_name(name: str) -> None:
 
 
 def test_blades_are_inferred_by_form() -> None:
-    a, b = kernel(a=VGA3.VECTOR, b=VGA3.VECTOR)(lambda a, b: a).parameters
+    a, b = kernel(a=VGA3.VECTOR, b=VGA3.VECTOR)(named(lambda a, b: a)).parameters
     x, y = a.symbols(), b.symbols()
     assert (x * y).blades == {0, 3, 5, 6} and (x ^ y).blades == {3, 5, 6}
     assert (x ^ y ^ x).blades == {7} and dual(x).blades == {3, 5, 6}
@@ -164,7 +165,7 @@ def test_blades_are_inferred_by_form() -> None:
 
 @pytest.mark.parametrize("layout", [VGA3.full, PGA3.EVEN, CGA3.POINT, STA.BIVECTOR, VGA3.VECTOR], ids=str)
 def test_inferred_blades_hold_every_value(layout: Any) -> None:
-    symbol = kernel(a=layout)(lambda a: a).parameters[0].symbols()
+    symbol = kernel(a=layout)(named(lambda a: a)).parameters[0].symbols()
     values = [Fraction(k + 2, 3) for k in range(layout.size)]
     inputs = dict(zip(symbol.data.components, values, strict=True))
     for build in (
@@ -207,7 +208,7 @@ def test_the_same_function_computes_on_multivectors() -> None:
 
 
 def test_kernels_call_kernels() -> None:
-    twice = kernel(m=PGA3.MOTOR, p=PGA3.POINT)(lambda m, p: move_point(m, move_point(m, p)))
+    twice = kernel(m=PGA3.MOTOR, p=PGA3.POINT)(named(lambda m, p: move_point(m, move_point(m, p))))
     assert str(only(twice)) == "sandwich(m, sandwich(m, p))"
 
 
@@ -218,7 +219,7 @@ def test_constants_come_from_either_side() -> None:
         lambda a: e1 ^ a, lambda a: a ^ e1, lambda a: e1 & a, lambda a: a & e1, lambda a: 2 * a, lambda a: a / 2,
         lambda a: 1 - a, lambda a: Fraction(1, 2) + a, lambda a: 2 ^ a, lambda a: 2.0 * a, lambda a: e1 / a["e1"],
     ):  # fmt: skip
-        expression = only(kernel(a=VGA3.VECTOR)(build))
+        expression = only(kernel(a=VGA3.VECTOR)(named(build)))
         assert isinstance(expression, Expression)
         assert CONSTANT in {argument.operation for argument in topological([expression])}
         values = {"a_e1": Fraction(2), "a_e2": Fraction(3), "a_e3": Fraction(5)}
@@ -227,24 +228,26 @@ def test_constants_come_from_either_side() -> None:
 
 
 def test_tuples_and_arrays_of_results() -> None:
-    pair = trace(kernel(a=VGA3.VECTOR, b=VGA3.VECTOR)(lambda a, b: (a * b, norm(a))))
+    pair = trace(kernel(a=VGA3.VECTOR, b=VGA3.VECTOR)(named(lambda a, b: (a * b, norm(a)))))
     assert [(output.name, output.outer_shape) for output in pair.outputs] == [("out_0", ()), ("out_1", ())]
-    several = trace(kernel(returns=array(VGA3.VECTOR, 2), a=VGA3.VECTOR)(lambda a: [a, -a]))
+    several = trace(kernel(returns=array(VGA3.VECTOR, 2), a=VGA3.VECTOR)(named(lambda a: [a, -a])))
     assert several.outputs[0].outer_shape == (2,) and len(several.expressions) == 2
-    matrix = trace(kernel(returns=array(SCALAR, 2, 2), a=VGA3.VECTOR)(lambda a: ((a["e1"], a["e2"]), (0, 1))))
+    matrix = trace(kernel(returns=array(SCALAR, 2, 2), a=VGA3.VECTOR)(named(lambda a: ((a["e1"], a["e2"]), (0, 1)))))
     assert matrix.outputs[0].outer_shape == (2, 2) and len(matrix.expressions) == 4
-    pinned = trace(kernel(returns=(VGA3.EVEN, SCALAR), a=VGA3.VECTOR)(lambda a: (a * a, norm(a))))
+    pinned = trace(kernel(returns=(VGA3.EVEN, SCALAR), a=VGA3.VECTOR)(named(lambda a: (a * a, norm(a)))))
     assert [output.layout for output in pinned.outputs] == [VGA3.EVEN, SCALAR]
-    mixed = trace(kernel(returns=(array(SCALAR, 2), VGA3.VECTOR), a=VGA3.VECTOR)(lambda a: ((a["e1"], a["e2"]), a)))
+    mixed = trace(
+        kernel(returns=(array(SCALAR, 2), VGA3.VECTOR), a=VGA3.VECTOR)(named(lambda a: ((a["e1"], a["e2"]), a)))
+    )
     assert [output.outer_shape for output in mixed.outputs] == [(2,), ()]
 
 
 def test_programs_of_arrays() -> None:
-    record = compile_kernel(kernel(p=array(PGA3.POINT, 2))(lambda p: p[0] & p[1]))
+    record = compile_kernel(kernel(p=array(PGA3.POINT, 2))(named(lambda p: p[0] & p[1])))
     assert record.program.signature == "(2,3)->(6)"
     record = compile_kernel(
         kernel(returns=array(SCALAR, 2, 2), r=gacompiler.algebra.catalog.VGA2.ROTOR)(
-            lambda r: ((r["1"], -r["e12"]), (r["e12"], r["1"]))
+            named(lambda r: ((r["1"], -r["e12"]), (r["e12"], r["1"])))
         )
     )
     assert record.program.signature == "(2)->(2,2)"
@@ -255,7 +258,7 @@ def test_programs_of_arrays() -> None:
 
 
 def other_input() -> Any:
-    return kernel(z=VGA3.VECTOR)(lambda z: z).parameters[0].symbols()
+    return kernel(z=VGA3.VECTOR)(named(lambda z: z)).parameters[0].symbols()
 
 
 STRANGER = other_input()
@@ -280,7 +283,7 @@ STRANGER = other_input()
         ({"a": VGA3.VECTOR}, lambda a: select(a, 1, 2), None, "expected a scalar"),
         ({"a": VGA3.VECTOR}, lambda a: a["e4"], None, "not a blade of VGA3"),
         ({"a": VGA3.VECTOR}, lambda a: a**-1, None, "exponent -1; expected a natural number; use inverse()"),
-        ({"a": VGA3.VECTOR}, lambda a: a * 0.1, None, "expected an exact number"),
+        ({"a": VGA3.VECTOR}, lambda a: a * float("nan"), None, "nan; expected a finite number"),
         ({"a": VGA3.VECTOR}, lambda a: a * "e1", None, "expected an exact number"),
         ({"a": VGA3.VECTOR}, lambda a: None, None, "the function returns nothing; expected an expression"),
         ({"a": VGA3.VECTOR}, lambda a: (), None, "the function returns an empty tuple; expected at least one result"),
@@ -334,7 +337,7 @@ def test_an_identically_zero_divisor_is_named(parameters: dict[str, Any], functi
 def test_comparing_expressions_with_equality_signs_is_not_a_condition() -> None:
     """``==`` compares expressions, not values; what it gives must not pass for a condition."""
     with pytest.raises(KernelError, match="equal"):
-        compile_kernel(kernel(a=SCALAR, b=SCALAR)(lambda a, b: select(a == b, 1, a)))
+        compile_kernel(kernel(a=SCALAR, b=SCALAR)(named(lambda a, b: select(a == b, 1, a))))
 
 
 def test_coefficients_are_asked_for_by_bitmap_too() -> None:
@@ -366,7 +369,7 @@ def test_nodes_come_after_their_arguments_once() -> None:
 
 
 def test_deep_expressions_do_not_recurse() -> None:
-    x = kernel(x=SCALAR)(lambda x: x).parameters[0].symbols()
+    x = kernel(x=SCALAR)(named(lambda x: x)).parameters[0].symbols()
     total = x
     for _ in range(3000):
         total = total + x
@@ -377,4 +380,4 @@ def test_deep_expressions_do_not_recurse() -> None:
 def test_nodes_say_what_they_are() -> None:
     expression = node("outer_product", VGA3.basis()[0], 2)
     assert repr(expression) == "Expression((e1 ^ 2))"
-    assert str(only(kernel(a=VGA3.VECTOR)(lambda a: -a["e1"] / 2))) == "(-a[e1] / 2)"
+    assert str(only(kernel(a=VGA3.VECTOR)(named(lambda a: -a["e1"] / 2)))) == "(-a[e1] / 2)"

@@ -129,13 +129,24 @@ def test_division_by_zero_is_refused(divisor: Any) -> None:
         _ = Graph().variable("x") / divisor
 
 
-def test_inexact_constants_are_refused() -> None:
-    with pytest.raises(KernelError, match="expected an exact number"):
-        _ = Graph().variable("x") + 0.1
+def test_constants_that_are_no_numbers_are_refused() -> None:
+    for nothing in (float("nan"), float("inf"), -np.inf, np.float32("nan")):
+        with pytest.raises(InexactError, match="expected a finite number"):
+            _ = Graph().lift(nothing)
     for value in ("1", None, 1j):
         with pytest.raises((KernelError, TypeError)):
             _ = Graph().variable("x") + value
     assert Graph().lift(2.0).value == 2
+
+
+def test_floats_are_their_shortest_decimals() -> None:
+    for value, exact in (
+        (0.1, Fraction(1, 10)), (-2.5e-3, Fraction(-1, 400)), (1e22, 10**22), (np.float64(0.3), Fraction(3, 10)),
+        (np.float32(0.1), Fraction(1, 10)), (np.int32(7), 7), (1 / 3, Fraction(repr(1 / 3))),
+        (5e-324, Fraction(5, 10**324)),
+    ):  # fmt: skip
+        assert Graph().lift(value).value == exact
+        assert float(Graph().lift(float(value)).value) == float(value), "and rounds back to itself"
 
 
 def test_nodes_of_two_graphs_do_not_mix() -> None:

@@ -607,12 +607,12 @@ from gacompiler import *
 from gacompiler.algebra.catalog import *
 from gacompiler.passes.pipeline import compile_kernel
 definitions = [
-    kernel(m=PGA3.MOTOR, p=PGA3.POINT)(lambda m, p: sandwich(m, p)),
-    kernel(m=PGA3.MOTOR, a=PGA3.POINT, b=PGA3.POINT)(lambda m, a, b: sandwich(m, a) & sandwich(m, b)),
-    kernel(a=CGA2.POINT, b=CGA2.POINT, c=CGA2.POINT)(lambda a, b, c: a ^ b ^ c),
-    kernel(a=VGA3.VECTOR, t=SCALAR)(lambda a, t: (normalize(a) * sin(t), norm(a), cos(t) / norm_squared(a))),
-    kernel(a=PGA3.EVEN)(lambda a: inverse(a)),
-    kernel(r=STA.ROTOR, f=STA.VECTOR)(lambda r, f: sandwich(r, f)),
+    kernel(m=PGA3.MOTOR, p=PGA3.POINT)(named(lambda m, p: sandwich(m, p))),
+    kernel(m=PGA3.MOTOR, a=PGA3.POINT, b=PGA3.POINT)(named(lambda m, a, b: sandwich(m, a) & sandwich(m, b))),
+    kernel(a=CGA2.POINT, b=CGA2.POINT, c=CGA2.POINT)(named(lambda a, b, c: a ^ b ^ c)),
+    kernel(a=VGA3.VECTOR, t=SCALAR)(named(lambda a, t: (normalize(a) * sin(t), norm(a), cos(t) / norm_squared(a)))),
+    kernel(a=PGA3.EVEN)(named(lambda a: inverse(a))),
+    kernel(r=STA.ROTOR, f=STA.VECTOR)(named(lambda r, f: sandwich(r, f))),
 ]
 for definition in definitions:
     record = compile_kernel(definition)

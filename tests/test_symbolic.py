@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 import sympy
+from conftest import named
 
 import gacompiler
 from gacompiler import SCALAR, kernel, robots
@@ -562,7 +563,7 @@ def test_kernels_refuse_formulas_that_they_cannot_hold() -> None:
     with pytest.raises(KernelError, match="Rational"):
         program_of(to_kernel((sympy.Float(0.3) * a).simplify(), a))
     with pytest.raises(AlgebraError, match="to_kernel"):
-        kernel(v=VGA3.VECTOR)(lambda v: a * v).function(
+        kernel(v=VGA3.VECTOR)(named(lambda v: a * v)).function(
             gacompiler.frontend.kernel.Parameter("v", VGA3.VECTOR).symbols()
         )
 

@@ -25,6 +25,27 @@ def is_exact(value: Coefficient) -> bool:
     return isinstance(value, (int, Fraction)) and not isinstance(value, bool)
 
 
+def as_exact(value: Coefficient) -> Coefficient:
+    """A number of Python or numpy as an exact one, a float as what its shortest decimal says: 0.1 as 1/10.
+
+    All else is returned unchanged.
+
+    Raises
+    ------
+    InexactError
+        When it is infinite or not a number.
+    """
+    if isinstance(value, np.integer):
+        return int(value)
+    if not isinstance(value, (float, np.floating)):
+        return value
+    text = float.__repr__(value) if isinstance(value, float) else str(value)
+    if not np.isfinite(value):
+        raise InexactError("constant in a kernel", text, "a finite number")
+    found = Fraction(text)
+    return found.numerator if found.denominator == 1 else found
+
+
 def is_zero(value: Coefficient) -> bool:
     """Whether `value` is exactly zero *by its form*: a numeric array never is, so sparsity never depends on data."""
     own = getattr(value, "is_zero", None)

@@ -11,6 +11,7 @@ from typing import Any
 from weakref import WeakValueDictionary
 
 from ..algebra.algebra import Algebra
+from ..algebra.coefficients import as_exact
 from ..algebra.layout import SCALARS, Layout
 from ..algebra.multivector import Multivector
 from ..algebra.operations import OPERATIONS, SCALAR_FUNCTIONS
@@ -36,6 +37,7 @@ class Expression:
     __slots__ = ("__weakref__", "_blades", "algebra", "arguments", "data", "operation")
 
     takes_over_multivector = True
+    __array_ufunc__ = None  # so that a number of numpy on the left leaves the operation to the expression
     operation: str
     arguments: tuple[Expression, ...]
     data: Any
@@ -186,7 +188,7 @@ def lift(value: Any) -> Expression:
     if isinstance(value, Expression):
         return value
     if isinstance(value, Multivector):
-        return Expression(CONSTANT, (), value, value.algebra)
+        return Expression(CONSTANT, (), value.map(as_exact), value.algebra)
     from ..ir.scalar import Graph
 
     number = Graph().lift(value).value

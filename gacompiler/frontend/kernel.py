@@ -6,11 +6,12 @@ import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import product
+from keyword import iskeyword
 from math import prod
 from typing import Any
 
 from ..algebra.layout import Layout
-from ..errors import KernelError
+from ..errors import GacError, KernelError
 from .expression import INPUT, Expression, Input, lift
 
 
@@ -101,8 +102,7 @@ class Kernel:
     @property
     def where(self) -> str:
         """File and line of the definition, for messages."""
-        code = getattr(self.function, "__code__", None)
-        return f"{code.co_filename}:{code.co_firstlineno}: kernel {self.name}" if code else f"kernel {self.name}"
+        return _where(self.function, self.name)
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,8 +147,8 @@ def kernel(*, returns: Any = None, **parameters: Any) -> Callable[[Callable[...,
     """
 
     def declare(function: Callable[..., Any]) -> Kernel:
+        where = _where(function, getattr(function, "__name__", "kernel"))
         names = list(inspect.signature(function).parameters)
-        where = f"kernel {function.__name__}"
         if names != list(parameters):
             raise KernelError(
                 where,
@@ -171,9 +171,28 @@ def kernel(*, returns: Any = None, **parameters: Any) -> Callable[[Callable[...,
             pinned = tuple(_type(where, "returns", each) for each in returns)
         elif returns is not None:
             pinned = _type(where, "returns", returns)
-        return Kernel(function.__name__, function, declared, pinned, inspect.getdoc(function) or "")
+        return Kernel(_name_of(function), function, declared, pinned, inspect.getdoc(function) or "")
 
     return declare
+
+
+def _name_of(function: Callable[..., Any]) -> str:
+    """The name of a kernel's function, which functions in C and Python are to have."""
+    name = getattr(function, "__name__", None)
+    if not isinstance(name, str):
+        raise KernelError("kernel", f"an object of type {type(function).__name__}", "a function with a name")
+    if not name.isidentifier() or iskeyword(name):
+        raise KernelError(
+            _where(function, name), "no name for a function", "letters, digits and _, and no word of the language",
+            "define it with def, or set its __name__",
+        )  # fmt: skip
+    return name
+
+
+def _where(function: Callable[..., Any], name: str) -> str:
+    """File and line of a function, for messages."""
+    code = getattr(function, "__code__", None)
+    return f"{code.co_filename}:{code.co_firstlineno}: kernel {name}" if code else f"kernel {name}"
 
 
 def _type(where: str, name: str, given: Any) -> Type:
@@ -192,8 +211,7 @@ def _type(where: str, name: str, given: Any) -> Type:
 
 def trace(definition: Kernel) -> Trace:
     """Call the kernel's function on symbols."""
-    symbols = [parameter.symbols() for parameter in definition.parameters]
-    value = definition.function(*symbols)
+    value = _called(definition, [parameter.symbols() for parameter in definition.parameters])
     if value is None:
         raise KernelError(definition.where, "the function returns nothing", "an expression, or a tuple of them")
     pinned = definition.returns
@@ -211,6 +229,39 @@ def trace(definition: Kernel) -> Trace:
         outputs = (_output(definition, "out", value, pinned),)
     _check_inputs(definition, outputs)
     return Trace(definition, outputs)
+
+
+def _called(definition: Kernel, symbols: list[Any]) -> Any:
+    """What the author's function returns; its errors say where they were raised.
+
+    Raises
+    ------
+    GacError
+        As the function raises it, and a `KernelError` for every other error.
+    """
+    try:
+        return definition.function(*symbols)
+    except GacError as error:
+        place = _place(definition, error)
+        if not place or place in str(error):
+            raise
+        raise error.at(place)  # noqa: B904
+    except Exception as error:  # whatever the author's code may raise
+        found = f"{type(error).__name__}: {error}"
+        raise KernelError(_place(definition, error) or definition.where, found) from error
+
+
+def _place(definition: Kernel, error: BaseException) -> str:
+    """The last line of the author's file that led to an error, and the kernel; empty where there is no file."""
+    code = getattr(definition.function, "__code__", None)
+    if code is None or code.co_filename == "<string>":
+        return ""
+    line, trace = code.co_firstlineno, error.__traceback__
+    while trace is not None:
+        if trace.tb_frame.f_code.co_filename == code.co_filename:
+            line = trace.tb_lineno
+        trace = trace.tb_next
+    return f"{code.co_filename}:{line}: kernel {definition.name}"
 
 
 def _result_names(definition: Kernel, n: int) -> list[str]:

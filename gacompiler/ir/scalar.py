@@ -11,6 +11,7 @@ from enum import Enum
 from fractions import Fraction
 from typing import Any
 
+from ..algebra.coefficients import as_exact
 from ..errors import KernelError, ZeroDivisorError
 
 Rational = int | Fraction
@@ -141,20 +142,19 @@ class Graph:
         return self._node(Op.VARIABLE, (), name)
 
     def lift(self, value: Any) -> Scalar:
-        """`value` as a node of this graph."""
+        """`value` as a node of this graph; a float is the fraction that its shortest decimal is."""
         if isinstance(value, Scalar):
             if value.graph is not self:
                 raise KernelError("scalar expression", "nodes of two graphs meet", "nodes of one graph")
             return value
+        value = as_exact(value)
         if isinstance(value, (int, Fraction)) and not isinstance(value, bool):
             return self.constant(value)
-        if isinstance(value, float) and value.is_integer():
-            return self.constant(int(value))
         raise KernelError(
             "constant in a kernel",
             f"{value!r} of type {type(value).__name__}",
-            "an exact number (int or Fraction)",
-            "write a float as the Fraction that you mean, a comparison as equal(a, b) or a < b",
+            "an exact number: int, Fraction, or a float as the decimal that it is written as",
+            "write a comparison as equal(a, b) or a < b",
         )
 
     def binary(self, op: Op, a: Any, b: Any) -> Scalar:
