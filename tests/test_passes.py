@@ -606,6 +606,9 @@ DETERMINISM = """
 from gacompiler import *
 from gacompiler.algebra.catalog import *
 from gacompiler.passes.pipeline import compile_kernel
+def named(function):
+    function.__name__ = "example"
+    return function
 definitions = [
     kernel(m=PGA3.MOTOR, p=PGA3.POINT)(named(lambda m, p: sandwich(m, p))),
     kernel(m=PGA3.MOTOR, a=PGA3.POINT, b=PGA3.POINT)(named(lambda m, a, b: sandwich(m, a) & sandwich(m, b))),

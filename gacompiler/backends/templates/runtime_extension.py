@@ -54,8 +54,11 @@ class _Signature:
         if kernel is None:
             raise AttributeError("a class has none")
         import inspect
+        import keyword
 
         kinds = inspect.Parameter
-        parameters = [kinds(name, kinds.POSITIONAL_OR_KEYWORD) for name in kernel._names]
+        named = not any(map(keyword.iskeyword, kernel._names))
+        kind = kinds.POSITIONAL_OR_KEYWORD if named else kinds.POSITIONAL_ONLY
+        parameters = [kinds(name, kind) for name in kernel._names]
         named = [kinds(name, kinds.KEYWORD_ONLY, default=None) for name in ("out", "num_threads")]
         return inspect.Signature([*parameters, *named])
