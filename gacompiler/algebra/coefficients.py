@@ -46,6 +46,16 @@ def as_exact(value: Coefficient) -> Coefficient:
     return found.numerator if found.denominator == 1 else found
 
 
+def is_representable(value: int | Fraction) -> bool:
+    """Whether an exact number is no larger than doubles can be, and not of thousands of digits."""
+    top, bottom = abs(value.numerator).bit_length(), value.denominator.bit_length()
+    return max(top, bottom) <= _LONGEST and (top - bottom < _LARGEST or abs(value) < 1 << _LARGEST)
+
+
+_LONGEST, _LARGEST = 8192, 1024
+"""In bits: an exact number, and the part of doubles before the point."""
+
+
 def is_zero(value: Coefficient) -> bool:
     """Whether `value` is exactly zero *by its form*: a numeric array never is, so sparsity never depends on data."""
     own = getattr(value, "is_zero", None)

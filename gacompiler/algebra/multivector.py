@@ -154,6 +154,9 @@ class Multivector:
             )
         return self.map(lambda value: divide(value, divisor.scalar))
 
+    def __rtruediv__(self, other: Any) -> Multivector:
+        return NotImplemented if _defers(other) else self.lift(other) / self
+
     def __pow__(self, exponent: int) -> Multivector:
         if not isinstance(exponent, int) or exponent < 0:
             raise AlgebraError(

@@ -10,7 +10,7 @@ from typing import Any
 from ..algebra.multivector import Multivector
 from ..errors import KernelError
 from ..frontend import functions
-from .values import acos, atan2, cos, length, lifted, log, of_scalars, scalar_part, sin, sqrt
+from .values import acos, atan2, cos, length, lifted, log, of_scalars, scalar_part, sin, sqrt, within_domain
 
 
 def _exponential(value: Any) -> Any:
@@ -53,9 +53,13 @@ def _of_number(function: Callable[[Any], Any], name: str) -> Callable[[Any], Any
     return of_number
 
 
+LARGEST_FACTORIAL = 170
+"""The next one is larger than any double."""
+
+
 def _factorial(value: Any) -> Any:
-    if value != int(value) or value < 0:
-        raise KernelError("fact", f"fact({value})", "a natural number")
+    if value != int(value) or not 0 <= value <= LARGEST_FACTORIAL:
+        raise KernelError("fact", f"fact({value})", f"a natural number up to {LARGEST_FACTORIAL}")
     return math.factorial(int(value))
 
 
@@ -67,7 +71,7 @@ FUNCTIONS: dict[str, tuple[int, Callable[..., Any]]] = {
     "sin": (1, sin),
     "cos": (1, cos),
     "tan": (1, of_scalars(_tangent)),
-    "asin": (1, of_scalars(_arcsine)),
+    "asin": (1, within_domain("asin", _arcsine)),
     "acos": (1, acos),
     "atan": (1, lambda x: atan2(x, 1)),
     "atan2": (2, atan2),

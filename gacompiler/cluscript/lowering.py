@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any, NamedTuple
 
+from ..algebra.coefficients import is_representable
+from ..algebra.layout import SCALARS
 from ..algebra.multivector import Multivector
 from ..errors import AlgebraError, GacError
 from ..frontend.expression import Expression
@@ -202,13 +204,21 @@ class Lowering:
     def _guarded(self, place: Place, function: Callable[[], Any]) -> Any:
         """A value, with the place of the script in errors."""
         try:
-            return function()
+            value = function()
+            self._refuse_large(value, place)
+            return value
         except ScriptError:
             raise
         except GacError as error:
             raise self._fail(place, error.found, error.expected, error.remedy) from error
         except ZeroDivisionError as error:
             raise self._fail(place, "a division by zero", "a divisor other than zero") from error
+
+    def _refuse_large(self, value: Any, place: Place) -> None:
+        """Exact numbers grow with every product; beyond the doubles they would be of no use."""
+        numbers = value.terms.values() if isinstance(value, Multivector) else (value,)
+        if any(isinstance(each, (int, Fraction)) and not is_representable(each) for each in numbers):
+            raise self._fail(place, "a number that no double holds", "numbers up to 1.8e308")
 
     def _value(self, node: Node, frame: _Frame | None) -> Any:
         match node:
@@ -311,8 +321,10 @@ class Lowering:
         if len(terms) != 1 or next(iter(terms.values())) not in (1, -1):
             raise self._fail(node.place, "a coefficient of what is no basis blade", "coefficient(x, e1^e2)")
         ((bitmap, sign),) = terms.items()
-        if isinstance(value, (Expression, Multivector)):
+        if isinstance(value, (Expression, Multivector)) and (bitmap == 0 or value.algebra != SCALARS):
             found = self._guarded(node.place, lambda: value[bitmap])
+        elif isinstance(value, Expression):
+            found = Fraction(0)
         else:
             found = value if bitmap == 0 else Fraction(0)
         return found if sign == 1 else -found

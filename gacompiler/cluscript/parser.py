@@ -195,6 +195,10 @@ class _Reader:
             return False
         return not (self.token.kind == "name" and self._peek("="))
 
+    def _is_operand(self) -> bool:
+        """Whether the next token begins an expression and could not go on with one."""
+        return self.token.kind in ("name", "number")
+
     def _assignment(self) -> Assignment:
         start = self.token
         mark = _MARKS.get(start.text, Mark.NONE) if start.kind == "symbol" else Mark.NONE
@@ -213,7 +217,8 @@ class _Reader:
             raise self.fail(target.place, f"a call of {target.text} as a statement", "x = " + target.text + "(...);")
         self._take("=", f"after {target.text}")
         value = self._expression()
-        self._take(";", "after an expression")
+        if self._arguments is None or self._is(";") or not self._is_operand() or not self._begins_value():
+            self._take(";", "after an expression")  # which may be left out before the value of a macro
         return Assignment(name, value, mark, start.place)
 
     def _name_is_free(self, token: Token) -> None:
@@ -263,6 +268,8 @@ class _Reader:
     def _primary(self) -> Node:
         token = self._next()
         if token.kind == "number":
+            if token.value is None:
+                raise self.fail(token.place, f"{token.text[:20]}, which no double holds", "a number up to 1.8e308")
             return Number(token.value, token.place)
         if token.kind == "symbol" and token.text == "(":
             inner = self._expression()

@@ -14,7 +14,7 @@ from typing import Any
 from ..algebra.algebra import Algebra
 from ..algebra.layout import SCALAR, SCALARS, Layout
 from ..algebra.multivector import Multivector
-from ..errors import AlgebraError, InexactError, LayoutError, SpecError
+from ..errors import AlgebraError, InexactError, KernelError, LayoutError, SpecError
 from ..frontend.expression import Expression, evaluate, lift
 from ..frontend.kernel import Kernel, Parameter
 from ..frontend.operations import assemble
@@ -104,6 +104,10 @@ class Script(Kernel):
         """The script, for messages."""
         return f"{self.file}: script {self.name}"
 
+    def place_of(self, error: BaseException) -> str:
+        """Nothing: errors of scripts say themselves where they are."""
+        return ""
+
     def __call__(self, /, *arguments: Any, **named: Any) -> Any:
         if any(isinstance(argument, Expression) for argument in (*arguments, *named.values())):
             names = dict(zip(self.inputs, arguments, strict=False)) | named
@@ -146,9 +150,13 @@ class Script(Kernel):
         known = {name: 0 for parameter in self.parameters for name in parameter.components} | values
         exact = all(isinstance(value, (int, Fraction)) for value in values.values())
         try:
-            found = evaluate(expressions, known, lift=None if exact else _float)
-        except InexactError:
-            found = evaluate(expressions, {name: _float(value) for name, value in known.items()}, lift=_float)
+            try:
+                found = evaluate(expressions, known, lift=None if exact else _float)
+            except InexactError:
+                found = evaluate(expressions, {name: _float(value) for name, value in known.items()}, lift=_float)
+        except (ValueError, ArithmeticError) as error:
+            given = ", ".join(f"{name} = {value}" for name, value in values.items()) or "its numbers"
+            raise KernelError(self.where, f"no result for {given}: {error}", "values where it is defined") from error
         return [Multivector(self.algebra, value.terms) for value in found]
 
 
@@ -195,6 +203,16 @@ def read_cluscript(
     25.0
     """
     where = file or name
+    try:
+        return _read(text, algebra, name, where)
+    except RecursionError:
+        found = "brackets, signs or macros inside each other, too many of them"
+        raise ScriptError(
+            where, Place(1, 1), found, "some hundred at most", "give intermediate results names"
+        ) from None
+
+
+def _read(text: str, algebra: str | Path | Algebra | None, name: str, where: str) -> Script:
     tokens, directives = words(where, text)
     pragmas = read_pragmas(where, directives)
     statements = parse(where, tokens)
@@ -250,13 +268,14 @@ def _script(
         values.append(value)
         layouts.append(layout)
     parameters = tuple(symbols[each] for each in inputs) or (Parameter(NOTHING, SCALAR),)
+    only_drawn = " and ".join(each.name for each in meaning.drawings) if not outputs else ""
     fields: list[str] = []
     for each in outputs:
         fields.append(_legal(each.lstrip("_"), set(fields)))
     names = tuple(symbols[each].name for each in inputs)
     return Script(
         name,
-        _function(tuple(values), parameters),
+        _function(tuple(values), parameters, f"{where}: script {name}", only_drawn),
         parameters,
         tuple(layouts) if any(layouts) else None,
         f"The script `{name}` in {algebra.name}: {', '.join(fields)}.",
@@ -276,11 +295,14 @@ def _script(
     )
 
 
-def _function(values: tuple[Any, ...], parameters: tuple[Parameter, ...]) -> Any:
+def _function(values: tuple[Any, ...], parameters: tuple[Parameter, ...], where: str, only_drawn: str) -> Any:
     """The kernel's function: the traced expressions, with the arguments in place of the symbols."""
     symbols = [parameter.symbols() for parameter in parameters]
 
     def function(*arguments: Any) -> tuple[Any, ...]:
+        if only_drawn:
+            found = f"it draws {only_drawn} and has no results"
+            raise KernelError(where, found, "an output", "write ?x; or call draw() of the script")
         if all(a is b for a, b in zip(arguments, symbols, strict=True)):
             return tuple(map(lift, values))
         return tuple(
@@ -323,7 +345,7 @@ def _restricted(where: str, algebra: Algebra, value: Any, pragmas: Sequence[Outp
     value = lift(value)
     try:
         layout = algebra.layout(f"({' '.join(names)})", " ".join(names))
-        parts = {each: value[each] if value.algebra != SCALARS else value * (each == "1") for each in names}
+        parts = {each: value[each] if value.algebra != SCALARS else value * int(each == "1") for each in names}
     except (AlgebraError, LayoutError) as error:
         raise ScriptError(where, pragmas[0].place, error.found, error.expected) from error
     if names == ["1"]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import NamedTuple
 
+from ..algebra.coefficients import is_representable
 from ..errors import SpecError
 
 
@@ -40,9 +41,14 @@ class Token:
     place: Place
 
     @property
-    def value(self) -> Fraction:
-        """What a number says, exactly."""
-        return Fraction(self.text.rstrip("fdFD"))
+    def value(self) -> Fraction | None:
+        """What a number says, exactly; None where no double holds it."""
+        text = self.text.rstrip("fdFD")
+        _, _, exponent = text.lower().partition("e")
+        if len(text) > _LONGEST_NUMBER or abs(int(exponent or 0)) > _LONGEST_NUMBER:
+            return None
+        number = Fraction(text)
+        return number if is_representable(number) else None
 
     def __str__(self) -> str:
         return "the end of the script" if self.kind == "end" else repr(self.text)
@@ -57,6 +63,8 @@ class Directive:
     place: Place
 
 
+_LONGEST_NUMBER = 1000
+"""Digits of a number, and its largest exponent."""
 _EXPONENT = r"[eE][+-]?\d+"
 _WORD = re.compile(
     rf"(?P<number>(?:\d+\.\d*|\.\d+)(?:{_EXPONENT})?[fd]?|\d+{_EXPONENT}[fd]?|\d+[fd](?![\w$])|\d+)"

@@ -9,7 +9,7 @@ from typing import Any
 from ..algebra.multivector import Multivector
 from ..errors import KernelError
 from ..frontend import operations
-from ..frontend.expression import Expression, lift
+from ..frontend.expression import CONSTANT, Expression, lift
 
 
 def lifted(value: Any) -> Any:
@@ -37,11 +37,32 @@ def of_scalars(function: Callable[..., Any]) -> Callable[..., Any]:
     return lambda *values: function(*(lifted(scalar_part(value)) for value in values))
 
 
-sqrt = of_scalars(operations.sqrt)
+DOMAINS: dict[str, Callable[[Any], bool]] = {
+    "sqrt": lambda x: x >= 0,
+    "log": lambda x: x > 0,
+    "acos": lambda x: abs(x) <= 1,
+    "asin": lambda x: abs(x) <= 1,
+}
+"""Where functions are defined."""
+
+
+def within_domain(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
+    """A function of a number, which refuses exact numbers for which it has no real value."""
+
+    def checked(x: Any) -> Any:
+        number = x.data.scalar if isinstance(x, Expression) and x.operation == CONSTANT else x
+        if isinstance(number, (int, Fraction)) and not DOMAINS[name](number):
+            raise KernelError(name, f"{name}({number}), which is no real number", "a number where it is defined")
+        return function(x)
+
+    return of_scalars(checked)
+
+
+sqrt = within_domain("sqrt", operations.sqrt)
 sin = of_scalars(operations.sin)
 cos = of_scalars(operations.cos)
-acos = of_scalars(operations.acos)
-log = of_scalars(operations.log)
+acos = within_domain("acos", operations.acos)
+log = within_domain("log", operations.log)
 atan2 = of_scalars(operations.atan2)
 absolute = of_scalars(operations.absolute)
 

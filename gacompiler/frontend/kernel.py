@@ -104,6 +104,18 @@ class Kernel:
         """File and line of the definition, for messages."""
         return _where(self.function, self.name)
 
+    def place_of(self, error: BaseException) -> str:
+        """The last line of the author's file that led to an error, and the kernel; empty where there is no file."""
+        code = getattr(self.function, "__code__", None)
+        if code is None or code.co_filename == "<string>":
+            return ""
+        line, trace = code.co_firstlineno, error.__traceback__
+        while trace is not None:
+            if trace.tb_frame.f_code.co_filename == code.co_filename:
+                line = trace.tb_lineno
+            trace = trace.tb_next
+        return f"{code.co_filename}:{line}: kernel {self.name}"
+
 
 @dataclass(frozen=True, slots=True)
 class Output:
@@ -242,26 +254,13 @@ def _called(definition: Kernel, symbols: list[Any]) -> Any:
     try:
         return definition.function(*symbols)
     except GacError as error:
-        place = _place(definition, error)
+        place = definition.place_of(error)
         if not place or place in str(error):
             raise
         raise error.at(place)  # noqa: B904
     except Exception as error:  # whatever the author's code may raise
         found = f"{type(error).__name__}: {error}"
-        raise KernelError(_place(definition, error) or definition.where, found) from error
-
-
-def _place(definition: Kernel, error: BaseException) -> str:
-    """The last line of the author's file that led to an error, and the kernel; empty where there is no file."""
-    code = getattr(definition.function, "__code__", None)
-    if code is None or code.co_filename == "<string>":
-        return ""
-    line, trace = code.co_firstlineno, error.__traceback__
-    while trace is not None:
-        if trace.tb_frame.f_code.co_filename == code.co_filename:
-            line = trace.tb_lineno
-        trace = trace.tb_next
-    return f"{code.co_filename}:{line}: kernel {definition.name}"
+        raise KernelError(definition.place_of(error) or definition.where, found) from error
 
 
 def _result_names(definition: Kernel, n: int) -> list[str]:

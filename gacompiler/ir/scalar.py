@@ -11,7 +11,7 @@ from enum import Enum
 from fractions import Fraction
 from typing import Any
 
-from ..algebra.coefficients import as_exact
+from ..algebra.coefficients import as_exact, is_representable
 from ..errors import KernelError, ZeroDivisorError
 
 Rational = int | Fraction
@@ -134,7 +134,15 @@ class Graph:
         self._nodes: dict[tuple[Any, ...], Scalar] = {}
 
     def constant(self, value: Rational) -> Scalar:
-        """An exact number."""
+        """An exact number.
+
+        Raises
+        ------
+        KernelError
+            When it is larger than any double.
+        """
+        if not is_representable(value):
+            raise KernelError("constant in a kernel", "a number that no double holds", "numbers up to 1.8e308")
         return self._node(Op.CONSTANT, (), Fraction(value))
 
     def variable(self, name: str) -> Scalar:

@@ -70,7 +70,7 @@ def truths(record: Compilation, seed: int = 11, n: int | None = None) -> list[Tr
         return small[:n]
     if not found:
         raise ProofError(
-            f"kernel {kernel.name}",
+            kernel.where,
             f"its definition is undefined at {8 * n} random points",
             remedy="check its domain",
         )

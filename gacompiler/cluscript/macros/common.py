@@ -7,7 +7,9 @@ from fractions import Fraction
 from typing import Any
 
 from ...algebra.algebra import Algebra
+from ...algebra.layout import SCALARS
 from ...algebra.multivector import Multivector
+from ...frontend.expression import Expression
 from ...frontend.operations import hestenes_product, outer_product
 from ..values import sqrt
 
@@ -51,6 +53,11 @@ def length(*components: Any) -> Any:
 def combination(vectors: list[Multivector], components: tuple[Any, ...]) -> Any:
     """The sum of vectors times components."""
     return total(*(component * vector for component, vector in zip(components, vectors, strict=True)))
+
+
+def part(x: Any, name: str) -> Any:
+    """The coefficient of a blade other than 1, of a multivector or a number."""
+    return x[name] if isinstance(x, (Expression, Multivector)) and x.algebra != SCALARS else Fraction(0)
 
 
 def times(factor: Any) -> Function:

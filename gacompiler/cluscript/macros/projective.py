@@ -10,7 +10,7 @@ from ...algebra.multivector import Multivector
 from ...frontend.expression import Expression
 from ...frontend.operations import assemble, reverse
 from ..values import cos, sin, sqrt
-from .common import HALF, Table, basis, combination, length, wedge
+from .common import HALF, Table, basis, combination, length, part, wedge
 
 PAIRS_2D = (("1", "e0^e1^e2"), ("e0", "e1^e2"), ("e1", "e2^e0"), ("e2", "e0^e1"))
 PAIRS_3D = (
@@ -18,6 +18,8 @@ PAIRS_3D = (
     ("e0^e1", "e2^e3"), ("e0^e2", "e3^e1"), ("e0^e3", "e1^e2"),
 )  # fmt: skip
 """Blades that the dual exchanges: the dual of the dual is the element again."""
+TURNS = ("e1^e2", "e3^e1", "e2^e3")
+"""The blades of a line that have a metric."""
 
 
 def _dual(algebra: Algebra, pairs: Sequence[tuple[str, str]]) -> Any:
@@ -35,7 +37,7 @@ def _dual(algebra: Algebra, pairs: Sequence[tuple[str, str]]) -> Any:
 
 
 def _part(x: Any, name: str) -> Any:
-    return x[0] if name == "1" else x[name]
+    return x[0] if name == "1" else part(x, name)
 
 
 def _shared(algebra: Algebra, pairs: Sequence[tuple[str, str]]) -> dict[tuple[str, int], Any]:
@@ -71,7 +73,7 @@ def space(algebra: Algebra) -> Table:
     shifts = [wedge(e0, e1), wedge(e0, e2), wedge(e0, e3)]
 
     def ideal_square(line: Any) -> Any:
-        a, b, c = (line[name] for name in ("e0^e1", "e0^e2", "e0^e3"))
+        a, b, c = (part(line, name) for name in ("e0^e1", "e0^e2", "e0^e3"))
         return a * a + b * b + c * c
 
     def rotor(angle: Any, x: Any, y: Any, z: Any) -> Any:
@@ -83,7 +85,7 @@ def space(algebra: Algebra) -> Table:
     return _shared(algebra, PAIRS_3D) | {
         ("createPoint", 3): lambda x, y, z: combination(directions, (x, y, z)) + wedge(e1, e2, e3),
         ("createPointI", 3): lambda x, y, z: combination(directions, (x, y, z)),
-        ("normalizeLineE", 1): lambda line: line / length(line["e1^e2"], line["e3^e1"], line["e2^e3"]),
+        ("normalizeLineE", 1): lambda line: line / length(*(part(line, name) for name in TURNS)),
         ("normalizeLineI", 1): lambda line: line / sqrt(ideal_square(line)),
         ("normalizel", 1): ideal_square,
         ("createRotor", 4): rotor,
