@@ -9,6 +9,7 @@ because they have operators.
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable, Mapping
 from fractions import Fraction
 from typing import Any
@@ -48,12 +49,12 @@ def as_exact(value: Coefficient) -> Coefficient:
 
 def is_representable(value: int | Fraction) -> bool:
     """Whether an exact number is no larger than doubles can be, and not of thousands of digits."""
-    top, bottom = abs(value.numerator).bit_length(), value.denominator.bit_length()
-    return max(top, bottom) <= _LONGEST and (top - bottom < _LARGEST or abs(value) < 1 << _LARGEST)
+    bits = max(value.numerator.bit_length(), value.denominator.bit_length())
+    return bits <= _MOST_BITS and abs(Fraction(value)) <= _LARGEST
 
 
-_LONGEST, _LARGEST = 8192, 1024
-"""In bits: an exact number, and the part of doubles before the point."""
+_MOST_BITS = 8192
+_LARGEST = Fraction(sys.float_info.max)
 
 
 def is_zero(value: Coefficient) -> bool:

@@ -27,8 +27,9 @@ from math import factorial
 from typing import Any
 
 from ..algebra.multivector import Multivector
+from ..algebra.signs import Signs
 from .operations import absolute, cos, exp, maximum, select, sin, sqrt
-from .squares import Form, Signs, Value, blades_of, form_of
+from .squares import Form, Value, blades_of, form_of
 
 NEARLY_ZERO = Fraction(1, 10**18)
 """Squares below this are 0 to rounding, for functions that begin with ``1 + x / 6``."""

@@ -17,12 +17,13 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
+from ..algebra.signs import Signs
 from ..errors import KernelError
 from .exponentials import NEARLY_ZERO, ONE, TINY, Pair, circle_of, divided, length_of, polynomial_of_pair
 from .exponentials import polynomial as polynomial_of
 from .expression import Expression, lift
 from .operations import absolute, assemble, atan2, equal, log, maximum, select, sqrt
-from .squares import Form, Signs, Value, blades_of, form_of
+from .squares import Form, Value, blades_of, form_of
 
 CLOSE = Fraction(1, 64)
 """Up to here the area of ``tanh**2`` is a polynomial, because ``log(1 + u)`` loses the digits of a small u."""

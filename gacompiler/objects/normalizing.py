@@ -86,7 +86,7 @@ def normalized(x: MultivectorArray, run: Callable[[Any], Any], wrap: Callable[[L
             return run(x)
     scaled = _in_range(layout, values)
     with np.errstate(all="ignore"):
-        total, size = _measured(layout, np.moveaxis(scaled, -1, 0))
+        total, size = _measured(layout, list(np.moveaxis(scaled, -1, 0)))
         null = np.broadcast_to(np.isfinite(size) & (np.abs(total) <= limit * size), values.shape[:-1])
     if values.ndim == 1 and null:
         raise ZeroDivisorError("normalize", f"{x}, which is null: x ~x = 0", "an element whose norm is not 0")

@@ -57,8 +57,8 @@ class _Signature:
         import keyword
 
         kinds = inspect.Parameter
-        named = not any(map(keyword.iskeyword, kernel._names))
-        kind = kinds.POSITIONAL_OR_KEYWORD if named else kinds.POSITIONAL_ONLY
+        reserved = any(map(keyword.iskeyword, kernel._names))
+        kind = kinds.POSITIONAL_ONLY if reserved else kinds.POSITIONAL_OR_KEYWORD
         parameters = [kinds(name, kind) for name in kernel._names]
         named = [kinds(name, kinds.KEYWORD_ONLY, default=None) for name in ("out", "num_threads")]
         return inspect.Signature([*parameters, *named])
