@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import copyreg
 import hashlib
 import importlib.util
 import os
@@ -22,6 +23,8 @@ from .passes.pipeline import compile_kernel
 BACKENDS = ("c", "numba", "arrays")
 
 _compiled: dict[tuple[Kernel, str], Any] = {}
+_definitions: dict[str, Kernel] = {}
+"""What the modules made here were compiled from, by their name."""
 
 
 def compile(kernel: Kernel, backend: str | None = None) -> Any:
@@ -51,6 +54,9 @@ def compile(kernel: Kernel, backend: str | None = None) -> Any:
     -----
     Generated files and libraries are kept in a folder named after their content, under ``$GAC_CACHE`` or the user's
     cache folder, so the second time costs an import.
+
+    Compiled kernels can be pickled, and carry their definition. A process that has the kernel gets that object; one
+    that finds its files in the cache folder imports them; any other compiles it.
     """
     if not isinstance(kernel, Kernel):
         raise KernelError("compile()", f"an object of type {type(kernel).__name__}", "a function under @kernel(...)")
@@ -68,16 +74,51 @@ def _compile(kernel: Kernel, backend: str) -> Any:
     source = kernel_source(compile_kernel(kernel))
     files = render(ModuleSource(kernel.name, kernel.summary or kernel.name, "gacompiler.compile", "", (source,)))
     digest = hashlib.sha256("".join(files.values()).encode()).hexdigest()[:16]
-    folder = cache_folder() / f"{kernel.name}-{digest}"
-    write(files, folder)
+    write(files, _folder(kernel.name, digest))
+    return _loaded(kernel, digest, backend)
+
+
+def _folder(name: str, digest: str) -> Path:
+    return cache_folder() / f"{name}-{digest}"
+
+
+def _loaded(kernel: Kernel, digest: str, backend: str) -> Any:
+    """The kernel of a module that the cache folder has."""
+    folder = _folder(kernel.name, digest)
     if backend == "c" and build_library(folder / f"{kernel.name}.c") is None:
         raise BackendError("compile()", no_compiler(), remedy='use backend="numba"')
     if backend == "numba" and (compiler := find_compiler()):
         # Calls are shorter with it; what is computed is numba's all the same.
         with contextlib.suppress(BackendError):
             build_extension(compiler, folder)
-    module = load_module(folder / f"{kernel.name}.py", f"_gac_{kernel.name}_{digest}_{backend}", backend)
+    module_name = _module_name(kernel.name, digest, backend)
+    module = load_module(folder / f"{kernel.name}.py", module_name, backend)
+    _definitions[module_name] = kernel
+    copyreg.pickle(module.Kernel, _reduced)
     return getattr(module, kernel.name)
+
+
+def _module_name(name: str, digest: str, backend: str) -> str:
+    return f"_gac_{name}_{digest}_{backend}"
+
+
+def _reduced(compiled: Any) -> Any:
+    """How a kernel that was made here is pickled: its module has a name in this process only."""
+    module_name = compiled.__module__
+    definition = _definitions.get(module_name)
+    if definition is None or getattr(sys.modules[module_name], definition.name) is not compiled:
+        return compiled.__reduce__()
+    *_, digest, backend = module_name.split("_")
+    return _restored, (definition, digest, backend)
+
+
+def _restored(definition: Kernel, digest: str, backend: str) -> Any:
+    module = sys.modules.get(_module_name(definition.name, digest, backend))
+    if module is not None:
+        return getattr(module, definition.name)
+    if (_folder(definition.name, digest) / f"{definition.name}.py").is_file():
+        return _loaded(definition, digest, backend)
+    return compile(definition, backend)
 
 
 def load_module(path: Path, name: str, backend: str | None = None) -> ModuleType:

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from itertools import combinations
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+from weakref import WeakValueDictionary
 
 from ..errors import AlgebraError
 from .blades import BladeProducts, Gram, Rational, Terms, exact
 from .coefficients import is_zero
+from .immutable import Immutable
 from .multivector import Multivector
 from .naming import BladeNames
 
@@ -19,8 +23,15 @@ if TYPE_CHECKING:
     from .layout import Layout, Relations
     from .products import Row
 
+_ALIVE: WeakValueDictionary[tuple[Any, ...], Algebra] = WeakValueDictionary()
+"""Algebras by everything they were made of, so that one that is unpickled is the one this process has already."""
 
-class Algebra:
+
+_EVERYWHERE = ("full", "even", "UNIT_EVEN")
+"""Layouts that every algebra has."""
+
+
+class Algebra(Immutable):
     """The geometric algebra of a symmetric bilinear form.
 
     Parameters
@@ -36,7 +47,13 @@ class Algebra:
         Blades that are to be printed otherwise than in ascending order, ``"e01 e02 e03 e0123"``. The spelling of the
         pseudoscalar fixes its sign.
     layouts : callable, optional
-        Makes the named layouts of the algebra, which then are its attributes: ``PGA3.MOTOR``.
+        Makes the named layouts of the algebra, which then are its attributes: ``PGA3.MOTOR``. It is called when a
+        layout is first asked for.
+
+    Notes
+    -----
+    Algebras and layouts can be pickled at any time. Where this process, or the one that reads the pickle, has an
+    algebra of the same arguments, it is that one which comes back; so those of the catalog always are.
 
     Examples
     --------
@@ -57,10 +74,12 @@ class Algebra:
         self.name = name
         self.vectors = tuple(vectors.split() if isinstance(vectors, str) else vectors)
         self.gram = _gram(name, gram, len(self.vectors))
-        self._names = BladeNames(name, self.vectors, tuple(spellings.split()))
+        self._spellings = tuple(spellings.split())
+        self._names = BladeNames(name, self.vectors, self._spellings)
         self._products = BladeProducts(self.gram)
         self._rows: dict[tuple[str, int], Row] = {}
         self._make_layouts = layouts
+        _ALIVE.setdefault(self._arguments, self)
 
     def __eq__(self, other: object) -> bool:
         """Algebras are equal when their products and their duals are."""
@@ -72,6 +91,14 @@ class Algebra:
     @cached_property
     def _identity(self) -> tuple[object, ...]:
         return self.vectors, self.gram, self.spelling(self.everything)[0]
+
+    @property
+    def _arguments(self) -> tuple[Any, ...]:
+        return self.name, self.vectors, self.gram, self._spellings, self._make_layouts
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        *plain, layouts = self._arguments
+        return _restored, (*plain, layouts if layouts is None or _is_importable(layouts) else LayoutTable.of(self))
 
     def __repr__(self) -> str:
         return f"Algebra({self.name}: {' '.join(self.vectors)})"
@@ -166,6 +193,13 @@ class Algebra:
         """The named layouts of this algebra."""
         return {layout.name: layout for layout in (self._make_layouts(self) if self._make_layouts else ())}
 
+    def named_layout(self, name: str) -> Layout | None:
+        """The layout that is the attribute `name`, if there is one."""
+        if name in self.layouts:
+            return self.layouts[name]
+        known: Layout | None = getattr(self, name) if name in _EVERYWHERE else None
+        return known
+
     @cached_property
     def full(self) -> Layout:
         """All ``2**n`` coefficients, no relation."""
@@ -193,9 +227,42 @@ class Algebra:
         raise AlgebraErrorForAttribute(
             self.name,
             f"no layout {name}",
-            "one of " + " ".join([*known, "full", "even", "UNIT_EVEN"]),
+            "one of " + " ".join([*known, *_EVERYWHERE]),
             "or define it with layout()",
         )
+
+
+@dataclass(frozen=True, slots=True)
+class LayoutTable:
+    """The layouts of an algebra as rows, for one whose function that makes them has no name in a module."""
+
+    rows: tuple[tuple[Any, ...], ...]
+
+    @classmethod
+    def of(cls, algebra: Algebra) -> LayoutTable:
+        """The rows of the layouts that the algebra has."""
+        return cls(tuple(layout.row for layout in algebra.layouts.values()))
+
+    def __call__(self, algebra: Algebra) -> Iterable[Layout]:
+        from .layout import Layout
+
+        return [Layout(algebra, *row) for row in self.rows]
+
+
+def _restored(name: str, vectors: tuple[str, ...], gram: Gram, spellings: tuple[str, ...], layouts: Any) -> Algebra:
+    from . import catalog  # noqa: F401  (what is in there must be found rather than made again)
+
+    known = _ALIVE.get((name, vectors, gram, spellings, layouts))
+    return known if known is not None else Algebra(name, vectors, gram, " ".join(spellings), layouts)
+
+
+def _is_importable(function: object) -> bool:
+    """Whether another process finds `function` by its name, or it is an object that carries what it needs."""
+    name = getattr(function, "__qualname__", None)
+    if name is None:
+        return True
+    module = sys.modules.get(getattr(function, "__module__", None) or "")
+    return module is not None and getattr(module, name, None) is function
 
 
 class AlgebraErrorForAttribute(AlgebraError, AttributeError):

@@ -6,24 +6,25 @@ that its users expect (a point is x, y, z).
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
 
 from .algebra import Algebra
-from .coefficients import scale
+from .coefficients import Coefficient, scale
 from .involutions import clifford_conjugate
 from .layout import Layout
 from .multivector import Multivector
 
 
-def _half_square(names: str):  # type: ignore[no-untyped-def]
+@dataclass(frozen=True, slots=True)
+class HalfSquare:
     """Half the sum of squares of the named coefficients: the einf coefficient of a conformal point."""
-    from fractions import Fraction
 
-    def function(coefficient):  # type: ignore[no-untyped-def]
-        total = sum(coefficient[name] * coefficient[name] for name in names.split())
-        return scale(total, Fraction(1, 2))
+    names: tuple[str, ...]
 
-    return function
+    def __call__(self, coefficients: Mapping[str, Coefficient]) -> Coefficient:
+        return scale(sum(coefficients[name] * coefficients[name] for name in self.names), Fraction(1, 2))
 
 
 def _conjugate_is_inverse(x: Multivector) -> Multivector:
@@ -31,12 +32,9 @@ def _conjugate_is_inverse(x: Multivector) -> Multivector:
     return x * clifford_conjugate(x) - 1
 
 
-def _numbers(names: str):  # type: ignore[no-untyped-def]
-    def layouts(algebra: Algebra) -> Iterable[Layout]:
-        yield algebra.layout("NUMBER", names)
-        yield algebra.layout("UNIT_NUMBER", names, relations=_conjugate_is_inverse)
-
-    return layouts
+def _numbers(algebra: Algebra) -> Iterable[Layout]:
+    yield algebra.layout("NUMBER", f"1 {algebra.vectors[0]}")
+    yield algebra.layout("UNIT_NUMBER", f"1 {algebra.vectors[0]}", relations=_conjugate_is_inverse)
 
 
 def _vga2(algebra: Algebra) -> Iterable[Layout]:
@@ -90,7 +88,7 @@ def _pga3(algebra: Algebra) -> Iterable[Layout]:
 
 
 def _cga2(algebra: Algebra) -> Iterable[Layout]:
-    yield algebra.layout("POINT", "e1 e2", fixed={"e0": 1}, implied={"einf": _half_square("e1 e2")})
+    yield algebra.layout("POINT", "e1 e2", fixed={"e0": 1}, implied={"einf": HalfSquare(("e1", "e2"))})
     yield algebra.layout("VECTOR", "e1 e2 e0 einf")
     yield algebra.layout("POINT_PAIR", " ".join(algebra.spelling(b)[1] for b in algebra.blades(2)))
     yield algebra.layout("CIRCLE", " ".join(algebra.spelling(b)[1] for b in algebra.blades(3)))
@@ -106,7 +104,7 @@ def _cga2(algebra: Algebra) -> Iterable[Layout]:
 
 
 def _cga3(algebra: Algebra) -> Iterable[Layout]:
-    yield algebra.layout("POINT", "e1 e2 e3", fixed={"e0": 1}, implied={"einf": _half_square("e1 e2 e3")})
+    yield algebra.layout("POINT", "e1 e2 e3", fixed={"e0": 1}, implied={"einf": HalfSquare(("e1", "e2", "e3"))})
     yield algebra.layout("DUAL_PLANE", "e1 e2 e3 einf")
     yield algebra.layout("VECTOR", "e1 e2 e3 e0 einf")
     yield algebra.layout("POINT_PAIR", " ".join(algebra.spelling(b)[1] for b in algebra.blades(2)))
@@ -132,6 +130,14 @@ def _sta(algebra: Algebra) -> Iterable[Layout]:
     yield algebra.layout("TRIVECTOR", " ".join(algebra.spelling(b)[1] for b in algebra.blades(3)))
 
 
+def _null_pairs(algebra: Algebra) -> Iterable[Layout]:
+    n, vectors = algebra.dimension // 2, algebra.vectors
+    yield algebra.layout("NULL_VECTOR", " ".join(vectors[:n]))
+    yield algebra.layout("DUAL_NULL_VECTOR", " ".join(vectors[n:]))
+    yield algebra.layout("VECTOR", " ".join(vectors))
+    yield algebra.layout("BIVECTOR", " ".join(algebra.spelling(b)[1] for b in algebra.blades(2)))
+
+
 def null_pairs(n: int, name: str | None = None) -> Algebra:
     """G(n, n) in a basis of null pairs: ``w_i . v_j = 1`` where ``i = j``, every other inner product 0.
 
@@ -139,14 +145,7 @@ def null_pairs(n: int, name: str | None = None) -> Algebra:
     """
     vectors = [f"w{i + 1}" for i in range(n)] + [f"v{i + 1}" for i in range(n)]
     gram = [[int(abs(i - j) == n) for j in range(2 * n)] for i in range(2 * n)]
-
-    def layouts(algebra: Algebra) -> Iterable[Layout]:
-        yield algebra.layout("NULL_VECTOR", " ".join(vectors[:n]))
-        yield algebra.layout("DUAL_NULL_VECTOR", " ".join(vectors[n:]))
-        yield algebra.layout("VECTOR", " ".join(vectors))
-        yield algebra.layout("BIVECTOR", " ".join(algebra.spelling(b)[1] for b in algebra.blades(2)))
-
-    return Algebra(name or f"G{n}{n}", vectors, gram, layouts=layouts)
+    return Algebra(name or f"G{n}{n}", vectors, gram, layouts=_null_pairs)
 
 
 def orthogonal(p: int, q: int = 0, r: int = 0, name: str | None = None) -> Algebra:
@@ -172,9 +171,9 @@ def _with_null_pairs(name: str, flat: str, null: str, n: int) -> Algebra:
     return Algebra(name, f"{flat} {null}", gram)
 
 
-COMPLEX = Algebra("COMPLEX", "e1", [-1], layouts=_numbers("1 e1"))
-DUAL_NUMBERS = Algebra("DUAL_NUMBERS", "e0", [0], layouts=_numbers("1 e0"))
-DOUBLE_NUMBERS = Algebra("DOUBLE_NUMBERS", "e1", [1], layouts=_numbers("1 e1"))
+COMPLEX = Algebra("COMPLEX", "e1", [-1], layouts=_numbers)
+DUAL_NUMBERS = Algebra("DUAL_NUMBERS", "e0", [0], layouts=_numbers)
+DOUBLE_NUMBERS = Algebra("DOUBLE_NUMBERS", "e1", [1], layouts=_numbers)
 QUATERNIONS = Algebra("QUATERNIONS", "e1 e2", [-1, -1], layouts=_quaternion)
 VGA2 = Algebra("VGA2", "e1 e2", [1, 1], layouts=_vga2)
 VGA3 = Algebra("VGA3", "e1 e2 e3", [1, 1, 1], layouts=_vga3)

@@ -5,11 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Any
+from weakref import WeakValueDictionary
 
 from ..errors import LayoutError
 from .algebra import Algebra
 from .blades import Rational, exact
 from .coefficients import Coefficient, is_zero
+from .immutable import Immutable
 from .multivector import Multivector
 
 Relations = Callable[[Multivector], Multivector | Sequence[Multivector]]
@@ -25,8 +28,8 @@ class Slot:
     sign: int
 
 
-@dataclass(frozen=True, slots=True)
-class Layout:
+@dataclass(frozen=True, slots=True, weakref_slot=True)
+class Layout(Immutable):
     """A type of multivector.
 
     Attributes
@@ -88,6 +91,17 @@ class Layout:
                 )
             seen[one.blade] = one.name
         return layout
+
+    @property
+    def row(self) -> tuple[Any, ...]:
+        """Everything but the algebra, in the order of the attributes."""
+        return self.name, self.stored, self.fixed, self.implied, self.unit, self.user_relations
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        if self.algebra.named_layout(self.name) == self:
+            return _of_name, (self.algebra, self.name)
+        _PICKLED.setdefault((self.algebra, *self.row), self)
+        return _restored, (self.algebra, *self.row)
 
     @property
     def blades(self) -> tuple[str, ...]:
@@ -178,9 +192,25 @@ class Layout:
         return f"{self.algebra.name}.{self.name}"
 
 
+def _of_name(algebra: Algebra, name: str) -> Layout | None:
+    return algebra.named_layout(name)
+
+
 def _signed(value: Coefficient, slot: Slot) -> Coefficient:
     return value if slot.sign > 0 else -value
 
 
-SCALARS = Algebra("scalars", (), ())
-SCALAR = Layout.of(SCALARS, "SCALAR", "1")
+def _restored(algebra: Algebra, *row: Any) -> Layout:
+    return _PICKLED.setdefault((algebra, *row), Layout(algebra, *row))
+
+
+_PICKLED: WeakValueDictionary[tuple[Any, ...], Layout] = WeakValueDictionary()
+"""Layouts without a name in their algebra that were pickled or restored here, so that one comes back as itself."""
+
+
+def _scalar(algebra: Algebra) -> tuple[Layout]:
+    return (Layout.of(algebra, "SCALAR", "1"),)
+
+
+SCALARS = Algebra("scalars", (), (), layouts=_scalar)
+SCALAR = SCALARS.SCALAR

@@ -182,7 +182,12 @@ class Multivector:
             return NotImplemented
         return all(bool(value == 0) for value in difference.terms.values())
 
-    __hash__ = None  # type: ignore[assignment]
+    def __hash__(self) -> int:
+        """Equal multivectors have the same hash, and so has a number that one of them is."""
+        return hash((self.algebra, frozenset(self.terms.items()))) if any(self.terms) else hash(self.scalar)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.algebra, dict(self.terms))
 
     def __str__(self) -> str:
         if not self.terms:

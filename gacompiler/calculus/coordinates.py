@@ -61,6 +61,14 @@ class Chart:
         self.parameters = parameters
         self.algebra = position.algebra
 
+    def __eq__(self, other: object) -> bool:
+        """Charts are equal when they give the same position for the same parameters."""
+        same = isinstance(other, Chart) and self.parameters == other.parameters
+        return same and self.position == other.position  # type: ignore[attr-defined]
+
+    def __hash__(self) -> int:
+        return hash((self.position, self.parameters))
+
     def __repr__(self) -> str:
         return f"Chart({self.position!r}, {', '.join(map(str, self.parameters))})"
 

@@ -112,7 +112,8 @@ class LinearFunction:
             return False
         return bool(sympy.simplify(self.matrix - other.matrix).is_zero_matrix)
 
-    __hash__ = None  # type: ignore[assignment]
+    def __hash__(self) -> int:
+        return hash((LinearFunction, self.algebra))  # equal matrices may be written in many ways
 
     @cached_property
     def determinant(self) -> Any:

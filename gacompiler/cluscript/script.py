@@ -5,7 +5,7 @@ from __future__ import annotations
 import keyword
 from collections import namedtuple
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from fractions import Fraction
 from functools import cached_property
 from pathlib import Path
@@ -18,6 +18,7 @@ from ..errors import AlgebraError, InexactError, KernelError, LayoutError, SpecE
 from ..frontend.expression import Expression, evaluate, lift
 from ..frontend.kernel import Kernel, Parameter
 from ..frontend.operations import assemble
+from ..frontend.traced import Traced
 from .calls import check_calls, macros_of
 from .dialects import DECLARED, Dialect, dialect, fitting
 from .lowering import Lowering, Meaning
@@ -94,10 +95,11 @@ class Script(Kernel):
     file: str = ""
 
     def __hash__(self) -> int:
-        return id(self)
+        return hash((self.name, self.function, self.file))
 
     def __eq__(self, other: object) -> bool:
-        return self is other
+        mine, others = ([getattr(each, field.name, None) for field in fields(self)] for each in (self, other))
+        return isinstance(other, Script) and mine == others
 
     @property
     def where(self) -> str:
@@ -273,9 +275,13 @@ def _script(
     for each in outputs:
         fields.append(_legal(each.lstrip("_"), set(fields)))
     names = tuple(symbols[each].name for each in inputs)
+    if only_drawn:
+        function: Any = _OnlyDrawn(f"{where}: script {name}", only_drawn)
+    else:
+        function = Traced(tuple(parameter.symbols() for parameter in parameters), tuple(map(lift, values)))
     return Script(
         name,
-        _function(tuple(values), parameters, f"{where}: script {name}", only_drawn),
+        function,
         parameters,
         tuple(layouts) if any(layouts) else None,
         f"The script `{name}` in {algebra.name}: {', '.join(fields)}.",
@@ -295,33 +301,16 @@ def _script(
     )
 
 
-def _function(values: tuple[Any, ...], parameters: tuple[Parameter, ...], where: str, only_drawn: str) -> Any:
-    """The kernel's function: the traced expressions, with the arguments in place of the symbols."""
-    symbols = [parameter.symbols() for parameter in parameters]
+@dataclass(frozen=True, slots=True)
+class _OnlyDrawn:
+    """The function of a script that has pictures and no results: an error that says so."""
 
-    def function(*arguments: Any) -> tuple[Any, ...]:
-        if only_drawn:
-            found = f"it draws {only_drawn} and has no results"
-            raise KernelError(where, found, "an output", "write ?x; or call draw() of the script")
-        if all(a is b for a, b in zip(arguments, symbols, strict=True)):
-            return tuple(map(lift, values))
-        return tuple(
-            substituted([lift(value) for value in values], dict(zip(symbols, map(lift, arguments), strict=True)))
-        )
+    where: str
+    names: str
 
-    return function
-
-
-def substituted(expressions: Sequence[Expression], by: dict[Expression, Expression]) -> list[Expression]:
-    """Expressions with others in place of some."""
-    from ..frontend.expression import topological
-
-    memory = dict(by)
-    for each in topological(expressions, memory):
-        arguments = tuple(memory[argument] for argument in each.arguments)
-        same = all(a is b for a, b in zip(arguments, each.arguments, strict=True))
-        memory[each] = each if same else Expression(each.operation, arguments, each.data, each.algebra)
-    return [memory[expression] for expression in expressions]
+    def __call__(self, *arguments: Any) -> Any:
+        found = f"it draws {self.names} and has no results"
+        raise KernelError(self.where, found, "an output", "write ?x; or call draw() of the script")
 
 
 def _signature(

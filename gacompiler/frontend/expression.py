@@ -12,6 +12,7 @@ from weakref import WeakValueDictionary
 
 from ..algebra.algebra import Algebra
 from ..algebra.coefficients import as_exact
+from ..algebra.immutable import Immutable
 from ..algebra.layout import SCALARS, Layout
 from ..algebra.multivector import Multivector
 from ..algebra.operations import OPERATIONS, SCALAR_FUNCTIONS
@@ -20,7 +21,7 @@ from ..errors import KernelError
 INPUT, CONSTANT, GRADE, COEFFICIENT, ASSEMBLE = "input", "constant", "grade", "coefficient", "assemble"
 
 
-class Expression:
+class Expression(Immutable):
     """A multivector that is not yet computed.
 
     Attributes
@@ -152,6 +153,13 @@ class Expression:
 
     def __iter__(self) -> Iterator[Any]:
         raise KernelError("a kernel", "an expression cannot be iterated", remedy='ask for a coefficient, x["e12"]')
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """As rows that refer to each other by number: recursion would have a limit, and expressions have none."""
+        order = topological([self])
+        places = {each: k for k, each in enumerate(order)}
+        rows = [(each.operation, [places[a] for a in each.arguments], each.data, each.algebra) for each in order]
+        return _restored, (rows,)
 
     def __str__(self) -> str:
         return text_of(self)
@@ -340,6 +348,13 @@ def _powers(argument: Expression) -> frozenset[int]:
         if not new:
             return frozenset(found)
         found |= new
+
+
+def _restored(rows: list[tuple[str, list[int], Any, Algebra]]) -> Expression:
+    made: list[Expression] = []
+    for operation, arguments, data, algebra in rows:
+        made.append(Expression(operation, tuple(made[k] for k in arguments), data, algebra))
+    return made[-1]
 
 
 _INFIX = {

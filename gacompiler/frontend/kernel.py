@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import importlib
 import inspect
+import sys
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from keyword import iskeyword
 from math import prod
 from typing import Any
 
+from ..algebra.immutable import Immutable
 from ..algebra.layout import Layout
 from ..errors import GacError, KernelError
 from .expression import INPUT, Expression, Input, lift
+from .traced import Traced
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,8 +89,13 @@ def _nested(flat: list[Any], shape: tuple[int, ...]) -> Any:
 
 
 @dataclass(frozen=True, slots=True)
-class Kernel:
-    """A definition: call it on expressions or multivectors to use it inside another kernel."""
+class Kernel(Immutable):
+    """A definition: call it on expressions or multivectors to use it inside another kernel.
+
+    Kernels can be pickled. One that a module has by the name of its function comes back as that object. Any other (of a
+    lambda, made inside a function, a derivative) comes back with its traced expressions in place of the function, which
+    give the same kernel.
+    """
 
     name: str
     function: Callable[..., Any]
@@ -98,6 +107,22 @@ class Kernel:
 
     def __call__(self, *arguments: Any) -> Any:
         return self.function(*arguments)
+
+    def traced(self) -> Kernel:
+        """This kernel with its expressions in place of the function."""
+        if isinstance(self.function, Traced):
+            return self
+        symbols = tuple(parameter.symbols() for parameter in self.parameters)
+        return replace(self, function=Traced(symbols, self.function(*symbols)))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        if isinstance(self.function, Traced):
+            return type(self), tuple(getattr(self, name) for name in self.__dataclass_fields__)
+        module, name = self.function.__module__, self.function.__qualname__
+        if _found(module, name) is not self:
+            traced = self.traced()
+            return type(traced), tuple(getattr(traced, name) for name in traced.__dataclass_fields__)
+        return _restored, (module, name, self.traced() if module == "__main__" else None)
 
     @property
     def where(self) -> str:
@@ -115,6 +140,28 @@ class Kernel:
                 line = trace.tb_lineno
             trace = trace.tb_next
         return f"{code.co_filename}:{line}: kernel {self.name}"
+
+
+def _found(module: str, name: str) -> Any:
+    """What a module of this process has by a name, if anything."""
+    value: Any = sys.modules.get(module)
+    for part in name.split("."):
+        value = getattr(value, part, None)
+    return value
+
+
+def _restored(module: str, name: str, traced: Kernel | None) -> Kernel:
+    """The kernel of that name; `traced` where the program that runs here is another one and has no such kernel."""
+    if traced is None:
+        importlib.import_module(module)
+    found = _found(module, name)
+    if isinstance(found, Kernel) and (traced is None or found.traced() == traced):
+        return found
+    if traced is None:
+        raise KernelError(
+            f"unpickling {module}.{name}", "no kernel of that name", "the module that it was pickled with"
+        )
+    return traced
 
 
 @dataclass(frozen=True, slots=True)

@@ -422,9 +422,7 @@ class MultivectorArray:
         return latex_of(self)
 
     def __reduce__(self) -> Any:
-        from .pickling import packed, unpacked
-
-        return unpacked, (*packed(self.layout), np.array(self.values))
+        return wrap, (self.layout, np.array(self.values))
 
 
 def _forward(symbol: str) -> Any:

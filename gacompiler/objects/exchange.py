@@ -20,7 +20,7 @@ from ..errors import AlgebraError, LayoutError
 from ..generate import write
 from .arrays import MultivectorArray, of_rows
 from .operators import layout_of
-from .pickling import packed, unpacked
+from .plain_data import packed, unpacked
 from .spaces import Space
 
 Matrix = np.ndarray[Any, Any]

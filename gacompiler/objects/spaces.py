@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..algebra.algebra import Algebra
+from ..algebra.immutable import Immutable
 from ..algebra.layout import Layout
 from ..errors import AlgebraError, LayoutError
 from .arrays import MultivectorArray, apply, of_rows, wrap
@@ -19,7 +20,7 @@ from .definitions import Definition
 from .operators import layout_of
 
 
-class Space:
+class Space(Immutable):
     """An algebra with constructors of multivectors.
 
     Basis blades are its attributes, in any spelling (``space.e12``), and so are the layouts of the algebra
@@ -39,6 +40,13 @@ class Space:
 
     def __init__(self, algebra: Algebra) -> None:
         self.algebra = algebra
+
+    def __eq__(self, other: object) -> bool:
+        """Spaces are equal when they have the same constructors in the same algebra."""
+        return type(self) is type(other) and self.algebra == other.algebra
+
+    def __hash__(self) -> int:
+        return hash((type(self), self.algebra))
 
     def __repr__(self) -> str:
         return f"Space({self.algebra!r})"

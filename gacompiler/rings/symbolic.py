@@ -2,8 +2,7 @@
 
 A *generator* is anything that sympy does not take apart: a symbol, ``sin(x)``, ``pi``, the base of a root, a sum whose
 reciprocal occurs. A monomial is a tuple of generators with their exponents, which may be negative or fractions. Like
-terms meet in a dictionary, so products of sums are hundreds of times faster than sympy's own, and a sum that cancels is
-zero by its form.
+terms meet in a dictionary, so products of sums are hundreds of times faster than sympy's own; a cancelled sum is zero.
 """
 
 from __future__ import annotations
@@ -38,6 +37,10 @@ def _generator(base: Any) -> int:
         if base is sympy.I or base.is_Number or base.is_Add or base.is_Mul:
             _composite.add(number)
     return number
+
+
+def _restored(rows: list[tuple[Number, list[tuple[Any, int | Fraction]]]]) -> Expanded:
+    return Expanded({tuple(sorted((_generator(base), e) for base, e in powers)): value for value, powers in rows})
 
 
 class Expanded:
@@ -213,7 +216,11 @@ class Expanded:
             return NotImplemented
 
     def __hash__(self) -> int:
-        return hash(frozenset(self.terms.items()))
+        return hash(self.terms.get((), 0) if self.terms.keys() <= {()} else frozenset(self.terms.items()))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        rows = [(value, [(_generators[g], e) for g, e in monomial]) for monomial, value in self.terms.items()]
+        return _restored, (rows,)  # the numbers of generators mean something in this process only
 
     def scalar_function(self, name: str, arguments: tuple[Any, ...]) -> Expanded:
         """What `gacompiler.algebra.coefficients.scalar_function` calls for this ring."""

@@ -10,6 +10,7 @@ import sympy
 from sympy.simplify.fu import TR8
 
 from ..algebra.algebra import Algebra
+from ..algebra.immutable import Immutable
 from ..algebra.layout import SCALARS, Layout
 from ..algebra.multivector import Multivector
 from ..errors import AlgebraError
@@ -17,7 +18,7 @@ from ..rings.symbolic import Expanded
 from .printing import Printed, plain_text
 
 
-class SymbolicMultivector(Multivector):
+class SymbolicMultivector(Immutable, Multivector):
     """An element of `algebra` with sympy coefficients, immutable. Made by `symbols`, `multivector` and operations.
 
     Attributes
@@ -280,14 +281,10 @@ class SymbolicMultivector(Multivector):
         except AlgebraError:
             return False
 
-    def __hash__(self) -> int:  # type: ignore[override]
-        return hash((self.algebra, frozenset(self.terms.items()))) if any(self.terms) else hash(self.scalar)
+    __hash__ = Multivector.__hash__
 
-    def __copy__(self) -> SymbolicMultivector:
-        return self
-
-    def __deepcopy__(self, memory: object) -> SymbolicMultivector:
-        return self
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _restored, (_rows(self),)
 
     __iter__ = None  # so that x[0], x[1], ... is not taken for a sequence
 
@@ -301,6 +298,40 @@ class SymbolicMultivector(Multivector):
 
     def _repr_latex_(self) -> str:
         return Printed(self, "line")._repr_latex_()
+
+
+def _rows(value: SymbolicMultivector) -> list[tuple[Any, ...]]:
+    """A row for each multivector that `value` was derived from, and for itself, without references between them.
+
+    Histories are as long as a derivation; a pickle that followed them by recursion would have a limit. In a row, an
+    operand that has a row of its own is its number.
+    """
+    places: dict[int, int] = {}
+    rows: list[tuple[Any, ...]] = []
+    waiting = [value]
+    while waiting:
+        each = waiting[-1]
+        operation, operands = each.history or (None, ())
+        before = [x for x in operands if isinstance(x, SymbolicMultivector) and id(x) not in places]
+        if before and id(each) not in places:
+            waiting += before
+            continue
+        waiting.pop()
+        if id(each) not in places:
+            derived = [(isinstance(x, SymbolicMultivector), places.get(id(x), x)) for x in operands]
+            shown = dict(each.expressions) if each._in_own_form else None
+            places[id(each)] = len(rows)
+            rows.append((each.algebra, dict(each.terms), each.name, each.layout, shown, operation, derived))
+    return rows
+
+
+def _restored(rows: list[tuple[Any, ...]]) -> SymbolicMultivector:
+    made: list[SymbolicMultivector] = []
+    for algebra, terms, name, layout, shown, operation, derived in rows:
+        operands = tuple(made[operand] if is_row else operand for is_row, operand in derived)
+        history = None if operation is None else (operation, operands)
+        made.append(SymbolicMultivector(algebra, terms, name=name, layout=layout, shown=shown, history=history))
+    return made[-1]
 
 
 def symbolic(value: Multivector, operation: str | None = None, *operands: Any) -> SymbolicMultivector:

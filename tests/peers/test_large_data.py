@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+import gacompiler as ga
+from gacompiler.algebra.catalog import PGA3
 from generated import pga3
 
 pytestmark = pytest.mark.peers
@@ -129,6 +131,20 @@ def test_names_are_those_of_the_computation(motors: Any, points: Any) -> None:
     assert first.name == second.name != apply(pga3.move_point_back, da.from_array(motors), da.from_array(points)).name
     with dask.config.set({"tokenize.ensure-deterministic": True}):
         assert dask.base.tokenize(pga3.move_point) == dask.base.tokenize(pickle.loads(pickle.dumps(pga3.move_point)))
+
+
+def test_compiled_kernels_in_processes(motors: Any, points: Any) -> None:
+    """A kernel that no module has goes to processes with its definition."""
+
+    @ga.kernel(m=PGA3.MOTOR, p=PGA3.POINT)
+    def moved(m: Any, p: Any) -> Any:
+        return ga.sandwich(m, p)
+
+    kernel = ga.compile(moved)
+    lazy = apply(kernel, da.from_array(motors, chunks=(300, -1)), da.from_array(points, chunks=(300, -1)))
+    found = lazy.compute(scheduler="processes", num_workers=2)
+    np.testing.assert_array_equal(found, kernel(motors, points))
+    np.testing.assert_allclose(found, rigid(motors, points), 0, 1e-13)
 
 
 @pytest.mark.parametrize("lazy", [False, True], ids=["numpy", "dask"])

@@ -1,4 +1,4 @@
-"""Layouts and algebras as plain data, so that numeric objects can be pickled."""
+"""Layouts and algebras as plain data, so that files can name them."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def packed(layout: Layout) -> tuple[Any, Any]:
     if named == layout and isinstance(whole, str):
         return whole, layout.name
     if layout.implied or layout.user_relations is not None:
-        raise LayoutError(f"pickling a {layout}", "a layout with functions", "a layout of the catalog, or plain blades")
+        raise LayoutError(f"saving a {layout}", "a layout with functions", "a layout of the catalog, or plain blades")
     fixed = {slot.name: str(value) for slot, value in layout.fixed}
     return whole, (layout.name, " ".join(layout.blades), fixed, layout.unit)
 
