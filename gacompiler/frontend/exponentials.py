@@ -1,4 +1,4 @@
-"""Exponentials by closed forms in one or two numbers, and by scaling and squaring where there is no closed form.
+"""Exponentials by closed forms in one or two numbers; `gacompiler.frontend.scaling` has those without.
 
 With the notation of `gacompiler.frontend.squares`: ``exp(b) = C(s) + S(s) b`` where the square is a scalar, with
 
@@ -29,6 +29,7 @@ from typing import Any
 from ..algebra.multivector import Multivector
 from ..algebra.signs import Signs
 from .operations import absolute, cos, exp, maximum, select, sin, sqrt
+from .scaling import exponential_by_squaring
 from .squares import Form, Value, blades_of, form_of
 
 NEARLY_ZERO = Fraction(1, 10**18)
@@ -47,7 +48,6 @@ _SINES = tuple(Fraction(1, factorial(2 * k + 1)) for k in range(9))
 _COSINES = tuple(Fraction(1, factorial(2 * k)) for k in range(10))
 _TERMS = 7
 """Enough for `SMALL`."""
-SQUARINGS = 4
 
 Pair = tuple[Value, Value]
 """The number ``a + b p``."""
@@ -57,7 +57,7 @@ def exponential(b: Any) -> Any:
     """``exp(b)`` of an element without scalar part."""
     form = form_of(b.algebra, blades_of(b))
     if form is None:
-        return _by_squaring(b)
+        return exponential_by_squaring(b)
     square = b * b
     s = 0 if form.s.zero else square["1"]
     circle = circle_of(b, form)
@@ -185,17 +185,3 @@ def _of_two_numbers(s: Value, p2: Value, form: Form) -> tuple[Pair, Pair]:
         f = polynomial_of_pair(_COSINES, z, square)
         f0, f1 = select(near, f[0], f0), select(near, f[1], f1)
     return (f0, f1), (g0, g1)
-
-
-def _by_squaring(b: Any) -> Any:
-    """``exp(b)`` as a power of ``exp(b / 2**k)``, by its Taylor polynomial."""
-    b = b / 2**SQUARINGS
-    z = b * b
-    z3 = z * z * z
-    even, odd = (
-        c[0] + c[1] * z + c[2] * z * z + z3 * (c[3] + c[4] * z + c[5] * z * z + c[6] * z3) for c in (_COSINES, _SINES)
-    )
-    result = even + odd * b
-    for _ in range(SQUARINGS):
-        result = result * result
-    return result

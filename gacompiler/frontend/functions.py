@@ -33,9 +33,12 @@ def exp(a: Any) -> Any:
     These are closed forms, exact to a few units of the last place of the largest coefficient, near 0 and at full turns
     as well. The square of `a` must not overflow, and a boost is limited by the exponential.
 
-    All else, bivectors over six and more basis vectors among them, goes by Taylor's polynomial of degree 13 and four
-    squarings. That is accurate while no eigenvalue of `a` (such as the sum of its angles) is larger than 8 and wrong
-    far beyond.
+    All else, bivectors over six and more basis vectors among them, goes by Taylor's polynomial and squarings in more
+    than double precision (`gacompiler.frontend.scaling`), some fifty products. The error is at most 3e-14 of the
+    largest coefficient where the root of the sum of squared coefficients is up to 1000, as measured by
+    ``tests/test_large_exponentials.py``. Above 1024 the result may be not a
+    number, and far above it always is; so it is, or infinite, where a coefficient is above all doubles, as of a boost
+    by 710. It is never finite and wrong.
     """
     if _is_scalar(a):
         return scalar.exp(a)

@@ -63,10 +63,10 @@ def form_of_versor(r: Any) -> Form:
         bivectors = frozenset(blade for blade in algebra.blades(2) if blade & used == blade)
     form = form_of(algebra, bivectors)
     if form is None or any(blade.bit_count() not in (0, 2, 4) for blade in blades) or not bivectors:
-        names = " ".join(algebra.spelling(blade)[1] for blade in sorted(blades))
+        grades = " ".join(map(str, sorted({blade.bit_count() for blade in blades})))
         raise KernelError(
             "log, sqrt, power or interpolate",
-            f"an element with blades {names}",
+            f"an element of grades {grades} over {used.bit_count()} basis vectors",
             "a scalar, a scalar plus a part whose square is one, or a unit versor of grades 0, 2 and 4 over up to "
             "five basis vectors",
         )
