@@ -67,6 +67,9 @@ ENTRIES = (
     *rows("geometry", VECTORS, ROUNDS + "rays_through_a_convex_hull", """
         first hit of a ray on a mesh: hit_mesh
     """),
+    *rows("geometry", BOOK, "test_stereographic.py::test_there_and_back", """
+        stereographic projection from a sphere, and back: stereographic_projection inverse_stereographic_projection
+    """),
     *rows("geometry", BOOK, GEOMETRY + "cycloidal_curves", """
         epicycloids, hypocycloids, trochoids, ellipses: cycloidal_curve
     """),

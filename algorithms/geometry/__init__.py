@@ -5,6 +5,7 @@ from .fits import Fit, fit_circle, fit_line, fit_plane, fit_sphere
 from .meshes import MeshHit, hit_mesh
 from .pairs import KINDS, Meet, angle, distance, meet, project
 from .round_fits import ConeFit, CylinderFit, fit_cone, fit_cylinder
+from .stereographic import inverse_stereographic_projection, stereographic_projection
 from .surfaces import (
     cone,
     cone_over,
@@ -45,10 +46,12 @@ __all__ = [
     "helicoid",
     "hit_mesh",
     "hyperboloid",
+    "inverse_stereographic_projection",
     "meet",
     "nearest_on_circles",
     "project",
     "similarity_between",
     "sphere_cone_curve",
+    "stereographic_projection",
     "versor_between",
 ]

@@ -1,0 +1,99 @@
+"""Reciprocal frames: the vectors that read off coordinates in a frame that need not be orthonormal."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..arguments import real_array
+from ..subspaces.gram import gram_matrix
+from .linear_functions import LinearStatus
+
+Floats = NDArray[np.float64]
+_SINGULAR = 1e-13
+"""Frames of unit vectors with a part below this orthogonal to the others are dependent to within rounding."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ReciprocalFrame:
+    """What `reciprocal_frame` gives.
+
+    Attributes
+    ----------
+    vectors : array, (..., k, n)
+        Not numbers where the status is not OK.
+    status : array, (...)
+        `LinearStatus`: OK or SINGULAR.
+    """
+
+    vectors: Floats
+    status: NDArray[np.int64]
+
+
+def reciprocal_frame(vectors: ArrayLike, gram: ArrayLike | None = None) -> ReciprocalFrame:
+    """The vectors ``f_i`` in the span of a frame with ``f_i . e_j = 1`` where ``i = j``, and 0 elsewhere.
+
+    They are ``f_i = (-1)**(i - 1) (e_1 ^ ... without e_i ... ^ e_k) E**-1`` with ``E = e_1 ^ ... ^ e_k``. So the
+    coordinates of any `x` of the span are ``f_i . x``, and of any other `x` those of its projection on the span.
+
+    Parameters
+    ----------
+    vectors : array_like, (..., k, n)
+        The frame, k up to n vectors of any lengths.
+    gram : array_like, (n,) or (n, n), optional
+        The squares of the basis vectors or all their inner products; Euclidean, left out.
+
+    Returns
+    -------
+    ReciprocalFrame
+        SINGULAR where the vectors are dependent to within rounding, or one of their span is orthogonal to all of it:
+        then there are none.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where shapes do not fit, or values are not real numbers.
+
+    Notes
+    -----
+    By an orthonormal basis of the span (QR), so that errors grow as the condition of the frame and not as its square:
+    ``f_i . e_j`` is right to 1e-15 times the condition of the frame with its vectors scaled to length 1
+    (`tests/test_frames_and_simplexes.py`).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from algorithms.calculus import reciprocal_frame
+    >>> frame = np.array([[1.0, 0, 0], [1, 2, 0]])
+    >>> found = reciprocal_frame(frame).vectors
+    >>> np.allclose(found @ frame.T, np.eye(2))
+    True
+    """
+    array = real_array(vectors, "vectors", (-1, -1), "frames").astype(np.float64, copy=False)
+    k, n = array.shape[-2:]
+    if not 1 <= k <= n:
+        raise ValueError(f"vectors: shape {array.shape}; expected (..., k, n), k from 1 to n vectors")
+    metric = gram_matrix(gram, n)
+    lengths = np.abs(array).max(-1, keepdims=True)
+    with np.errstate(all="ignore"):
+        scale = lengths * np.linalg.norm(array / lengths, axis=-1, keepdims=True)
+        usable = np.isfinite(scale).all((-2, -1)) & (scale > 0).all((-2, -1))
+        units = np.where(usable[..., None, None], array / scale, np.eye(k, n))
+    q, r = np.linalg.qr(np.swapaxes(units, -1, -2))
+    inner = np.swapaxes(q, -1, -2) @ metric @ q
+    usable &= _least(r, 1.0) > _SINGULAR
+    usable &= _least(inner, float(np.abs(metric).max())) > _SINGULAR
+    safe = usable[..., None, None]
+    inner, r = np.where(safe, inner, np.eye(k)), np.where(safe, r, np.eye(k))
+    found = np.linalg.solve(r, np.linalg.solve(inner, np.swapaxes(q, -1, -2)))
+    with np.errstate(all="ignore"):
+        found = np.where(safe, found / scale, np.nan)
+    status = np.where(usable, LinearStatus.OK, LinearStatus.SINGULAR).astype(np.int64)
+    return ReciprocalFrame(found, status)
+
+
+def _least(matrices: Floats, size: float) -> Floats:
+    """The least singular value, as a part of `size`."""
+    return np.asarray(np.linalg.svd(matrices, compute_uv=False)[..., -1] / max(size, np.finfo(float).tiny))

@@ -1,0 +1,134 @@
+"""Functions of complex, double and dual numbers and of multivectors, against mpmath and identities of matrices."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mpmath as mp
+import numpy as np
+import pytest
+
+from algorithms.calculus import FUNCTIONS, multivector_function
+from generated import vga3
+
+Array = np.ndarray[Any, Any]
+EXACT = {
+    "expm1": mp.expm1, "log1p": lambda x: mp.log(1 + x), "reciprocal": lambda x: 1 / x, "square": lambda x: x * x,
+    "cube": lambda x: x**3,
+}  # fmt: skip
+
+
+def exact(name: str) -> Any:
+    return EXACT.get(name) or getattr(mp, name)
+
+
+def inside(name: str) -> tuple[float, float]:
+    """An interval of real numbers on which the function is smooth, away from poles and branch points."""
+    return {
+        "asin": (-0.9, 0.9), "acos": (-0.9, 0.9), "atanh": (-0.9, 0.9), "acosh": (1.2, 9), "log": (0.1, 9),
+        "sqrt": (0.1, 9), "log1p": (-0.8, 9), "reciprocal": (0.2, 9), "tan": (-1.3, 1.3),
+    }.get(name, (-3, 3))  # fmt: skip
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_numbers(name: str) -> None:
+    """In 40 digits: the derivative, the values of two real numbers, the complex value."""
+    low, high = inside(name)
+    rng = np.random.default_rng(1)
+    a = rng.uniform(low, high, 50)
+    b = rng.uniform(-1, 1, 50) * np.minimum(a - low, high - a)
+    x = np.stack([a, b], -1)
+    function = exact(name)
+    with mp.workdps(40):
+        for square in (0, 1, -1):
+            found = multivector_function(name, x, [square])
+            for (p, q), (real, part) in zip(x, found, strict=True):
+                p, q = mp.mpf(p), mp.mpf(q)
+                if square == 0:
+                    truth = function(p), mp.diff(function, p) * q
+                elif square == 1:
+                    one, other = function(p + q), function(p - q)
+                    truth = (one + other) / 2, (one - other) / 2
+                else:
+                    value = function(mp.mpc(p, q))
+                    truth = value.real, value.imag
+                size = sum(map(abs, truth)) + abs(mp.diff(function, p)) * (abs(p) + abs(q))
+                assert max(abs(truth[0] - real), abs(truth[1] - part)) < 2e-15 * size
+
+
+def left(x: Array) -> Array:
+    """The matrix of multiplication by an element of G(3), by the generated product."""
+    return np.asarray(vga3.geometric_product(x, np.eye(8))).T
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_multivectors_of_space(name: str) -> None:
+    """A function of ``x`` in 30 digits by the eigenvectors of the matrix that multiplies by ``x``."""
+    low, high = inside(name)
+    rng = np.random.default_rng(2)
+    middle, reach = (low + high) / 2, (high - low) / 2
+    function = exact(name)
+    for _ in range(3):
+        x = rng.normal(size=8)
+        x *= 0.3 * min(reach, 1) / np.linalg.norm(x)
+        x[0] += middle
+        found = multivector_function(name, x)
+        with mp.workdps(30):
+            values, vectors = mp.eig(mp.matrix(left(x).tolist()))
+            whole = vectors * mp.diag([function(value) for value in values]) * mp.inverse(vectors)
+            truth = np.array([complex(whole[k, 0]) for k in range(8)])
+        assert np.abs(truth.imag).max() < 1e-8
+        np.testing.assert_allclose(found, truth.real, 0, 1e-8 * np.abs(truth).max())
+
+
+@pytest.mark.parametrize("squares", [(0,), (1,), (-1,), (1, 1), (1, 0), (-1, -1), (1, 1, 1, 0), (1, -1, -1, -1)])
+def test_identities(squares: tuple[int, ...]) -> None:
+    """In any metric, null vectors too: each function undoes the other, and tan is sin by cos."""
+    rng = np.random.default_rng(3)
+    x = rng.normal(size=(4, 1 << len(squares)))
+    x *= 0.4 / np.abs(x).sum(-1, keepdims=True)
+
+    def f(name: str, value: Array) -> Array:
+        return multivector_function(name, value, squares)
+
+    for inverse, function in (("asin", "sin"), ("atan", "tan"), ("asinh", "sinh"), ("atanh", "tanh"), ("log", "exp"),
+                              ("log1p", "expm1")):  # fmt: skip
+        np.testing.assert_allclose(f(inverse, f(function, x)), x, 0, 2e-12)
+    one = np.eye(1 << len(squares))[0]
+    np.testing.assert_allclose(f("cos", f("acos", x)), x, 0, 2e-12)
+    np.testing.assert_allclose(f("cosh", f("acosh", x + 3 * one)), x + 3 * one, 0, 2e-12)
+    np.testing.assert_allclose(f("square", f("sqrt", x + one)), x + one, 0, 2e-12)
+    np.testing.assert_allclose(f("reciprocal", f("reciprocal", x + one)), x + one, 0, 2e-12)
+    np.testing.assert_allclose(f("square", f("sin", x)) + f("square", f("cos", x)), one * np.ones((4, 1)), 0, 2e-12)
+    np.testing.assert_allclose(f("square", f("cosh", x)) - f("square", f("sinh", x)), one * np.ones((4, 1)), 0, 2e-12)
+
+
+def test_where_there_is_no_value() -> None:
+    assert np.isnan(multivector_function("log", [1.0, 2.0], [1])).all()
+    assert np.isnan(multivector_function("sqrt", [0.0, 1, 0, 0], [1, 0])).all(), "a vector of square 1 has no real root"
+    assert np.isnan(multivector_function("sqrt", [0.0, 0, 1, 0], [1, 0])).all(), "nor has a null vector"
+    assert np.isnan(multivector_function("reciprocal", [1.0, 1, 0, 0])).all(), "a divisor of zero"
+    assert np.isnan(multivector_function("exp", [np.nan, 1, 0, 0])).all()
+    minus_one = np.array([-1.0, 0, 0, 0, 0, 0, 0, 0])
+    assert np.isnan(multivector_function("sqrt", minus_one)).all(), "roots such as e123 belong to no branch"
+    assert multivector_function("exp", np.empty((0, 4))).shape == (0, 4)
+    assert multivector_function("exp", np.ones((2, 8), np.float32)).shape == (2, 8)
+    frozen = np.ones(4)
+    frozen.setflags(write=False)
+    assert np.isfinite(multivector_function("sin", frozen)).all()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("sine", [1.0, 2]), "name: 'sine'; expected one of exp"),
+        (("sin", [1.0, 2, 3]), "x: shape"),
+        (("sin", [1.0, 2], [2]), "squares"),
+        (("sin", np.ones(128)), "7 basis vectors; expected 1 to 6"),
+    ],
+)
+def test_refusals(arguments: Any, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        multivector_function(*arguments)
+    with pytest.raises(TypeError, match="x: dtype"):
+        multivector_function("sin", [1j, 2])
