@@ -5,6 +5,7 @@ from .calibrate import PlaneCalibration, calibrate_by_pascal, calibrate_from_pla
 from .calibrations import MOTORCYCLE
 from .camera import Camera
 from .completion import camera_centre, complete_points, projective_depths
+from .conics import ConicThroughPoints, conic_through_points
 from .endoscope import calibrate_endoscope
 from .factorization import Factorization, factorize
 from .fundamental import robust_fundamental_matrix
@@ -39,6 +40,7 @@ __all__ = [
     "MOTORCYCLE",
     "BatchEstimate",
     "Camera",
+    "ConicThroughPoints",
     "DegenerateError",
     "Factorization",
     "HandEye",
@@ -58,6 +60,7 @@ __all__ = [
     "calibrate_from_planes",
     "camera_centre",
     "complete_points",
+    "conic_through_points",
     "conic_value",
     "cross_ratio",
     "epipolar_distance",
