@@ -60,6 +60,18 @@ def test_accuracy(name: str) -> None:
         assert error(vectors, b.terms, ga.exp(b).terms) < 3e-14
 
 
+@pytest.mark.parametrize(("p", "q"), [(8, 0), (4, 4)])
+def test_eight_dimensions(p: int, q: int) -> None:
+    """The error is that of entries of matrices, which are sums of 128 coefficients."""
+    algebra = orthogonal(p, q)
+    (b,) = (b for b in arguments(algebra) if abs(_norm(b) - 1000) < 1)
+    assert error(generators([1] * p + [-1] * q), b.terms, ga.exp(b).terms) < 1e-13
+
+
+def _norm(b: Multivector) -> float:
+    return float(np.linalg.norm(list(b.terms.values())))
+
+
 def test_compiled() -> None:
     """As by the definition, after the optimiser had its way with it; not a number beyond the bound, never wrong."""
     algebra, make = CASES["G(3,3)"]

@@ -161,11 +161,13 @@ def _multiplication(squares: tuple[int, ...]) -> tuple[NDArray[np.int64], Floats
     place = np.empty(1 << n, np.int64)
     place[bitmaps] = np.arange(1 << n)
     left = bitmaps[:, None] ^ bitmaps  # the blade that takes each column to each row
-    swaps = sum(np.bitwise_count((left >> shift) & bitmaps).astype(np.int64) for shift in range(1, n))
-    factors = 1.0 - 2.0 * (np.asarray(swaps) & 1)
+    swaps = np.zeros(left.shape, np.int64)
+    for shift in range(1, n):
+        swaps += np.bitwise_count((left >> shift) & bitmaps)
+    factors = 1.0 - 2.0 * (swaps & 1)
     for k, square in enumerate(squares):
         factors = np.where((left & bitmaps) >> k & 1, square * factors, factors)
-    return place[left], factors
+    return np.asarray(place[left], np.int64), np.asarray(factors, np.float64)
 
 
 def _matrix_function(name: str, m: Matrix) -> Matrix:

@@ -49,7 +49,7 @@ def stereographic_projection(points: ArrayLike) -> Reals:
     with np.errstate(divide="ignore", invalid="ignore"):
         found = np.where(height > 0, flat / (square / (1 + height)), flat / (1 - height))
     pole = (square == 0) & (height > 0)
-    return np.where(pole, array.dtype.type(np.inf), found)
+    return np.asarray(np.where(pole, array.dtype.type(np.inf), found))
 
 
 def inverse_stereographic_projection(points: ArrayLike) -> Reals:
@@ -84,4 +84,4 @@ def inverse_stereographic_projection(points: ArrayLike) -> Reals:
         inner = np.where(np.isinf(largest), array.dtype.type(0), inner)
         square = (inner * inner).sum(-1, keepdims=True)
         height = np.where(outside, 1 - square, square - 1) / (1 + square)
-        return np.concatenate([2 * inner / (1 + square), height], -1)
+        return np.asarray(np.concatenate([2 * inner / (1 + square), height], -1))

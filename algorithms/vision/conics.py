@@ -61,11 +61,11 @@ def conic_through_points(points: ArrayLike) -> ConicThroughPoints:
     array = real_array(points, "points", (5, -1), "five points").astype(np.float64, copy=False)
     if array.shape[-1] not in (2, 3):
         raise ValueError(f"points: shape {array.shape}; expected (..., 5, 2) or (..., 5, 3)")
-    is_finite = np.isfinite(array).all((-2, -1))
+    is_finite = np.asarray(np.isfinite(array).all((-2, -1)))
     array = np.where(is_finite[..., None, None], array, 0.0)
     with np.errstate(all="ignore"):
         places, matrix = _normalized(array)
-        usable = is_finite & np.isfinite(places).all((-2, -1))
+        usable = np.asarray(is_finite & np.isfinite(places).all((-2, -1)))
         places = np.where(usable[..., None, None], places, 0.0)
         x, y, w = np.moveaxis(places, -1, 0)
         equations = np.stack([x * x, x * y, y * y, x * w, y * w, w * w], -1)

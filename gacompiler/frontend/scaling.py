@@ -26,7 +26,7 @@ from .squares import Value, blades_of
 
 LARGEST = 1024
 """Roots of sums of squared coefficients up to this are inside for certain."""
-PLAIN = 5
+PLAIN = 4
 """So many squarings at the end are not worth two parts."""
 SCALED = Fraction(1, 3)
 """The largest norm that the polynomial takes, to 1e-17 of the argument."""
