@@ -75,7 +75,10 @@ def cross_ratio_of_lines(points):
 
 @kernel(points=array(VECTOR, 5), returns=CONIC)
 def conic_from_points(points):
-    """The conic of five points: all x with ``[acx] [bdx] [ade] [bce] = [adx] [bcx] [ace] [bde]``."""
+    """The conic of five points: all x with ``[acx] [bdx] [ade] [bce] = [adx] [bcx] [ace] [bde]``.
+
+    All six numbers are 0 where four points are on a line or two are the same: then there are many conics.
+    """
     a, b, c, d, e = points
     rows = [[ga.undual(p ^ q)[name] for name in NAMES] for p, q in ((a, c), (b, d), (a, d), (b, c))]
     left, right = _bracket(a, d, e) * _bracket(b, c, e), _bracket(a, c, e) * _bracket(b, d, e)
