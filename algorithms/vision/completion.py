@@ -13,8 +13,8 @@ from ..arguments import Reals, real_array
 from .factorization import linear_cameras_of
 from .fundamental import degenerate
 from .invariants import invariants_3d, normalized_pair, places_of_two_views
-from .localization import linear_camera_and_gap
 from .normalization import flatness, homogeneous, normalized
+from .pose_starts import linear_camera_and_gap
 from .status import VisionStatus, check_points, distinct, refuse
 from .two_views import epipoles
 

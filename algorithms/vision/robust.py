@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arguments import Reals
+from ..arguments import Reals, finite_number
 from .status import VisionStatus
 
 _BATCH = 32
@@ -40,6 +40,18 @@ class Problem:
     """Models (m, ...) to distances (m, n_points), in pixels, not negative."""
     improve: Callable[[Reals, Reals], Reals | None]
     """A model and its inliers to a better model, or None."""
+
+
+def check_sampling(threshold: float, confidence: float, max_samples: int) -> None:
+    """ValueError or TypeError where one of these is no such number."""
+    if finite_number(threshold, "threshold") <= 0:
+        raise ValueError(f"threshold: {threshold}; expected more than 0 pixels")
+    if not 0 < finite_number(confidence, "confidence") < 1:
+        raise ValueError(f"confidence: {confidence}; expected a probability between 0 and 1, both excluded")
+    if isinstance(max_samples, bool) or not isinstance(max_samples, (int, np.integer)):
+        raise TypeError(f"max_samples: {max_samples!r}; expected a whole number")
+    if max_samples < 1:
+        raise ValueError(f"max_samples: {max_samples}; expected at least 1")
 
 
 def consensus(problem: Problem, threshold: float, seed: int, confidence: float, max_samples: int) -> RobustEstimate:

@@ -22,7 +22,7 @@ class VisionStatus(IntEnum):
     NO_CONSENSUS = 4
     """No sample agrees with enough other points."""
     NOT_CONVERGED = 5
-    """The iterations ended before the error did not change any more."""
+    """The iterations, or the samples, ended early, or in a place that contradicts the data: no answer to rely on."""
 
 
 class DegenerateError(ValueError):

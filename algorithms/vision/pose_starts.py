@@ -1,0 +1,180 @@
+"""Poses of cameras from linear equations and from three points: starts for the least squares in the image.
+
+Points are given about their centroid, so that what noise does to a turn does not depend on where the world has its
+origin. All functions take leading axes.
+"""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+
+from ..arguments import Reals
+from .normalization import homogeneous, normalized, null_vectors, undone
+from .planes import linear_homography
+
+_FEW = 7
+"""Up to so many points linear equations for a camera amplify noise, or are missing; triples of points are tried too."""
+_TRIPLES = 10
+
+
+def pose_starts(places: Reals, seen: Reals) -> Reals:
+    """Candidates [R | t] (..., s, 3, 4) of points (..., n, 3) about their centroids and images x/z, y/z (..., n, 2).
+
+    Two for points near a plane, which agree with its homography to first order, one for points in space (n at least 6),
+    and for few points the best of those that fit three points exactly. Those that do not exist are NaN.
+    """
+    n = places.shape[-2]
+    found = [*_from_plane(places, seen)]
+    if n >= 6:
+        found.append(_from_space(places, seen))
+    if n <= _FEW:
+        found += list(_from_triples(places, seen))
+    return np.stack(found, -3)
+
+
+def three_points(places: Reals, seen: Reals) -> Reals:
+    """The four [R | t] (..., 4, 3, 4) of three points (..., 3, 3) with images (..., 3, 2); NaN where there are fewer.
+
+    Distances between the points give two conics in the ratios of the depths, and those a quartic (Grunert 1841). Of
+    complex roots, which noise makes of equal ones, the real part is taken.
+    """
+    rays = homogeneous(seen)
+    rays = rays / np.linalg.norm(rays, axis=-1, keepdims=True)
+    alpha, beta, gamma = ((rays[..., i, :] * rays[..., j, :]).sum(-1) for i, j in ((1, 2), (0, 2), (0, 1)))
+    a, b, c = (((places[..., i, :] - places[..., j, :]) ** 2).sum(-1) for i, j in ((1, 2), (0, 2), (0, 1)))
+    with np.errstate(all="ignore"):
+        ratio, other = (a - c) / b, c / b
+        # Depths are s, u s and v s; u = numerator / denominator, and u^2 - 2 gamma u + rest = 0, polynomials in v.
+        numerator = np.stack([1 + ratio, -2 * ratio * beta, ratio - 1], -1)
+        denominator = np.stack([2 * gamma, -2 * alpha], -1)
+        rest = np.stack([1 - other, 2 * other * beta, -other], -1)
+        quartic = _product(numerator, numerator) + _product(rest, _product(denominator, denominator))
+        quartic[..., :4] -= 2 * gamma[..., None] * _product(numerator, denominator)
+        v = _roots(quartic)
+        u = _at(numerator, v) / _at(denominator, v)
+        first = np.sqrt(b[..., None] / (1 + v * v - 2 * v * beta[..., None]))
+        depths = np.stack([first, u * first, v * first], -1)
+        depths = np.where((depths > 0).all(-1, keepdims=True), depths, np.nan)
+        there = _frame(depths[..., None] * rays[..., None, :, :])
+        turn = there @ np.swapaxes(_frame(places), -1, -2)[..., None, :, :]
+    shift = (depths[..., None] * rays[..., None, :, :]).mean(-2) - (turn @ places.mean(-2)[..., None, :, None])[..., 0]
+    return np.concatenate([turn, shift[..., None]], -1)
+
+
+def linear_camera_and_gap(places: Reals, pixels: Reals) -> tuple[Reals, float]:
+    """The camera matrix of one set of points, and the eleventh singular value of its equations by the first."""
+    rows, maps = _camera_equations(places, pixels)
+    _, values, right = np.linalg.svd(rows)
+    return _camera_of(right[-1], maps), float(values[10] / values[0])
+
+
+def _from_space(places: Reals, seen: Reals) -> Reals:
+    rows, maps = _camera_equations(places, seen)
+    matrix = _camera_of(null_vectors(rows, 1)[..., 0, :], maps)
+    # The sign for which the centroid is before the camera: that of the determinant is lost in noise for thin scenes.
+    matrix = np.where(np.isfinite(matrix), matrix, 0) * np.where(matrix[..., 2, 3] < 0, -1, 1)[..., None, None]
+    turn, size = _nearest_turn(matrix[..., :3])
+    return np.concatenate([turn, (matrix[..., 3] / np.maximum(size, 1e-300)[..., None])[..., None]], -1)
+
+
+def _from_plane(places: Reals, seen: Reals) -> tuple[Reals, Reals]:
+    """By the homography of the plane of most extent, and what looks alike but for perspective: its mirror image.
+
+    The plane mirrored in the plane across the line of sight to the centroid has the same image under parallel rays
+    (Necker's reversal): the other minimum of the distances in the image is near it.
+    """
+    axes = np.linalg.svd(places, full_matrices=False)[2]
+    axes = np.concatenate([axes[..., :2, :], np.cross(axes[..., 0, :], axes[..., 1, :])[..., None, :]], -2)
+    matrix, _ = linear_homography(places @ np.swapaxes(axes[..., :2, :], -1, -2), seen)
+    matrix = np.where(np.isfinite(matrix), matrix, 0)
+    size = np.sqrt(np.linalg.norm(matrix[..., 0], axis=-1) * np.linalg.norm(matrix[..., 1], axis=-1))
+    # The centroid is before the camera.
+    matrix = matrix * (np.where(matrix[..., 2, 2] < 0, -1, 1) / np.maximum(size, 1e-300))[..., None, None]
+    turn, _ = _nearest_turn(np.concatenate([matrix[..., :2], np.cross(matrix[..., 0], matrix[..., 1])[..., None]], -1))
+    shift = matrix[..., 2:]
+    mirrored = _mirror(shift[..., 0]) @ turn * [1, 1, -1]
+    return np.concatenate([turn @ axes, shift], -1), np.concatenate([mirrored @ axes, shift], -1)
+
+
+def _from_triples(places: Reals, seen: Reals) -> Reals:
+    """The poses (4, ..., 3, 4) of triples with all points before the camera that leave the least in the image."""
+    every = np.array(list(combinations(range(places.shape[-2]), 3)))
+    triples = every[np.linspace(0, len(every) - 1, min(_TRIPLES, len(every))).round().astype(int)]
+    found = three_points(places[..., triples, :], seen[..., triples, :])
+    found = found.reshape(*places.shape[:-2], -1, 3, 4)
+    in_camera = homogeneous(places)[..., None, :, :] @ np.swapaxes(found, -1, -2)
+    with np.errstate(all="ignore"):
+        off = ((in_camera[..., :2] / in_camera[..., 2:] - seen[..., None, :, :]) ** 2).sum((-1, -2))
+    off = np.where((in_camera[..., 2] > 0).all(-1), off, np.inf)
+    best = np.argsort(off, axis=-1)[..., :4]
+    return np.moveaxis(np.take_along_axis(found, best[..., None, None], -3), -3, 0)
+
+
+def _camera_equations(places: Reals, pixels: Reals) -> tuple[Reals, tuple[Reals, Reals]]:
+    """Rows for the twelve entries of cameras of points and pixels of size 1, and the similarities to these."""
+    one, scale = normalized(places)
+    two, other = normalized(pixels)
+    x = homogeneous(one)
+    nothing = np.zeros_like(x)
+    rows = np.concatenate(
+        [
+            np.concatenate([x, nothing, -two[..., :1] * x], -1),
+            np.concatenate([nothing, x, -two[..., 1:] * x], -1),
+        ],
+        -2,
+    )
+    return rows, (scale, other)
+
+
+def _camera_of(vector: Reals, maps: tuple[Reals, Reals]) -> Reals:
+    matrix = undone(maps[1]) @ vector.reshape(*vector.shape[:-1], 3, 4) @ maps[0]
+    return np.asarray(matrix / np.linalg.norm(matrix, axis=(-1, -2), keepdims=True))
+
+
+def _nearest_turn(matrix: Reals) -> tuple[Reals, Reals]:
+    """The rotations nearest to matrices (..., 3, 3), and the mean of their singular values."""
+    u, s, v = np.linalg.svd(matrix)
+    u[..., 2] *= np.where(np.linalg.det(u @ v) < 0, -1, 1)[..., None]
+    return u @ v, s.mean(-1)
+
+
+def _mirror(normal: Reals) -> Reals:
+    """The reflections in planes across vectors (..., 3)."""
+    unit = normal / np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-300)
+    return np.asarray(np.eye(3) - 2 * unit[..., :, None] * unit[..., None, :])
+
+
+def _frame(triangle: Reals) -> Reals:
+    """Orthonormal axes, as columns, of triangles (..., 3, 3): the first edge, and across it in their plane."""
+    edge, other = triangle[..., 1, :] - triangle[..., 0, :], triangle[..., 2, :] - triangle[..., 0, :]
+    x = edge / np.linalg.norm(edge, axis=-1, keepdims=True)
+    z = np.cross(x, other)
+    z = z / np.linalg.norm(z, axis=-1, keepdims=True)
+    return np.stack([x, np.cross(z, x), z], -1)
+
+
+def _product(one: Reals, two: Reals) -> Reals:
+    """The products of polynomials, coefficients on the last axis."""
+    result = np.zeros((*one.shape[:-1], one.shape[-1] + two.shape[-1] - 1))
+    for k in range(two.shape[-1]):
+        result[..., k : k + one.shape[-1]] += one * two[..., k, None]
+    return result
+
+
+def _at(polynomial: Reals, x: Reals) -> Reals:
+    value = np.zeros_like(x)
+    for k in range(polynomial.shape[-1] - 1, -1, -1):
+        value = value * x + polynomial[..., k, None]
+    return value
+
+
+def _roots(quartic: Reals) -> Reals:
+    """The real parts of the four roots, NaN where the leading coefficient is 0 or not a number."""
+    rows = -quartic[..., 3::-1] / quartic[..., 4:]
+    usable = np.isfinite(rows).all(-1)
+    companion = np.zeros((*rows.shape[:-1], 4, 4))
+    companion[..., 0, :] = np.where(usable[..., None], rows, 0)
+    companion[..., range(1, 4), range(3)] = 1
+    return np.where(usable[..., None], np.linalg.eigvals(companion).real, np.nan)
