@@ -15,7 +15,8 @@ from numpy.typing import ArrayLike
 from generated import projective2
 
 from ..arguments import Reals, finite_number, real_array
-from .fundamental import degenerate, eight_points
+from .degeneracy import degenerate
+from .fundamental import eight_points
 from .localization import checked_intrinsics
 from .normalization import three_on_a_line
 from .planes import homographies_of_four, linear_homography
@@ -46,7 +47,7 @@ def fundamental_matrices(first: ArrayLike, second: ArrayLike, noise: float | Non
     first, second : array_like, (..., n, 2)
         Pixels of n points each, n at least 8.
     noise : float, optional
-        The standard deviation of pixels, where known, by which planes are told; see `fundamental_matrix`.
+        The standard deviation of pixels, where known; see `fundamental_matrix` for what is refused.
 
     Returns
     -------

@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 from generated import projective3
 
 from ..arguments import Reals, real_array
+from .degeneracy import degenerate
 from .factorization import linear_cameras_of
-from .fundamental import degenerate
 from .invariants import invariants_3d, normalized_pair, places_of_two_views
 from .normalization import flatness, homogeneous, normalized
 from .pose_starts import linear_camera_and_gap

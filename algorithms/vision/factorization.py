@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 from generated import projective3
 
 from ..arguments import Reals, real_array
-from .fundamental import degenerate, eight_points, refined
+from .degeneracy import degenerate
+from .fundamental import eight_points, refined
 from .normalization import homogeneous, normalized
 from .status import VisionStatus
 from .tracks import agreeing, camera_of_most, distances, majority_of_pair, noise_of, points_of_most

@@ -4,32 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import chdtri, fdtri
 
-from generated import pga3, projective2, projective3
+from generated import pga3, projective3
 
 from ..arguments import Reals, real_array
-from .normalization import extents, normalized, null_vectors
-from .planes import linear_homography
+from .degeneracy import degenerate
+from .normalization import normalized, null_vectors
+from .rank_two import directions, factors, of_factors
 from .robust import Problem, RobustEstimate, consensus
 from .status import VisionStatus, check_points
 
-_FLAT = 1e-7
-"""Points are on a line where their extent across is below this part of that along it."""
-_PLANAR = 2.0
-"""A homography, or a line, that fits points within this many times their noise by F leaves F open."""
-_OPEN = 1e-7
-"""Equations have more than one solution where the eighth of their singular values is below this part of the first,"""
-_NOISE = 1.1
-"""or, where noise is unknown, below this many times the ninth: scenes seen from close places have ratios of 1.5."""
-_CONFIDENCE = 0.99
-"""Of planes being seen as such, if all F were as free as that of points in space."""
-_SURELY = 0.999
-"""Of planes being seen as such where the noise of pixels is known."""
-_LIKELY = 0.99
-"""Of other points that leave F open: more would refuse more scenes seen from places close to each other."""
-_ROUNDING = 1e-10
-"""Distances below this part of the image are rounding."""
 _STEPS = 30
 
 
@@ -85,27 +69,19 @@ def refined(matrix: Reals, first: Reals, second: Reals) -> Reals:
     size = np.sqrt(np.mean([np.var(first), np.var(second)])) or 1.0
     one, left = normalized(first, np.asarray(1 / size))
     two, right = normalized(second, np.asarray(1 / size))
-    u, s, v = np.linalg.svd(np.linalg.inv(right).T @ matrix @ np.linalg.inv(left))
-    u, v, ratio = u * np.sign(np.linalg.det(u)), v.T * np.sign(np.linalg.det(v)), s[1] / s[0]
-
-    def product(u: Reals, ratio: float, v: Reals) -> Reals:
-        return np.asarray((u * np.array([1.0, ratio, 0.0])) @ v.T)
-
-    damping, current = 1e-4, product(u, ratio, v)
+    u, ratio, v = factors(np.linalg.inv(right).T @ matrix @ np.linalg.inv(left))
+    damping, current = 1e-4, of_factors(u, ratio, v)
     residual = projective3.sampson_distance(current, one, two)
     cost = residual @ residual
     for _ in range(_STEPS):
         gradient = projective3.sampson_distance_gradient(current, one, two).reshape(-1, 9)
         if not np.isfinite(gradient).all():
             break  # A pixel on both epipoles, as where all are the same.
-        middle = np.diag([1.0, ratio, 0.0])
-        columns = [u @ g @ middle @ v.T for g in _TURNS] + [-u @ middle @ g @ v.T for g in _TURNS]
-        columns.append(np.outer(u[:, 1], v[:, 1]))
-        jacobian = gradient @ np.array([c.ravel() for c in columns]).T
+        jacobian = gradient @ directions(u, ratio, v)
         normal, right_side = jacobian.T @ jacobian, jacobian.T @ residual
         step = -np.linalg.lstsq(normal + damping * np.diag(np.diag(normal) + 1e-300), right_side, rcond=1e-14)[0]
         trial_u, trial_v = u @ _rotation(step[:3]), v @ _rotation(step[3:6])
-        trial = product(trial_u, ratio + step[6], trial_v)
+        trial = of_factors(trial_u, ratio + step[6], trial_v)
         new = projective3.sampson_distance(trial, one, two)
         if new @ new < cost:
             better = cost - new @ new
@@ -118,58 +94,6 @@ def refined(matrix: Reals, first: Reals, second: Reals) -> Reals:
             if damping > 1e6:
                 break
     return _unit(right.T @ current @ left)
-
-
-def degenerate(matrix: Reals, first: Reals, second: Reals, known: float | None = None) -> Reals:
-    """Whether point sets (..., n, 2) fit a homography, or a line, as well as F: then they do not determine it.
-
-    `known` is the noise of pixels where that is known, else it is told from what F leaves. On planes that is less than
-    noise has to leave, for there many F fit nearly, one of them best: with ten points two planes in a hundred are
-    missed.
-    """
-    n = first.shape[-2]
-    size = np.maximum(np.ptp(first, -2).max(-1), np.ptp(second, -2).max(-1))
-    off = projective3.sampson_distance(matrix[..., None, :, :], first, second)
-    noise = np.sqrt((off**2).sum(-1) / max(n - 7, 1))
-    # Few points beyond seven say little about their noise: the ratio of both variances has Fisher's distribution.
-    doubt = np.sqrt(fdtri(2 * n - 8, max(n - 7, 1), _CONFIDENCE))
-    told = _PLANAR * noise * doubt
-    if known is not None:
-        # Noise of both images is in the distance of a transfer.
-        told = np.full_like(noise, known * np.sqrt(2 * chdtri(2 * n - 8, 1 - _SURELY) / (2 * n - 8)))
-    allowed = np.maximum(told, _ROUNDING * size)
-    (thin, long), (other_thin, other_long) = extents(first), extents(second)
-    # Both ways: where one image shows all much larger, distances there are larger too.
-    forward, _ = linear_homography(first, second)
-    planes = []
-    for model, a, b in ((forward, first, second), (_inverse(forward), second, first)):
-        moved = _transfer_distance(model[..., None, :, :], a, b)
-        planes.append(np.sqrt((moved**2).sum(-1) / (2 * n - 8)) if n > 4 else np.zeros(moved.shape[:-1]))
-    line = np.minimum(thin, other_thin) / np.sqrt(n) <= allowed
-    flat = (thin <= _FLAT * long) | (other_thin <= _FLAT * other_long)
-    return np.asarray(flat | line | (np.fmin(*planes) <= allowed) | _several(first, second, known))
-
-
-def _several(first: Reals, second: Reals, known: float | None = None) -> Reals:
-    """Whether linear equations of point sets (..., n, 2) have more than one solution: for repeated points, for example.
-
-    Told from rounding, and from noise: with that of pixels known from what the best two solutions leave, else, for more
-    than eight points, only where one leaves as much as the other.
-    """
-    n = first.shape[-2]
-    (one, left), (two, right) = normalized(first), normalized(second)
-    rows = projective3.epipolar_equation(one, two)
-    if n < 8:
-        return np.zeros(rows.shape[:-2], np.bool_)
-    turned = np.swapaxes(rows, -1, -2)
-    values = np.sqrt(np.maximum(np.linalg.eigvalsh(rows @ turned if n == 8 else turned @ rows), 0))
-    several = values[..., -8] <= _OPEN * values[..., -1]
-    if known is None:
-        return np.asarray(several | (n > 8) & (values[..., -8] <= _NOISE * values[..., 0]))
-    null = null_vectors(rows, 2)
-    both = np.swapaxes(right, -1, -2)[..., None, :, :] @ null.reshape(*null.shape[:-1], 3, 3) @ left[..., None, :, :]
-    off = projective3.sampson_distance(both[..., None, :, :], first[..., None, :, :], second[..., None, :, :])
-    return np.asarray(several | ((off**2).sum((-1, -2)) <= known**2 * chdtri(2 * (n - 7), 1 - _LIKELY)))
 
 
 def robust_fundamental_matrix(
@@ -231,23 +155,8 @@ def robust_fundamental_matrix(
     return RobustEstimate(nothing, status, found.inliers, found.distance, found.n_samples)
 
 
-_TURNS = np.array(
-    [[[0, 0, 0], [0, 0, -1], [0, 1, 0]], [[0, 0, 1], [0, 0, 0], [-1, 0, 0]], [[0, -1, 0], [1, 0, 0], [0, 0, 0]]]
-)
-
-
 def _rotation(vector: Reals) -> Reals:
     return np.asarray(pga3.rotor_to_matrix(pga3.rotor_from_rotation_vector(vector)))
-
-
-def _inverse(matrix: Reals) -> Reals:
-    """Inverse homographies by cofactors, which are there for those without inverse too."""
-    return np.asarray(np.swapaxes(projective2.line_homography(matrix), -1, -2))
-
-
-def _transfer_distance(matrix: Reals, first: Reals, second: Reals) -> Reals:
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.asarray(np.linalg.norm(projective2.transform_point(matrix, first) - second, axis=-1))
 
 
 def _unit(matrix: Reals) -> Reals:

@@ -74,6 +74,24 @@ def homographies_of_four(first: Reals, second: Reals) -> Reals:
     return np.asarray(matrix / np.linalg.norm(matrix, axis=(-1, -2), keepdims=True))
 
 
+def homography_distance(matrix: Reals, first: Reals, second: Reals) -> Reals:
+    """The distances (..., n) of pairs (..., n, 2) to the nearest that fit H (..., 3, 3), to first order (Sampson's).
+
+    Noise of both images counts: its mean square is twice the variance of a pixel's coordinate.
+    """
+    with np.errstate(all="ignore"):
+        moved = projective2.transform_point(matrix[..., None, :, :], first)
+        weight = (matrix[..., None, 2, :2] * first).sum(-1) + matrix[..., None, 2, 2]
+        off = moved - second
+        change = matrix[..., None, :2, :2] - moved[..., :, None] * matrix[..., None, 2:, :2]
+        change = change / weight[..., None, None]
+        a, b = 1 + (change[..., 0, :] ** 2).sum(-1), (change[..., 0, :] * change[..., 1, :]).sum(-1)
+        c = 1 + (change[..., 1, :] ** 2).sum(-1)
+        x, y = off[..., 0], off[..., 1]
+        square = (c * x * x - 2 * b * x * y + a * y * y) / (a * c - b * b)
+        return np.asarray(np.sqrt(np.maximum(square, 0)))
+
+
 def robust_homography(
     first: ArrayLike,
     second: ArrayLike,

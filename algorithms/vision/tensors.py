@@ -11,7 +11,8 @@ from generated import projective3
 
 from ..arguments import Reals, real_array
 from .camera import Camera, camera_matrix
-from .fundamental import degenerate, eight_points
+from .degeneracy import degenerate
+from .fundamental import eight_points
 from .normalization import homogeneous, normalized
 from .status import VisionStatus, check_points, refuse
 

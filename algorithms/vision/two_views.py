@@ -12,7 +12,8 @@ from generated import projective3
 
 from ..arguments import Reals, finite_number, real_array
 from .camera import Camera, camera_matrix
-from .fundamental import degenerate, eight_points, refined, robust_fundamental_matrix, seven_points
+from .degeneracy import degenerate
+from .fundamental import eight_points, refined, robust_fundamental_matrix, seven_points
 from .status import VisionStatus, check_points, refuse
 
 Method = Literal["8-point", "7-point", "robust"]
@@ -47,9 +48,8 @@ def fundamental_matrix(
     seed : int
         With "robust", of the samples.
     noise : float, optional
-        The standard deviation of pixels, where it is known: by it points of a plane are told from others with
-        certainty. Left out, it is told from the data, which takes 12 points and more: of planes of ten points, two in a
-        hundred pass for scenes.
+        The standard deviation of pixels, where it is known: by it points of a plane are separated from others with
+        certainty. Left out, it is estimated from what F leaves, and for few points from the size of the images.
 
     Returns
     -------
@@ -68,6 +68,14 @@ def fundamental_matrix(
     Notes
     -----
     The error from exact pixels is some 1e-12 for points well spread in space.
+
+    Pixels are refused where a homography, or a line, fits them as well as F does: where the mean square of what it
+    leaves is below the 99.5 % quantile of Fisher's distribution times that of F. To the n - 7 numbers that F leaves,
+    of which so few are useless, four are added, of 1.2 thousandths of the extent of the pixels. With `noise` its square
+    replaces the estimate, with the quantile 99.9 %, and points are also refused where all but one are on a plane, and
+    where less than eight pairs differ by more than noise. Of scenes with a baseline of a fourth of the distance one in
+    a hundred is refused at n = 8, at most two in a thousand from n = 12; of planes 0.2 % pass with half a pixel of
+    noise, 1 to 8 % with one pixel at n = 8, 1 % from n = 9, and with `noise` 0.3 %.
     """
     if not isinstance(first, Camera) and not isinstance(second, Camera) and np.shape(first)[-1:] == (2,):
         return _from_pixels(first, second, method, refine, seed, noise)

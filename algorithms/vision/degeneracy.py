@@ -1,0 +1,138 @@
+"""Whether noisy pixels of two views determine F, or fit a plane, a line or too few places as well."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.special import chdtri, fdtri
+
+from generated import projective3
+
+from ..arguments import Reals
+from .normalization import extents, normalized, undone
+from .planes import homography_distance, linear_homography
+from .rank_two import directions, factors, of_factors
+
+_FLAT = 1e-7
+"""Points are on a line where their extent across is below this part of that along it."""
+_OPEN = 1e-7
+"""Equations have more than one solution where the eighth of their singular values is below this part of the first,"""
+_RATIO = 1.1
+"""or, where noise is unknown, below this many times the ninth: scenes seen from close places have ratios of 1.5."""
+_CONFIDENCE = 0.995
+"""Of planes being found by what F leaves, if all F were as free as that of points in space."""
+_SURELY = 0.999
+"""Of planes being found where the noise of pixels is known."""
+_ROUNDING = 1e-10
+"""Distances below this part of the image are rounding."""
+_USUAL_NOISE = 1.2e-3
+"""The standard deviation of pixels that is expected before they are seen, as a part of the image that they cover,"""
+_WEIGHT = 4.0
+"""and as many residuals as that expectation counts for."""
+_LINE = 3.0
+"""On a line F leaves less than a homography on a plane does: the variance across it may be this many times as large."""
+_SUSPECTS = 16
+"""Of more points, so many with the largest distances from a plane may be the only one off it."""
+
+
+def degenerate(matrix: Reals, first: Reals, second: Reals, known: float | None = None) -> Reals:
+    """Whether point sets (..., n, 2) with noise cannot be distinguished from those of a plane or a line.
+
+    A homography, which has one parameter more than F and leaves two numbers of each point instead of one, fits such
+    points as well as F does: the ratio of both variances has Fisher's distribution. What F leaves of n points is n - 7
+    numbers, so few of eight points that chance makes one in ten planes look exact; `_WEIGHT` numbers of the usual size
+    are added to them. With the noise `known` the variance of the homography alone decides, and points are refused too
+    where all but one are on a plane, or fewer than eight places are seen.
+    """
+    n = first.shape[-2]
+    size = np.maximum(np.ptp(first, -2).max(-1), np.ptp(second, -2).max(-1))
+    if known is None:
+        freedom = max(n - 9, 1) + _WEIGHT
+        variance = (_left_by_f(matrix, first, second) + _WEIGHT * (_USUAL_NOISE * size) ** 2) / freedom
+    else:
+        freedom, variance = np.inf, np.full(size.shape, known**2)
+    rounding = (_ROUNDING * size) ** 2
+    (thin, long), (other_thin, other_long) = extents(first), extents(second)
+    across = np.minimum(thin, other_thin) ** 2 / (n - 2)
+    line = across <= np.maximum((_LINE if known is None else 1) * _quantile(n - 2, freedom) * variance, rounding)
+    flat = (thin <= _FLAT * long) | (other_thin <= _FLAT * other_long)
+    allowed = (2 * n - 8) * np.maximum(_quantile(2 * n - 8, freedom) * variance, rounding)
+    plane = _left_by_plane(first, second).sum(-1) <= allowed
+    result = flat | line | plane | _several(first, second, known is None)
+    if known is not None:
+        result |= _plane_but_one(first, second, known) | _few_places(first, second, known)
+    return np.asarray(result)
+
+
+def _quantile(n: int, freedom: float) -> float:
+    """Of the mean square of n residuals by that of `freedom` others."""
+    if np.isinf(freedom):
+        return float(chdtri(n, 1 - _SURELY)) / n
+    return float(fdtri(n, freedom, _CONFIDENCE))
+
+
+def _left_by_f(matrix: Reals, first: Reals, second: Reals) -> Reals:
+    """The sum of the squares of Sampson distances after one more step towards their least, to first order.
+
+    So an F of linear equations will do, where rank 2 leaves much more than noise.
+    """
+    size = np.sqrt((first.var((-1, -2)) + second.var((-1, -2))) / 2)
+    size = np.where(size > 0, size, 1.0)
+    (one, left), (two, right) = normalized(first, 1 / size), normalized(second, 1 / size)
+    u, ratio, v = factors(np.swapaxes(undone(right), -1, -2) @ matrix @ undone(left))
+    scaled = of_factors(u, ratio, v)
+    off = projective3.sampson_distance(scaled[..., None, :, :], one, two)
+    gradient = projective3.sampson_distance_gradient(scaled[..., None, :, :], one, two)
+    rows = gradient.reshape(*first.shape[:-1], 9) @ directions(u, ratio, v)
+    usable = np.isfinite(rows).all((-1, -2)) & np.isfinite(off).all(-1)
+    basis = np.linalg.qr(np.where(usable[..., None, None], rows, 0))[0]
+    off = np.where(usable[..., None], off, 0)
+    rest = off - (basis @ (np.swapaxes(basis, -1, -2) @ off[..., None]))[..., 0]
+    return np.asarray((rest**2).sum(-1) * size**2)
+
+
+def _left_by_plane(first: Reals, second: Reals) -> Reals:
+    """Squares (..., n) of distances to pairs that fit a homography, fitted either way, whichever leaves less."""
+    forward, _ = linear_homography(first, second)
+    back, _ = linear_homography(second, first)
+    off, other = homography_distance(forward, first, second) ** 2, homography_distance(back, second, first) ** 2
+    smaller = np.nan_to_num(off.sum(-1), nan=np.inf) <= np.nan_to_num(other.sum(-1), nan=np.inf)
+    return np.where(smaller[..., None], off, other)
+
+
+def _plane_but_one(first: Reals, second: Reals, noise: float) -> Reals:
+    """Whether all points but one fit a plane: then one number of F is open."""
+    n = first.shape[-2]
+    if n <= 8:
+        return np.zeros(first.shape[:-2], np.bool_)
+    worst = np.argsort(_left_by_plane(first, second), axis=-1)[..., -_SUSPECTS:]
+    others = np.arange(n - 1) + (np.arange(n - 1) >= worst[..., None])
+    one, two = (np.take_along_axis(x[..., None, :, :], others[..., None], -2) for x in (first, second))
+    left = _left_by_plane(one, two).sum(-1).min(-1)
+    return np.asarray(left <= (2 * n - 10) * _quantile(2 * n - 10, np.inf) * noise**2)
+
+
+def _few_places(first: Reals, second: Reals, noise: float) -> Reals:
+    """Whether less than eight pairs of pixels differ by more than noise does."""
+    pairs = np.concatenate([first, second], -1)
+    left = np.ones(pairs.shape[:-1], np.bool_)
+    for _ in range(7):
+        chosen = np.take_along_axis(pairs, left.argmax(-1)[..., None, None], -2)
+        left &= ((pairs - chosen) ** 2).sum(-1) > 2 * noise**2 * chdtri(4, 1 - _SURELY)
+    return np.asarray(~left.any(-1))
+
+
+def _several(first: Reals, second: Reals, noisy: bool) -> Reals:
+    """Whether linear equations of point sets (..., n, 2) have more than one solution: for repeated points, for example.
+
+    Found by rounding, and under noise, for more than eight points, where one solution leaves as much as the other.
+    """
+    n = first.shape[-2]
+    rows = projective3.epipolar_equation(normalized(first)[0], normalized(second)[0])
+    if n < 8:
+        return np.zeros(rows.shape[:-2], np.bool_)
+    turned = np.swapaxes(rows, -1, -2)
+    values = np.sqrt(np.maximum(np.linalg.eigvalsh(rows @ turned if n == 8 else turned @ rows), 0))
+    several = values[..., -8] <= _OPEN * values[..., -1]
+    if noisy and n > 8:
+        several |= values[..., -8] <= _RATIO * values[..., 0]
+    return np.asarray(several)
