@@ -8,7 +8,6 @@ from .completion import camera_centre, complete_points, projective_depths
 from .conics import ConicThroughPoints, conic_through_points
 from .endoscope import calibrate_endoscope
 from .factorization import Factorization, factorize
-from .fundamental import robust_fundamental_matrix
 from .hand_eye import hand_eye, hand_eye_from_poses
 from .hand_eye_results import HandEye, HandEyeOfPoses, HandEyeStatus
 from .invariants import cross_ratio, invariants_3d, invariants_3d_deviation, p2_invariants, permutation_invariant
@@ -18,6 +17,7 @@ from .navigation import LandmarkPose, localize_by_landmarks
 from .omnidirectional import OmnidirectionalCamera, conic_value
 from .planes import homography, robust_homography
 from .robust import RobustEstimate
+from .robust_fundamental import robust_fundamental_matrix
 from .status import DegenerateError, VisionStatus
 from .stereo import RectifiedPair
 from .tensors import (

@@ -34,14 +34,14 @@ _SUSPECTS = 16
 """Of more points, so many with the largest distances from a plane may be the only one off it."""
 
 
-def degenerate(matrix: Reals, first: Reals, second: Reals, known: float | None = None) -> Reals:
+def degenerate(matrix: Reals, first: Reals, second: Reals, known: float | None = None, margin: float = 1.0) -> Reals:
     """Whether point sets (..., n, 2) with noise cannot be distinguished from those of a plane or a line.
 
     A homography, which has one parameter more than F and leaves two numbers of each point instead of one, fits such
     points as well as F does: the ratio of both variances has Fisher's distribution. What F leaves of n points is n - 7
     numbers, so few of eight points that chance makes one in ten planes look exact; `_WEIGHT` numbers of the usual size
     are added to them. With the noise `known` the variance of the homography alone decides, and points are refused too
-    where all but one are on a plane, or fewer than eight places are seen.
+    where all but one are on a plane, or fewer than eight places are seen. `margin` times the variance counts as equal.
     """
     n = first.shape[-2]
     size = np.maximum(np.ptp(first, -2).max(-1), np.ptp(second, -2).max(-1))
@@ -50,6 +50,7 @@ def degenerate(matrix: Reals, first: Reals, second: Reals, known: float | None =
         variance = (_left_by_f(matrix, first, second) + _WEIGHT * (_USUAL_NOISE * size) ** 2) / freedom
     else:
         freedom, variance = np.inf, np.full(size.shape, known**2)
+    variance = margin * variance
     rounding = (_ROUNDING * size) ** 2
     (thin, long), (other_thin, other_long) = extents(first), extents(second)
     across = np.minimum(thin, other_thin) ** 2 / (n - 2)

@@ -1,18 +1,14 @@
-"""The fundamental matrix from correspondences: seven points, eight and more, and with wrong ones among them."""
+"""The fundamental matrix from correspondences: seven points, eight and more."""
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from generated import pga3, projective3
 
-from ..arguments import Reals, real_array
-from .degeneracy import degenerate
+from ..arguments import Reals
 from .normalization import normalized, null_vectors
 from .rank_two import directions, factors, of_factors
-from .robust import Problem, RobustEstimate, consensus
-from .status import VisionStatus, check_points
 
 _STEPS = 30
 
@@ -94,65 +90,6 @@ def refined(matrix: Reals, first: Reals, second: Reals) -> Reals:
             if damping > 1e6:
                 break
     return _unit(right.T @ current @ left)
-
-
-def robust_fundamental_matrix(
-    first: ArrayLike,
-    second: ArrayLike,
-    threshold: float = 1.0,
-    seed: int = 0,
-    confidence: float = 0.999,
-    max_samples: int = 5000,
-) -> RobustEstimate:
-    """The fundamental matrix that most correspondences agree on.
-
-    Samples of seven points, the best of them refined on all that agree; the last one has the least squares of Sampson
-    distances.
-
-    Parameters
-    ----------
-    first, second : array_like, (n, 2)
-        Pixels of both images.
-    threshold : float
-        The Sampson distance, in pixels, from which a correspondence counts as wrong.
-    seed : int
-        Of the random samples; the same seed gives the same result.
-    confidence : float
-        With which a sample without wrong points is among those drawn.
-    max_samples : int
-
-    Returns
-    -------
-    RobustEstimate
-
-    Raises
-    ------
-    TypeError, ValueError
-        Where these are not n points each.
-    """
-    one, two = real_array(first, "first", (2,), "x y"), real_array(second, "second", (2,), "x y")
-    status = check_points({"first": one, "second": two}, 8, "points")
-    nothing = np.full((3, 3), np.nan)
-    if status != VisionStatus.OK:
-        return RobustEstimate(nothing, status, np.zeros(len(one), bool), np.nan, 0)
-
-    def solve(sets: Reals) -> Reals:
-        return seven_points(one[sets], two[sets]).reshape(-1, 3, 3)
-
-    def distances(models: Reals) -> Reals:
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return np.asarray(np.abs(projective3.sampson_distance(models[:, None], one, two)))
-
-    def improve(model: Reals, inliers: Reals) -> Reals | None:
-        return refined(model, one[inliers], two[inliers]) if inliers.sum() >= 8 else None
-
-    found = consensus(Problem(len(one), 7, solve, distances, improve), threshold, seed, confidence, max_samples)
-    status = found.status
-    if status == VisionStatus.OK and degenerate(found.model, one[found.inliers], two[found.inliers]):
-        status = VisionStatus.DEGENERATE
-    if status == VisionStatus.OK:
-        return found
-    return RobustEstimate(nothing, status, found.inliers, found.distance, found.n_samples)
 
 
 def _rotation(vector: Reals) -> Reals:

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from generated import projective2
 
 from ..arguments import Reals, real_array
+from .chance import Freedom
 from .normalization import homogeneous
 from .pose_refinement import best_poses, camera_motors, pose_status, refined_poses
 from .pose_starts import three_points
@@ -17,6 +18,7 @@ from .robust import Problem, check_sampling, consensus
 from .status import VisionStatus, check_points
 
 _STEPS = 200
+_FREEDOM = Freedom(sample_size=3, parameters=6, codimension=2, solutions=4)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,7 +41,7 @@ def localize(
     threshold: float | None = None,
     seed: int = 0,
     confidence: float = 0.999,
-    max_samples: int = 2000,
+    max_samples: int = 10000,
 ) -> Localization:
     """The pose from which a camera sees points in given pixels, with the least squares of distances in the image.
 
@@ -124,10 +126,10 @@ def _problem(places: Reals, image: Reals, seen: Reals, k: Reals) -> Problem:
     def solve(sets: Reals) -> Reals:
         return three_points(places[sets], seen[sets]).reshape(-1, 3, 4)
 
-    def distances(models: Reals) -> Reals:
-        in_camera = np.einsum("mij,nj->mni", models, homogeneous(places))
+    def distances(models: Reals, points: Reals, pixels: Reals) -> Reals:
+        in_camera = np.einsum("mij,nj->mni", models, homogeneous(points))
         with np.errstate(divide="ignore", invalid="ignore"):
-            off = np.linalg.norm(in_camera[..., :2] / in_camera[..., 2:] @ k[:2, :2].T + k[:2, 2] - image, axis=-1)
+            off = np.linalg.norm(in_camera[..., :2] / in_camera[..., 2:] @ k[:2, :2].T + k[:2, 2] - pixels, axis=-1)
         return np.where(in_camera[..., 2] > 0, off, np.inf)
 
     def improve(model: Reals, inliers: Reals) -> Reals | None:
@@ -135,7 +137,7 @@ def _problem(places: Reals, image: Reals, seen: Reals, k: Reals) -> Problem:
             return None
         return np.asarray(refined_poses(model[None], places[None, inliers], image[None, inliers], k, _STEPS).matrix[0])
 
-    return Problem(len(places), 3, solve, distances, improve)
+    return Problem(places, image, _FREEDOM, solve, distances, improve)
 
 
 def checked_intrinsics(intrinsics: ArrayLike) -> Reals:

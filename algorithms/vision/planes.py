@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from generated import projective2
 
 from ..arguments import Reals, real_array
+from .chance import Freedom
 from .normalization import normalized, null_vectors, null_vectors_and_values, three_on_a_line, undone
-from .robust import Problem, RobustEstimate, consensus
+from .robust import Problem, RobustEstimate, check_sampling, consensus, no_estimate
 from .status import VisionStatus, check_points, refuse
 
 _RANK = 1e-9
 """A singular value below this part of the first is rounding,"""
 _NOISE = 1.5
 """and one below this many times the last is noise."""
+_FREEDOM = Freedom(sample_size=4, parameters=8, codimension=2, solutions=1)
 
 
 def homography(first: ArrayLike, second: ArrayLike) -> Reals:
@@ -110,35 +114,47 @@ def robust_homography(
     seed : int
         Of the random samples; the same seed gives the same result.
     confidence : float
-        With which a sample without wrong points is among those drawn.
+        With which a sample without wrong points is among those drawn, between 0 and 1.
     max_samples : int
+        At least 1.
 
     Returns
     -------
     RobustEstimate
+        NO_CONSENSUS where no more pairs agree than chance gives (always so for four), NOT_CONVERGED where `max_samples`
+        are too few for the confidence, DEGENERATE where those that agree are nearly all on a line.
 
     Raises
     ------
     TypeError, ValueError
-        Where these are not n points each.
+        Where these are not n points each, `threshold` is not positive, `confidence` not between 0 and 1, or
+        `max_samples` less than 1.
     """
+    check_sampling(threshold, confidence, max_samples)
     one, two = real_array(first, "first", (2,), "x y"), real_array(second, "second", (2,), "x y")
     status = check_points({"first": one, "second": two}, 4, "points")
     if status != VisionStatus.OK:
-        return RobustEstimate(np.full((3, 3), np.nan), status, np.zeros(len(one), bool), np.nan, 0)
+        return no_estimate(status, len(one))
+    problem = homography_problem(one, two, _transfer_distance)
+    found = consensus(problem, threshold, seed, confidence, max_samples)
+    if found.status == VisionStatus.OK and linear_homography(one[found.inliers], two[found.inliers])[1] <= _RANK:
+        return no_estimate(VisionStatus.DEGENERATE, len(one), n_samples=found.n_samples)
+    return found
+
+
+def homography_problem(first: Reals, second: Reals, distances: Callable[[Reals, Reals, Reals], Reals]) -> Problem:
+    """Homographies from samples of four pairs."""
 
     def solve(sets: Reals) -> Reals:
-        good = ~(three_on_a_line(one[sets]) | three_on_a_line(two[sets]))
-        return homographies_of_four(one[sets[good]], two[sets[good]]) if good.any() else np.empty((0, 3, 3))
-
-    def distances(models: Reals) -> Reals:
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return np.asarray(np.linalg.norm(projective2.transform_point(models[:, None], one) - two, axis=-1))
+        good = ~(three_on_a_line(first[sets]) | three_on_a_line(second[sets]))
+        return homographies_of_four(first[sets[good]], second[sets[good]]) if good.any() else np.empty((0, 3, 3))
 
     def improve(_: Reals, inliers: Reals) -> Reals | None:
-        return linear_homography(one[inliers], two[inliers])[0] if inliers.sum() > 4 else None
+        return linear_homography(first[inliers], second[inliers])[0] if inliers.sum() > 4 else None
 
-    found = consensus(Problem(len(one), 4, solve, distances, improve), threshold, seed, confidence, max_samples)
-    if found.status != VisionStatus.OK:
-        return RobustEstimate(np.full((3, 3), np.nan), found.status, found.inliers, found.distance, found.n_samples)
-    return found
+    return Problem(first, second, _FREEDOM, solve, distances, improve)
+
+
+def _transfer_distance(models: Reals, first: Reals, second: Reals) -> Reals:
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(np.linalg.norm(projective2.transform_point(models[:, None], first) - second, axis=-1))

@@ -132,7 +132,7 @@ def _moved(step: Reals, matrix: Reals) -> Reals:
 def _n_distinct(places: Reals) -> Reals:
     """How many of points (b, n, 3) differ, by their order along a direction that has no relation to them."""
     along = np.sort(places[..., 0] + np.sqrt(2) * places[..., 1] + np.sqrt(3) * places[..., 2], axis=1)
-    return 1 + (np.diff(along, axis=1) > 0).sum(1)
+    return np.asarray(1 + (np.diff(along, axis=1) > 0).sum(1))
 
 
 def camera_motors(matrix: Reals, centroid: Reals) -> Reals:

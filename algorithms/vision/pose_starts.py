@@ -173,7 +173,7 @@ def _at(polynomial: Reals, x: Reals) -> Reals:
 def _roots(quartic: Reals) -> Reals:
     """The real parts of the four roots, NaN where the leading coefficient is 0 or not a number."""
     rows = -quartic[..., 3::-1] / quartic[..., 4:]
-    usable = np.isfinite(rows).all(-1)
+    usable = np.asarray(np.isfinite(rows).all(-1))
     companion = np.zeros((*rows.shape[:-1], 4, 4))
     companion[..., 0, :] = np.where(usable[..., None], rows, 0)
     companion[..., range(1, 4), range(3)] = 1

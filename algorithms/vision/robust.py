@@ -4,14 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..arguments import Reals, finite_number
+from .chance import Freedom, by_chance
 from .status import VisionStatus
 
-_BATCH = 32
-"""Samples that are solved and scored at once."""
+_BATCHES = (32, 64, 128, 256)
+"""So many samples are solved and scored at once, the last number for all that follow."""
+_SUBSET = 64
+"""Of many points so many are looked at first, and"""
+_KEPT = 32
+"""so many models scored on all."""
+_STEPS = 10
+"""Of improving a model, at most."""
+_SHUFFLED = 20000
+"""So many pairs that do not belong together say what chance does."""
+
+Indices = NDArray[Any]
+"""Of points: integers, or bool."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -28,17 +42,20 @@ class RobustEstimate:
     n_samples: int
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Problem:
     """What sampling needs to know of a model."""
 
-    n_points: int
-    sample_size: int
-    solve: Callable[[Reals], Reals]
+    first: Reals
+    """(n, ...) One side of the pairs,"""
+    second: Reals
+    """(n, ...) and the other."""
+    freedom: Freedom
+    solve: Callable[[Indices], Reals]
     """Index sets (b, sample_size) to models (m, ...), NaN where there is none."""
-    distances: Callable[[Reals], Reals]
-    """Models (m, ...) to distances (m, n_points), in pixels, not negative."""
-    improve: Callable[[Reals, Reals], Reals | None]
+    distances: Callable[[Reals, Reals, Reals], Reals]
+    """Models (m, ...) and both sides (k, ...) of pairs to distances (m, k), in pixels, not negative."""
+    improve: Callable[[Reals, Indices], Reals | None]
     """A model and its inliers to a better model, or None."""
 
 
@@ -54,54 +71,124 @@ def check_sampling(threshold: float, confidence: float, max_samples: int) -> Non
         raise ValueError(f"max_samples: {max_samples}; expected at least 1")
 
 
+def no_estimate(
+    status: VisionStatus, n_points: int, shape: tuple[int, ...] = (3, 3), n_samples: int = 0
+) -> RobustEstimate:
+    return RobustEstimate(np.full(shape, np.nan), status, np.zeros(n_points, bool), np.nan, n_samples)
+
+
 def consensus(problem: Problem, threshold: float, seed: int, confidence: float, max_samples: int) -> RobustEstimate:
     """The model with the least truncated squares of distances (MSAC), improved whenever a better one is found.
 
-    Samples are drawn until one without wrong points has been among them with the given confidence. Chum, Matas and
-    Kittler, *Locally optimized RANSAC*, DAGM 2003.
+    Samples are drawn until one without wrong points has been among them with the given confidence; where `max_samples`
+    are too few for that the status is NOT_CONVERGED. NO_CONSENSUS is that of a model with no more inliers than chance
+    gives. Chum, Matas and Kittler, *Locally optimized RANSAC*, DAGM 2003.
     """
     rng = np.random.default_rng(seed)
-    n, size, limit = problem.n_points, problem.sample_size, threshold * threshold
-
-    def score(models: Reals) -> tuple[Reals, Reals]:
-        squares = np.nan_to_num(problem.distances(models) ** 2, nan=np.inf)
-        return np.minimum(squares, limit).sum(-1), squares <= limit
-
-    best: tuple[float, Reals, Reals] | None = None
-    drawn, wanted = 0, float(max_samples)
-    while drawn < wanted:
-        sets = np.argpartition(rng.random((_BATCH, n)), size - 1, axis=1)[:, :size]
-        drawn += _BATCH
-        models = problem.solve(sets)
+    n, size = len(problem.first), problem.freedom.sample_size
+    best: tuple[float, Reals, Indices] | None = None
+    drawn, wanted, round_, least = 0, np.inf, 0, np.inf
+    while drawn < min(wanted, max_samples):
+        batch = min(_BATCHES[min(round_, len(_BATCHES) - 1)], max_samples - drawn)
+        drawn, round_ = drawn + batch, round_ + 1
+        models = problem.solve(_samples(rng, n, size, batch))
+        models = models[np.isfinite(models).reshape(len(models), -1).all(-1)] if len(models) else models
+        models = _promising(problem, models, threshold, rng)
         if not len(models):
             continue
-        models = models[np.isfinite(models).reshape(len(models), -1).all(-1)]
-        if not len(models):
-            continue
-        costs, within = score(models)
+        costs, within = _scores(problem, models, threshold, slice(None))
         k = int(np.argmin(costs))
-        if best is not None and costs[k] >= best[0]:
+        if costs[k] >= least:
             continue
-        best = _improved((float(costs[k]), models[k], within[k]), problem, score)
-        share = max(float(best[2].mean()), 1e-3)
-        wanted = min(max_samples, np.log(1 - confidence) / min(np.log1p(-min(share**size, 1 - 1e-12)), -1e-12))
-    if best is None or best[2].sum() <= size:
-        nothing = np.full(() if best is None else best[1].shape, np.nan)
-        return RobustEstimate(nothing, VisionStatus.NO_CONSENSUS, np.zeros(n, bool), np.nan, drawn)
+        # Every best sample is improved: compared with an improved one, few would be, and not the one in its valley.
+        least = costs[k]
+        better = _improved(problem, (float(costs[k]), models[k], within[k]), threshold)
+        if best is not None and better[0] >= best[0]:
+            continue
+        best = better
+        share = float(best[2].mean())
+        wanted = np.log(1 - confidence) / min(np.log1p(-min(share**size, 1 - 1e-12)), -1e-300)
+    if best is None:
+        return no_estimate(VisionStatus.NO_CONSENSUS, n, n_samples=drawn)
     _, model, inliers = best
-    rest = problem.distances(model[None])[0][inliers]
-    return RobustEstimate(model, VisionStatus.OK, inliers, float(np.sqrt(np.mean(rest**2))), drawn)
+    status = VisionStatus.OK if drawn >= wanted else VisionStatus.NOT_CONVERGED
+    if explained_by_chance(problem, model, threshold, rng):
+        status = VisionStatus.NO_CONSENSUS
+    if status != VisionStatus.OK:
+        return no_estimate(status, n, model.shape, drawn)
+    return estimate(problem, model, inliers, drawn)
 
 
-def _improved(
-    best: tuple[float, Reals, Reals], problem: Problem, score: Callable[[Reals], tuple[Reals, Reals]]
-) -> tuple[float, Reals, Reals]:
-    for _ in range(10):
-        model = problem.improve(best[1], best[2])
-        if model is None or not np.isfinite(model).all():
-            return best
-        costs, within = score(model[None])
-        if not costs[0] < best[0] * (1 - 1e-9):
-            return best
-        best = float(costs[0]), model, within[0]
+def estimate(problem: Problem, model: Reals, inliers: Indices, n_samples: int) -> RobustEstimate:
+    """The result for a model that was found good."""
+    rest = problem.distances(model[None], problem.first[inliers], problem.second[inliers])[0]
+    return RobustEstimate(model, VisionStatus.OK, inliers, float(np.sqrt(np.mean(rest**2))), n_samples)
+
+
+def polished(problem: Problem, model: Reals, threshold: float) -> tuple[float, Reals, Indices]:
+    """The cost of a model, improved while that lessens it, the model, and its inliers."""
+    costs, within = _scores(problem, model[None], threshold, slice(None))
+    return _improved(problem, (float(costs[0]), model, within[0]), threshold)
+
+
+def explained_by_chance(problem: Problem, model: Reals, threshold: float, rng: np.random.Generator) -> bool:
+    """Whether wrong points alone may agree with a model as much. Points that are repeated count once."""
+    n = len(problem.first)
+    pairs = np.concatenate([problem.first.reshape(n, -1), problem.second.reshape(n, -1)], -1)
+    once = np.unique(pairs, axis=0, return_index=True)[1]
+    first, second = problem.first[once], problem.second[once]
+    distances = problem.distances(model[None], first, second)[0]
+    order = rng.permutation(len(once))
+    wrong = [
+        problem.distances(model[None], first[order], second[np.roll(order, turn)])[0]
+        for turn in range(1, min(len(once) - 1, -(-_SHUFFLED // len(once))) + 1)
+    ]
+    return len(once) <= problem.freedom.sample_size or by_chance(
+        np.nan_to_num(distances, nan=np.inf), np.concatenate(wrong), threshold, problem.freedom
+    )
+
+
+def _samples(rng: np.random.Generator, n: int, size: int, count: int) -> Indices:
+    """Subsets (count, size) of n indices, all equally likely (Floyd's algorithm)."""
+    sets = np.empty((count, size), np.intp)
+    for k in range(size):
+        last = n - size + k
+        drawn = rng.integers(0, last + 1, count)
+        sets[:, k] = np.where((sets[:, :k] == drawn[:, None]).any(1), last, drawn)
+    return sets
+
+
+def _scores(problem: Problem, models: Reals, threshold: float, where: slice | Indices) -> tuple[Reals, Indices]:
+    squares = np.nan_to_num(problem.distances(models, problem.first[where], problem.second[where]) ** 2, nan=np.inf)
+    return np.minimum(squares, threshold * threshold).sum(-1), squares <= threshold * threshold
+
+
+def _promising(problem: Problem, models: Reals, threshold: float, rng: np.random.Generator) -> Reals:
+    """The models that are best for some of the points, where there are many of both."""
+    n = len(problem.first)
+    if n <= 2 * _SUBSET or len(models) <= 2 * _KEPT:
+        return models
+    costs, _ = _scores(problem, models, threshold, rng.integers(0, n, _SUBSET))
+    return np.asarray(models[np.argpartition(costs, _KEPT)[:_KEPT]])
+
+
+def _improved(problem: Problem, best: tuple[float, Reals, Indices], threshold: float) -> tuple[float, Reals, Indices]:
+    """First on the points within twice the threshold, from farther away, and then on the inliers."""
+    wide = _scores(problem, best[1][None], 2 * threshold, slice(None))[1][0]
+    best = _step(problem, best, wide, threshold) or best
+    for _ in range(_STEPS):
+        better = _step(problem, best, best[2], threshold)
+        if better is None:
+            break
+        best = better
     return best
+
+
+def _step(
+    problem: Problem, best: tuple[float, Reals, Indices], used: Indices, threshold: float
+) -> tuple[float, Reals, Indices] | None:
+    model = problem.improve(best[1], used)
+    if model is None or not np.isfinite(model).all():
+        return None
+    costs, within = _scores(problem, model[None], threshold, slice(None))
+    return (float(costs[0]), model, within[0]) if costs[0] < best[0] * (1 - 1e-9) else None

@@ -20,7 +20,7 @@ class VisionStatus(IntEnum):
     NOT_FINITE = 3
     """A coordinate is infinite or not a number."""
     NO_CONSENSUS = 4
-    """No sample agrees with enough other points."""
+    """No model agrees with more points than chance alone gives."""
     NOT_CONVERGED = 5
     """The iterations, or the samples, ended early, or in a place that contradicts the data: no answer to rely on."""
 

@@ -13,7 +13,8 @@ from generated import projective3
 from ..arguments import Reals, finite_number, real_array
 from .camera import Camera, camera_matrix
 from .degeneracy import degenerate
-from .fundamental import eight_points, refined, robust_fundamental_matrix, seven_points
+from .fundamental import eight_points, refined, seven_points
+from .robust_fundamental import robust_fundamental_matrix
 from .status import VisionStatus, check_points, refuse
 
 Method = Literal["8-point", "7-point", "robust"]

@@ -1,0 +1,196 @@
+"""The fundamental matrix in spite of wrong pairs, and of most pairs being those of a plane or line."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from generated import projective2, projective3
+
+from ..arguments import Reals, real_array
+from .chance import Freedom
+from .degeneracy import degenerate
+from .fundamental import refined, seven_points
+from .normalization import extents, homogeneous
+from .planes import homography_distance, homography_problem
+from .robust import (
+    Indices,
+    Problem,
+    RobustEstimate,
+    check_sampling,
+    consensus,
+    estimate,
+    explained_by_chance,
+    no_estimate,
+    polished,
+)
+from .status import VisionStatus, check_points
+
+_FREEDOM = Freedom(sample_size=7, parameters=7, codimension=1, solutions=3)
+_OFF_A_PLANE = Freedom(sample_size=2, parameters=2, codimension=1, solutions=1)
+"""A plane leaves the epipole open."""
+_OFF_A_LINE = Freedom(sample_size=4, parameters=4, codimension=1, solutions=3)
+_WIDE = 2.5
+"""Pairs within this many thresholds of a plane or line say nothing about what is off it,"""
+_SIGMAS = 5.0
+"""and none within this many standard deviations of the others."""
+_SAMPLES = 600
+"""Enough to find a plane with a third of the pairs."""
+_SHALLOW = 4.0
+"""Points of a plane with this many times the variance that F leaves are points in space."""
+
+
+def robust_fundamental_matrix(
+    first: ArrayLike,
+    second: ArrayLike,
+    threshold: float = 1.0,
+    seed: int = 0,
+    confidence: float = 0.999,
+    max_samples: int = 100000,
+) -> RobustEstimate:
+    """The fundamental matrix that most correspondences agree on.
+
+    Samples of seven points, the best of them refined on all that agree; the last one has the least squares of Sampson
+    distances. Where a plane holds most pairs, samples are mostly of that plane, and all F of the plane agree with them:
+    then its homography is kept and samples of two pairs off the plane give the epipole (plane and parallax, as in
+    DEGENSAC: Chum, Werner and Matas, CVPR 2005).
+
+    Parameters
+    ----------
+    first, second : array_like, (n, 2)
+        Pixels of both images, n at least 8.
+    threshold : float
+        The Sampson distance, in pixels, from which a correspondence counts as wrong; twice the noise of pixels is good.
+    seed : int
+        Of the random samples; the same seed gives the same result.
+    confidence : float
+        With which a sample without wrong points is among those drawn, between 0 and 1.
+    max_samples : int
+        At least 1. The default is enough for 70 % of wrong pairs.
+
+    Returns
+    -------
+    RobustEstimate
+        OK promises three things. Chance does not explain the inliers: the expected number of models of random pairs
+        with as many, as near, is below 0.01 by a bound that is too large by a factor of a hundred and more (else
+        NO_CONSENSUS, as for fewer than some 12 pairs with noise). It does not explain those off the largest plane and
+        line either, unless no plane fits its own inliers (else DEGENERATE). And a sample without wrong pairs was among
+        those drawn, with the given confidence (else NOT_CONVERGED). The model is NaN where the status is not OK.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where these are not n points each, `threshold` is not positive, `confidence` not between 0 and 1, or
+        `max_samples` less than 1.
+    """
+    check_sampling(threshold, confidence, max_samples)
+    one, two = real_array(first, "first", (2,), "x y"), real_array(second, "second", (2,), "x y")
+    status = check_points({"first": one, "second": two}, 8, "points")
+    if status != VisionStatus.OK:
+        return no_estimate(status, len(one))
+    one, two = one.astype(np.float64), two.astype(np.float64)
+
+    def solve(sets: Indices) -> Reals:
+        return seven_points(one[sets], two[sets]).reshape(-1, 3, 3)
+
+    def improve(model: Reals, inliers: Indices) -> Reals | None:
+        return refined(model, one[inliers], two[inliers]) if inliers.sum() >= 8 else None
+
+    problem = Problem(one, two, _FREEDOM, solve, _distances, improve)
+    if min(extents(one)[0], extents(two)[0]) <= threshold * np.sqrt(len(one)):
+        return no_estimate(VisionStatus.DEGENERATE, len(one))  # all on one line
+    found = consensus(problem, threshold, seed, confidence, max_samples)
+    if found.status != VisionStatus.OK:
+        return found
+    found = _beyond_a_plane(problem, found, threshold, seed, confidence)
+    if found.status == VisionStatus.OK and (
+        _hidden_by_a_line(problem, found, threshold, seed)
+        or degenerate(found.model, one[found.inliers], two[found.inliers])
+    ):
+        return no_estimate(VisionStatus.DEGENERATE, len(one), n_samples=found.n_samples)
+    return found
+
+
+def _distances(models: Reals, first: Reals, second: Reals) -> Reals:
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(np.abs(projective3.sampson_distance(models[:, None], first, second)))
+
+
+def _plane_distances(models: Reals, first: Reals, second: Reals) -> Reals:
+    return homography_distance(models, first, second)
+
+
+def _beyond_a_plane(
+    problem: Problem, found: RobustEstimate, threshold: float, seed: int, confidence: float
+) -> RobustEstimate:
+    """The estimate, or a better one, if pairs off the plane with the most inliers determine it."""
+    one, two = problem.first, problem.second
+    planar = homography_problem(one[found.inliers], two[found.inliers], _plane_distances)
+    plane = consensus(planar, _WIDE * threshold, seed, confidence, _SAMPLES)
+    if plane.status != VisionStatus.OK:
+        return found
+    tolerance = max(_WIDE * threshold, _SIGMAS * plane.distance / np.sqrt(2))
+    on_plane = _plane_distances(plane.model[None], one, two)[0] <= tolerance
+    off = np.nonzero(~on_plane)[0]
+    parallax = _parallax(problem, plane.model, on_plane, threshold, seed, confidence)
+    if parallax.status == VisionStatus.OK:
+        models = np.array([found.model, parallax.model, polished(problem, parallax.model, threshold)[1]])
+        # Pairs off the plane decide: an F that is wrong there has more freedom for the noise of those on it.
+        squares = np.nan_to_num(problem.distances(models, one[off], two[off]) ** 2, nan=np.inf)
+        best = models[np.argmin(np.minimum(squares, threshold**2).sum(1))]
+        inliers = problem.distances(best[None], one, two)[0] <= threshold
+        return estimate(problem, best, inliers, found.n_samples)
+    if parallax.status == VisionStatus.NOT_CONVERGED:
+        return no_estimate(parallax.status, len(one), n_samples=found.n_samples)
+    if len(off) < len(one) and not degenerate(found.model, one[on_plane], two[on_plane], margin=_SHALLOW):
+        return found
+    return no_estimate(VisionStatus.DEGENERATE, len(one), n_samples=found.n_samples)
+
+
+def _parallax(
+    problem: Problem, plane: Reals, on_plane: Indices, threshold: float, seed: int, confidence: float
+) -> RobustEstimate:
+    """F of the plane and the epipole on which pairs off the plane agree: where lines through images of both meet."""
+    one, two = problem.first[~on_plane], problem.second[~on_plane]
+    if len(one) <= _OFF_A_PLANE.sample_size:
+        return no_estimate(VisionStatus.NO_CONSENSUS, len(one))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        moved = homogeneous(np.asarray(projective2.transform_point(plane, one)))
+    lines = np.cross(moved, homogeneous(two))
+
+    def solve(sets: Indices) -> Reals:
+        epipole = np.cross(lines[sets[:, 0]], lines[sets[:, 1]])
+        models = np.cross(epipole[:, None, :], plane.T).swapaxes(-1, -2)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.asarray(models / np.linalg.norm(models, axis=(-1, -2), keepdims=True))
+
+    def improve(model: Reals, inliers: Indices) -> Reals | None:
+        used = on_plane.copy()
+        used[~on_plane] = inliers
+        return refined(model, problem.first[used], problem.second[used]) if used.sum() >= 8 else None
+
+    off = Problem(one, two, _OFF_A_PLANE, solve, problem.distances, improve)
+    return consensus(off, threshold, seed, confidence, len(one) ** 2 + 5000)
+
+
+def _hidden_by_a_line(problem: Problem, found: RobustEstimate, threshold: float, seed: int) -> bool:
+    """Whether pairs off the line with the most points, in either image, may agree with F by chance."""
+    rng = np.random.default_rng(seed)
+    for points in (problem.first, problem.second):
+        inliers = points[found.inliers]
+        a, b = (inliers[rng.integers(0, len(inliers), 50)] for _ in range(2))
+        along = b - a
+        normal = np.stack([-along[:, 1], along[:, 0]], -1)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            normal = normal / np.linalg.norm(normal, axis=-1, keepdims=True)
+        across = np.abs(((points - a[:, None]) * normal[:, None]).sum(-1))
+        near = across <= _WIDE * threshold
+        off = ~near[near[:, found.inliers].sum(1).argmax()]
+        if off.all():
+            continue
+        rest = replace(problem, first=problem.first[off], second=problem.second[off], freedom=_OFF_A_LINE)
+        if off.sum() <= _OFF_A_LINE.sample_size or explained_by_chance(rest, found.model, threshold, rng):
+            return True
+    return False

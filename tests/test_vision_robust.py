@@ -1,0 +1,141 @@
+"""Robust estimates: never OK by chance, of a plane or line, or before the confidence that was asked for."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from plane_scenes import error_on_fresh_points, seen_from_two_places
+from scipy.stats import binom
+
+from algorithms.vision import (
+    VisionStatus,
+    fundamental_matrix,
+    localize,
+    robust_fundamental_matrix,
+    robust_homography,
+)
+from algorithms.vision.chance import FALSE_ALARMS, Freedom, by_chance
+
+Array = np.ndarray[Any, Any]
+K = np.array([[800.0, 0, 320], [0, 800, 240], [0, 0, 1]])
+
+
+@pytest.mark.parametrize(("n_points", "trials"), [(8, 40), (12, 40), (20, 40), (100, 3), (2000, 1)])
+def test_random_pairs_have_no_geometry(n_points: int, trials: int) -> None:
+    rng = np.random.default_rng(n_points)
+    for _ in range(trials):
+        one, two = rng.uniform(0, [640, 480], (2, n_points, 2))
+        found = robust_fundamental_matrix(one, two, max_samples=20000)
+        assert found.status == VisionStatus.NO_CONSENSUS and np.isnan(found.model).all()
+        assert robust_homography(one, two, max_samples=2000).status == VisionStatus.NO_CONSENSUS
+        points = rng.uniform(-1, 1, (n_points, 3))
+        assert localize(points, two, K, threshold=2.0, max_samples=500).status == VisionStatus.NO_CONSENSUS
+
+
+@pytest.mark.parametrize(("noise", "threshold"), [(0.5, 1.0), (1.0, 1.0), (0.3, 2.0), (0.0, 1.0)])
+def test_a_plane_is_no_scene_with_wrong_pairs_either(noise: float, threshold: float) -> None:
+    """Wrong pairs that agree with one of the many F of a plane do not decide for it, however tight the threshold is."""
+    rng = np.random.default_rng(round(10 * noise))
+    for n_points, wrong in ((40, 0.0), (40, 0.2), (200, 0.2), (200, 0.4), (1000, 0.2)):
+        one, two, _, _ = seen_from_two_places(rng, n_points, 1.0, noise, wrong)
+        found = robust_fundamental_matrix(one, two, threshold)
+        assert found.status == VisionStatus.DEGENERATE and np.isnan(found.model).all()
+
+
+def test_a_line_is_no_scene_with_wrong_pairs_either() -> None:
+    rng = np.random.default_rng(3)
+    line = np.outer(rng.uniform(-1, 1, 100), [2, 1, 0.7])
+    for wrong in (0.0, 0.2):
+        one, two, _, _ = seen_from_two_places(rng, 100, 0.0, 0.5, wrong, line)
+        found = robust_fundamental_matrix(one, two)
+        assert found.status in (VisionStatus.DEGENERATE, VisionStatus.NO_CONSENSUS)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5, 0.8, 0.9, 0.95])
+def test_points_off_a_plane_determine_f(share: float) -> None:
+    """Errors on fresh points are those that noise makes; an F of the plane alone is more than ten pixels off."""
+    rng = np.random.default_rng(round(100 * share))
+    for _ in range(4):
+        one, two, wrong, fresh = seen_from_two_places(rng, 400, share, 0.5, 0.2)
+        found = robust_fundamental_matrix(one, two)
+        assert found.status == VisionStatus.OK
+        assert found.inliers[~wrong].mean() > 0.9 and found.inliers[wrong].mean() < 0.1
+        assert error_on_fresh_points(found.model, *fresh) < (1.0 if share < 0.95 else 2.0)
+
+
+def test_shallow_scenes_are_no_planes() -> None:
+    """All points within two pixels of a homography, with noise of a tenth of a pixel."""
+    rng = np.random.default_rng(8)
+    points = rng.uniform(-1, 1, (200, 3)) * [2, 1.5, 0.15]
+    one, two, _, fresh = seen_from_two_places(rng, 200, 0.0, 0.1, 0.1, points)
+    found = robust_fundamental_matrix(one, two, threshold=0.5)
+    assert found.status == VisionStatus.OK and error_on_fresh_points(found.model, *fresh) < 2.0
+
+
+def test_the_confidence_is_reached_or_the_status_says_so() -> None:
+    rng = np.random.default_rng(9)
+    one, two, wrong, fresh = seen_from_two_places(rng, 300, 0.0, 0.3, 0.65)
+    few = robust_fundamental_matrix(one, two, max_samples=2000)
+    assert few.status == VisionStatus.NOT_CONVERGED and few.n_samples == 2000 and np.isnan(few.model).all()
+    found = robust_fundamental_matrix(one, two)
+    assert found.status == VisionStatus.OK and error_on_fresh_points(found.model, *fresh) < 0.5
+    # As many samples as make one without wrong pairs as likely as was asked.
+    assert 1 - (1 - found.inliers.mean() ** 7) ** found.n_samples >= 0.999
+    flat, moved = one, one + np.array([30.0, 20])
+    moved = np.where(wrong[:, None], rng.uniform(0, 480, moved.shape), moved)
+    assert robust_homography(flat, moved, max_samples=200).status == VisionStatus.NOT_CONVERGED
+    assert robust_homography(flat, moved).status == VisionStatus.OK
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"threshold": -1}, "threshold: -1"),
+        ({"threshold": 0.0}, "threshold: 0"),
+        ({"threshold": np.nan}, "threshold: nan"),
+        ({"confidence": 0}, "confidence: 0"),
+        ({"confidence": 1.0}, "confidence: 1"),
+        ({"confidence": 2}, "confidence: 2"),
+        ({"max_samples": 0}, "max_samples: 0; expected at least 1"),
+        ({"max_samples": -5}, "max_samples: -5"),
+    ],
+)
+def test_numbers_that_mean_nothing(arguments: dict[str, Any], message: str) -> None:
+    rng = np.random.default_rng(1)
+    one, two = rng.uniform(0, 500, (2, 30, 2))
+    for call in (robust_fundamental_matrix, robust_homography):
+        with pytest.raises(ValueError, match=message):
+            call(one, two, **arguments)
+    with pytest.raises(ValueError, match=message):
+        localize(rng.normal(size=(30, 3)), one, K, **{"threshold": 1.0, **arguments})
+    with pytest.raises(TypeError, match=r"max_samples: 2\.5"):
+        robust_homography(one, two, max_samples=2.5)  # type: ignore[arg-type]
+
+
+def test_pairs_that_are_repeated_count_once() -> None:
+    rng = np.random.default_rng(6)
+    one, two = np.repeat(rng.uniform(0, [640, 480], (2, 9, 2)), 4, axis=1)
+    assert robust_fundamental_matrix(one, two).status != VisionStatus.OK
+    assert robust_homography(one, two).status != VisionStatus.OK
+
+
+def test_the_bound_is_that_of_binomials() -> None:
+    """For one level that decides: 3 * 2^7 * binomial(30, 7) * P(B(23, 0.02) >= k - 7)."""
+    freedom = Freedom(sample_size=7, parameters=7, codimension=1, solutions=3)
+    wrong = np.linspace(0, 100, 50001)[1:]  # a share of 0.02 within 2 pixels
+    bounds = np.array([3 * 2**7 * 2035800 * binom.sf(k - 8, 23, 0.02) for k in range(8, 31)])
+    least = 8 + int(np.argmax(2 * bounds < FALSE_ALARMS))
+    for count in (least - 1, least):
+        distances = np.where(np.arange(30) < count, 1.99, 50.0)
+        assert by_chance(distances, wrong, 2.0, freedom) == (count < least)
+
+
+def test_the_robust_method_of_fundamental_matrix_has_the_same_statuses() -> None:
+    rng = np.random.default_rng(2)
+    one, two, _, _ = seen_from_two_places(rng, 100, 1.0, 0.5, 0.2)
+    with pytest.raises(ValueError, match="degenerate"):
+        fundamental_matrix(one, two, "robust")
+    with pytest.raises(ValueError, match="no consensus"):
+        fundamental_matrix(*rng.uniform(0, 500, (2, 20, 2)), "robust")
