@@ -16,7 +16,7 @@ from algorithms.vision import (
     robust_fundamental_matrix,
     robust_homography,
 )
-from algorithms.vision.chance import FALSE_ALARMS, Freedom, by_chance
+from algorithms.vision.chance import Freedom, by_chance
 
 Array = np.ndarray[Any, Any]
 K = np.array([[800.0, 0, 320], [0, 800, 240], [0, 0, 1]])
@@ -32,6 +32,16 @@ def test_random_pairs_have_no_geometry(n_points: int, trials: int) -> None:
         assert robust_homography(one, two, max_samples=2000).status == VisionStatus.NO_CONSENSUS
         points = rng.uniform(-1, 1, (n_points, 3))
         assert localize(points, two, K, threshold=2.0, max_samples=500).status == VisionStatus.NO_CONSENSUS
+
+
+@pytest.mark.parametrize("n_points", [20, 100])
+@pytest.mark.parametrize("near", [5.0, 20.0])
+def test_pairs_sought_near_each_other_have_no_geometry(n_points: int, near: float) -> None:
+    rng = np.random.default_rng(n_points)
+    for _ in range(5):
+        one = rng.uniform(0, [640, 480], (n_points, 2))
+        two = one + near * rng.normal(size=one.shape)
+        assert robust_fundamental_matrix(one, two, max_samples=20000).status != VisionStatus.OK
 
 
 @pytest.mark.parametrize(("noise", "threshold"), [(0.5, 1.0), (1.0, 1.0), (0.3, 2.0), (0.0, 1.0)])
@@ -123,10 +133,10 @@ def test_pairs_that_are_repeated_count_once() -> None:
 
 def test_the_bound_is_that_of_binomials() -> None:
     """For one level that decides: 3 * 2^7 * binomial(30, 7) * P(B(23, 0.02) >= k - 7)."""
-    freedom = Freedom(sample_size=7, parameters=7, codimension=1, solutions=3)
+    freedom = Freedom(sample_size=7, parameters=7, codimension=1, solutions=3, false_alarms=0.01)
     wrong = np.linspace(0, 100, 50001)[1:]  # a share of 0.02 within 2 pixels
     bounds = np.array([3 * 2**7 * 2035800 * binom.sf(k - 8, 23, 0.02) for k in range(8, 31)])
-    least = 8 + int(np.argmax(2 * bounds < FALSE_ALARMS))
+    least = 8 + int(np.argmax(2 * bounds < 0.01))
     for count in (least - 1, least):
         distances = np.where(np.arange(30) < count, 1.99, 50.0)
         assert by_chance(distances, wrong, 2.0, freedom) == (count < least)

@@ -12,8 +12,6 @@ from scipy.special import bdtrc, gammaln
 
 from ..arguments import Reals
 
-FALSE_ALARMS = 1e-2
-"""Of sets of points without a model, so many at most pass for one."""
 _LEVELS = 24
 """Points are counted within the threshold, half of it, a fourth, and so on: exact points need fewer of them."""
 _NEAREST = 16
@@ -32,6 +30,8 @@ class Freedom:
     """Numbers that it leaves of one point."""
     solutions: int
     """That a sample has at most."""
+    false_alarms: float
+    """The bound that is accepted. It is too large, the more so the more parameters there are."""
 
 
 def by_chance(distances: Reals, wrong: Reals, threshold: float, freedom: Freedom) -> bool:
@@ -59,7 +59,7 @@ def by_chance(distances: Reals, wrong: Reals, threshold: float, freedom: Freedom
             share = within * (limit / base) ** freedom.codimension
         count = int((distances <= limit).sum())
         bounds.append((level + 1) * np.log(2) + _log_false_alarms(len(distances), count, share, freedom))
-    return bool(min(bounds) > np.log(FALSE_ALARMS))
+    return bool(min(bounds) > np.log(freedom.false_alarms))
 
 
 def _log_false_alarms(n: int, count: int, share: float, freedom: Freedom) -> float:

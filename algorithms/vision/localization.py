@@ -18,7 +18,7 @@ from .robust import Problem, check_sampling, consensus
 from .status import VisionStatus, check_points
 
 _STEPS = 200
-_FREEDOM = Freedom(sample_size=3, parameters=6, codimension=2, solutions=4)
+_FREEDOM = Freedom(sample_size=3, parameters=6, codimension=2, solutions=4, false_alarms=1e-2)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -19,7 +19,7 @@ _RANK = 1e-9
 """A singular value below this part of the first is rounding,"""
 _NOISE = 1.5
 """and one below this many times the last is noise."""
-_FREEDOM = Freedom(sample_size=4, parameters=8, codimension=2, solutions=1)
+_FREEDOM = Freedom(sample_size=4, parameters=8, codimension=2, solutions=1, false_alarms=1e-2)
 
 
 def homography(first: ArrayLike, second: ArrayLike) -> Reals:

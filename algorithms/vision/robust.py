@@ -21,7 +21,7 @@ _KEPT = 32
 """so many models scored on all."""
 _STEPS = 10
 """Of improving a model, at most."""
-_SHUFFLED = 20000
+N_WRONG = 20000
 """So many pairs that do not belong together say what chance does."""
 
 Indices = NDArray[Any]
@@ -74,6 +74,7 @@ def check_sampling(threshold: float, confidence: float, max_samples: int) -> Non
 def no_estimate(
     status: VisionStatus, n_points: int, shape: tuple[int, ...] = (3, 3), n_samples: int = 0
 ) -> RobustEstimate:
+    """The result without a model."""
     return RobustEstimate(np.full(shape, np.nan), status, np.zeros(n_points, bool), np.nan, n_samples)
 
 
@@ -141,7 +142,7 @@ def explained_by_chance(problem: Problem, model: Reals, threshold: float, rng: n
     order = rng.permutation(len(once))
     wrong = [
         problem.distances(model[None], first[order], second[np.roll(order, turn)])[0]
-        for turn in range(1, min(len(once) - 1, -(-_SHUFFLED // len(once))) + 1)
+        for turn in range(1, min(len(once) - 1, -(-N_WRONG // len(once))) + 1)
     ]
     return len(once) <= problem.freedom.sample_size or by_chance(
         np.nan_to_num(distances, nan=np.inf), np.concatenate(wrong), threshold, problem.freedom
