@@ -139,7 +139,8 @@ def test_localizations(views: Any, rng: np.random.Generator) -> None:
     right = on_plane.status == VisionStatus.OK
     off = [same_pose(m, c[0].pose) for m, c, good in zip(on_plane.models, cameras, right, strict=True) if good]
     assert np.quantile(off, 0.98) < 1e-8
-    assert (localizations(points[:, :3], image[:, :3], k).status == VisionStatus.TOO_FEW).all()
+    for few in (0, 3):
+        assert (localizations(points[:, :few], image[:, :few], k).status == VisionStatus.TOO_FEW).all()
 
 
 # Depths, completion and self-localisation

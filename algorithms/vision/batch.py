@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import prod
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -148,7 +149,7 @@ def _sets(
     if one.shape[-2] != two.shape[-2]:
         raise ValueError(f"{other}: {two.shape[-2]} points; expected {one.shape[-2]}, as many as {name} has")
     leading = np.broadcast_shapes(one.shape[:-2], two.shape[:-2])
-    one, two = (np.broadcast_to(x, (*leading, *x.shape[-2:])).reshape(-1, *x.shape[-2:]) for x in (one, two))
+    one, two = (np.broadcast_to(x, (*leading, *x.shape[-2:])).reshape(prod(leading), *x.shape[-2:]) for x in (one, two))
     return one.astype(np.float64), two.astype(np.float64), leading
 
 
