@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 import scipy.ndimage
-from flow_truth import mean_error, pair
+from flow_truth import mean_error, moving_square, pair, warped
 
 from algorithms.wavelets import optical_flow
 from algorithms.wavelets.separable import gabor_rows, half_taps, median_rows, sampled_rows, smooth_rows
@@ -21,7 +21,7 @@ def texture(name: str) -> np.ndarray:
 
 
 @pytest.mark.parametrize("name", ["brick", "grass", "gravel", "camera"])
-@pytest.mark.parametrize(("kind", "bound"), [("translation", 0.03), ("rotation", 0.07)])
+@pytest.mark.parametrize(("kind", "bound"), [("translation", 0.01), ("rotation", 0.02)])
 def test_known_motions(name: str, kind: str, bound: float) -> None:
     first, second, motion = pair(texture(name), kind)
     flow = optical_flow(first, second)
@@ -31,16 +31,75 @@ def test_known_motions(name: str, kind: str, bound: float) -> None:
 
 
 def test_stereo_pair() -> None:
-    """Half of the disparities within 0.3 pixels and 68 % within 1, occluded places included."""
+    """Half of the disparities within 0.16 pixels and 79 % within 1, occluded places included."""
     left, right, disparity = data.stereo_motorcycle()
     grey = [np.asarray(image, float).mean(-1) for image in (left, right)]
     flow = optical_flow(*grey, levels=6)
     known = np.isfinite(disparity) & (disparity > 0)
     errors = np.abs(flow.uv[..., 0] + disparity)[known]
-    assert np.median(errors) < 0.3
-    assert (errors < 1).mean() > 0.68
+    assert np.median(errors) < 0.16
+    assert (errors < 1).mean() > 0.79
     sure = flow.confidence[known] > np.median(flow.confidence[known])
-    assert (errors[sure] < 1).mean() > 0.9
+    assert (errors[sure] < 1).mean() > 0.95
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "sigma", "bound"),
+    [
+        ("chelsea", "rotation", 10, 0.13),
+        ("coins", "rotation", 25, 0.16),
+        ("camera", "zoom", 10, 0.18),
+        ("moon", "rotation", 10, 0.45),
+    ],
+)
+def test_noise(name: str, kind: str, sigma: float, bound: float) -> None:
+    """A quarter to two fifths of the errors of equations that are solved without regard to their noise."""
+    case = warped(name, kind).noisy(sigma)
+    assert case.error(optical_flow(case.first, case.second).uv) < bound
+
+
+def test_given_noise() -> None:
+    """In units of the images; much of it makes the motion smoother, and what is given as estimated changes little."""
+    case = warped("coins", "rotation").noisy(25)
+    found = {noise: case.error(optical_flow(case.first, case.second, noise=noise).uv) for noise in (None, 0.0, 25.0)}
+    assert found[25.0] < 0.16 < found[0.0]
+    assert abs(found[25.0] - found[None]) < 0.02
+    scaled = optical_flow(case.first / 255, case.second / 255, noise=25 / 255)
+    assert abs(case.error(scaled.uv) - found[25.0]) < 1e-3
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "bound"),
+    [("coins", "square", 0.09), ("moon", "fast square", 0.15), ("chelsea", "fast square", 0.1)],
+)
+def test_moving_squares(name: str, kind: str, bound: float) -> None:
+    """Boundaries are sharp, and what the square covers in the second image is not visible."""
+    case = moving_square(name, kind).noisy(0)
+    flow = optical_flow(case.first, case.second)
+    assert case.error(flow.uv) < bound
+    assert (np.linalg.norm(flow.uv - case.motion, axis=-1)[case.visible] > 1).mean() < 0.03
+    assert flow.visible.dtype == bool
+    assert flow.visible[case.visible].mean() > 0.97
+    assert flow.visible[~case.visible].mean() < 0.25
+    assert (flow.confidence[~flow.visible] == 0).all()
+
+
+def test_hidden_background_moves_as_the_visible_one() -> None:
+    case = moving_square("coins", "square").noisy(0)
+    uv = optical_flow(case.first, case.second).uv
+    hidden = ~case.visible & (np.linalg.norm(case.motion, axis=-1) == 0)
+    assert np.median(np.linalg.norm(uv[hidden], axis=-1)) < 0.5
+
+
+def test_extreme_and_read_only_images() -> None:
+    first, second, motion = pair(texture("gravel"), "translation")
+    expected = optical_flow(first, second).uv
+    for scale in (1e300, 1e-300):
+        a, b = first * scale, second * scale
+        for image in (a, b):
+            image.flags.writeable = False
+        assert np.abs(optical_flow(a, b).uv - expected).max() < 1e-3
+    assert mean_error(expected, motion) < 0.01
 
 
 def test_brightness_and_contrast_do_not_count() -> None:
@@ -139,7 +198,8 @@ def test_workers_change_nothing_and_steps_are_told() -> None:
     shared = optical_flow(first, second, workers=3, progress=lambda done, total: told.append((done, total)))
     assert np.array_equal(alone.uv, shared.uv)
     assert np.array_equal(alone.confidence, shared.confidence)
-    assert told == [(k, 14) for k in range(1, 15)]
+    assert np.array_equal(alone.visible, shared.visible)
+    assert told == [(k, 36) for k in range(1, 37)]
 
 
 @pytest.mark.parametrize(
@@ -148,6 +208,10 @@ def test_workers_change_nothing_and_steps_are_told() -> None:
         (lambda x: optical_flow(x, x[:-1]), r"second: shape \(39, 50\); expected that of the first image"),
         (lambda x: optical_flow(x, x * np.nan), "second: a number is not finite"),
         (lambda x: optical_flow(x[None], x), "first: shape .*expected one image of at least 8 x 8 pixels"),
+        (lambda x: optical_flow(np.stack([x] * 3, -1), x), "first: shape .*a colour image is first made grey"),
+        (lambda x: optical_flow(x, x, noise=-1), "noise: -1.0; expected 0 or more"),
+        (lambda x: optical_flow(x, x, noise=np.nan), "noise: nan; expected a finite number"),
+        (lambda x: optical_flow(x[:0], x[:0]), "first: shape .*at least 8 x 8"),
         (lambda x: optical_flow(x[:5], x[:5]), "first: shape .*at least 8 x 8"),
         (lambda x: optical_flow(x, x, 9), "levels: 9; expected 1 to 3 for images of 40 x 50 pixels"),
         (lambda x: optical_flow(x, x, 0), "levels: 0"),

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from flow_truth import mean_error, pair
+from flow_truth import NAMES, SQUARES, Pair, mean_error, moving_square, pair, warped
 
 from algorithms.wavelets import optical_flow
 
@@ -29,6 +29,15 @@ def bytes_of(image: np.ndarray) -> np.ndarray:
 
 def farneback(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return cv2.calcOpticalFlowFarneback(bytes_of(a), bytes_of(b), None, 0.5, 5, 15, 5, 7, 1.5, 0)
+
+
+def best_dis(case: Pair) -> tuple[float, float]:
+    """The error of DIS with the medium preset, and the least one of its three presets."""
+    errors = []
+    for preset in ("MEDIUM", "FAST", "ULTRAFAST"):
+        method = cv2.DISOpticalFlow_create(getattr(cv2, f"DISOPTICAL_FLOW_PRESET_{preset}"))
+        errors.append(case.error(method.calc(case.first, case.second, None)))
+    return errors[0], min(errors)
 
 
 def dis(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -58,3 +67,23 @@ def test_motions_are_more_accurate_than_those_of_peers() -> None:
             line.append(f"{peer} {error:.4f}")
         print(*line)
     assert all(count >= 7 for count in wins.values()), wins
+
+
+@pytest.mark.parametrize("kind", ["rotation", "zoom"])
+@pytest.mark.parametrize("sigma", [0, 10, 25])
+def test_noise_is_borne_as_well_as_by_dis(kind: str, sigma: float) -> None:
+    """On each of eight images, and not only on their mean."""
+    for name in NAMES:
+        case = warped(name, kind).noisy(sigma)
+        own, (medium, best) = case.error(optical_flow(case.first, case.second).uv), best_dis(case)
+        print(f"{kind} {sigma} {name}: own {own:.3f}, DIS {medium:.3f}, its best preset {best:.3f}")
+        assert own <= medium, name
+
+
+@pytest.mark.parametrize("kind", SQUARES)
+def test_boundaries_are_as_sharp_as_those_of_dis(kind: str) -> None:
+    for name in NAMES:
+        case = moving_square(name, kind).noisy(0)
+        own, (medium, best) = case.error(optical_flow(case.first, case.second).uv), best_dis(case)
+        print(f"{kind} {name}: own {own:.3f}, DIS {medium:.3f}, its best preset {best:.3f}")
+        assert own <= 1.2 * medium, name

@@ -1,0 +1,141 @@
+"""Motion at boundaries: pixels choose among the motions of neighbours, and hidden ones are found."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import product
+
+import numpy as np
+import scipy.ndimage
+from numpy.typing import NDArray
+
+from ..arguments import Reals
+from .flow_equations import outside
+from .phase import gabor_taps
+from .separable import half_taps, smooth_rows
+
+_DISTANCE = 6
+"""Pixels from which motions are offered: about how far bands and averages carry motion over a boundary."""
+_TURNS = 2
+_OTHER = 0.25
+"""Squared difference in pixels of motions that are worth a comparison."""
+_LIGHT = 8.0
+"""Standard deviation of the neighbourhood of one brightness and contrast, in pixels."""
+_WINDOW = half_taps(gabor_taps(0.0, 1.2, False)[0], np.float32)
+"""A Gaussian over which differences of images are averaged: narrow, for sharp boundaries."""
+_BETTER = 0.8
+"""Another motion has to lessen the differences to this part."""
+_EXCESS = 6.0
+"""Differences averaged over the window are more than noise beyond so many medians of those of pixels."""
+_LEAST = 1e-5
+"""Median of squared differences of images of contrast 1, at least."""
+_TOLERANCE, _SHARE = 0.5, 0.01
+"""Squared pixels that forward and backward motion may differ by, and part of their squares that is added."""
+
+
+def chosen(first: Reals, moved: Callable[[Reals], Reals], uv: Reals) -> Reals:
+    """The motion, replaced at each pixel by that of a neighbour some pixels away where it explains the images better.
+
+    Parameters
+    ----------
+    first : array, (M, N)
+    moved : function of (uv,)
+        The second image, of which the motion says where it is sampled.
+    uv : array, (2, M, N)
+
+    Returns
+    -------
+    array, (2, M, N)
+    """
+    offers = [(dy * _DISTANCE, dx * _DISTANCE) for dy, dx in product((-1, 0, 1), repeat=2) if dy or dx]
+    if not any(_far(_shifted(uv, *offer), uv).any() for offer in offers):
+        return uv
+    here = moved(uv)
+    comparison = _Comparison(first, here)
+    best, result = comparison.cost(here), uv.copy()
+    for _ in range(_TURNS):
+        before, own = result.copy(), best.copy()
+        for offer in offers:
+            other = _shifted(before, *offer)
+            wanted = _far(other, before)
+            if wanted.any():
+                offered = comparison.cost(moved(other))
+                wanted &= (offered + 0.1 * comparison.noise < best) & (offered < _BETTER * own) & ~outside(other)
+                best = np.where(wanted, offered, best)
+                result = np.where(wanted, other, result)
+    return result
+
+
+def visible(forward: Reals, backward: Reals, first: Reals, here: Reals) -> NDArray[np.bool_]:
+    """Which pixels of the first image are seen in the second one.
+
+    Parameters
+    ----------
+    forward, backward : array, (2, M, N)
+        The motion from the first image to the second one, and back.
+    first, here : array, (M, N)
+        The first image, and the second one as the motion moves it.
+
+    Notes
+    -----
+    The motion back leads to where the motion forth began, or else, as boundaries of the motion back may be less sharp,
+    images agree and no other pixel moves there; and the motion ends inside the image.
+    """
+    y, x = np.indices(first.shape, np.float32) + forward[::-1]
+    back = np.stack([scipy.ndimage.map_coordinates(part, [y, x], order=1, mode="nearest") for part in backward])
+    allowed = _TOLERANCE + _SHARE * ((forward**2).sum(0) + (back**2).sum(0))
+    inside = ~outside(forward)
+    confirmed = (((forward + back) ** 2).sum(0) <= allowed) & inside
+    rows, columns = (np.clip(np.rint(p).astype(int), 0, n - 1) for p, n in zip((y, x), first.shape, strict=True))
+    taken = np.zeros(first.shape, bool)
+    taken[rows[confirmed], columns[confirmed]] = True
+    comparison = _Comparison(first, here)
+    agrees = comparison.cost(here) <= _EXCESS * comparison.noise
+    return np.asarray(confirmed | (agrees & ~taken[rows, columns] & inside))
+
+
+class _Comparison:
+    """Squared differences between the first image and the second one under any motion.
+
+    `here` is the second image under the motion so far, by which brightness and contrast are adapted.
+    """
+
+    def __init__(self, first: Reals, here: Reals) -> None:
+        self._first = first
+        self._gain, self._offset = _light(first, here)
+        self.noise = max(float(np.median(self._squares(here))), _LEAST)
+
+    def cost(self, moved: Reals) -> Reals:
+        """Differences averaged over a few pixels, each up to a bound."""
+        squares = np.minimum(self._squares(moved), np.float32(36 * self.noise + 0.05))
+        result = np.empty_like(squares)
+        smooth_rows(squares[None], _WINDOW, slice(0, len(squares)), result[None])
+        return result
+
+    def _squares(self, moved: Reals) -> Reals:
+        return np.asarray((self._first - self._gain * moved - self._offset) ** 2)
+
+
+def _light(first: Reals, second: Reals) -> tuple[Reals, Reals]:
+    """Gain and offset by which the second image has the brightness and contrast of the first one, about each pixel."""
+
+    def mean(image: Reals) -> Reals:
+        return np.asarray(scipy.ndimage.gaussian_filter(image, _LIGHT, mode="nearest"))
+
+    a, b = mean(first), mean(second)
+    # Where there is no contrast, the gain is 1.
+    least = np.float32(0.01 * second.var() + 1e-12)
+    gain = (mean(first * second) - a * b + least) / (mean(second * second) - b * b + least)
+    return gain, a - gain * b
+
+
+def _shifted(uv: Reals, down: int, across: int) -> Reals:
+    """The motion of other pixels, so many rows and columns away."""
+    rows, columns = (
+        np.clip(np.arange(n) + step, 0, n - 1) for n, step in zip(uv.shape[1:], (down, across), strict=True)
+    )
+    return np.ascontiguousarray(uv[:, rows[:, None], columns])
+
+
+def _far(a: Reals, b: Reals) -> NDArray[np.bool_]:
+    return np.asarray(((a - b) ** 2).sum(0) > _OTHER)

@@ -1,0 +1,156 @@
+"""Equations for the motion between two images, from the local phases of quaternionic Gabor bands."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from queue import SimpleQueue
+
+import numpy as np
+import scipy.ndimage
+from numpy.typing import NDArray
+
+from generated import quaternion
+
+from ..arguments import Reals
+from .phase import gabor_taps
+from .separable import gabor_rows, half_taps, sampled_rows, smooth_rows
+from .sharing import in_threads, n_threads, slices
+
+_FREQUENCIES = (0.7, 1.2)
+"""Radians per pixel, at every level of the pyramid."""
+_SIGMA = 2.2
+_TAPS = half_taps(
+    np.array([[gabor_taps(0.0, _SIGMA, False)[0], *gabor_taps(one, _SIGMA, True)] for one in _FREQUENCIES]), np.float32
+)
+_COUNT = len(_FREQUENCIES)
+BANDS = 4 * _COUNT
+"""Complex ones, each of which gives one equation."""
+_NEIGHBOURHOOD = half_taps(gabor_taps(0.0, 2.5, False)[0], np.float32)
+"""A Gaussian over which equations are averaged."""
+_FLOOR = 0.1
+"""Bands count where they are larger than this part of their median."""
+_PIXELS = 2**14
+"""Whose numbers stay in a cache from one filter or kernel to the next."""
+_LEAST_NOISE = 1e-6
+"""Squared residual of a band of an image of contrast 1 that rounding to bytes leaves."""
+
+
+class Level:
+    """One level of the pyramid: the bands of the first image, and their comparison with the second one's.
+
+    Both are done a few rows at a time, shared among threads.
+    """
+
+    def __init__(self, first: Reals, second: Reals, workers: int | None) -> None:
+        image = first
+        self._second: Reals = second
+        self._spline: Reals = scipy.ndimage.spline_filter(second, 3, np.float32)
+        rows, columns = image.shape
+        self._workers, self._places = workers, list(slices(rows, max(_PIXELS // columns, 1)))
+        self._most = max(place.stop - place.start for place in self._places)
+        self._bands, self._slopes = (np.empty((_COUNT, 8, rows, columns), image.dtype) for _ in range(2))
+        wide = columns + 2
+
+        def filtered(place: slice, memory: Reals) -> None:
+            bands, rest = _bands(image, 1, slice(place.start, place.stop + 2), memory)
+            self._bands[:, :, place] = bands[..., 1:-1, 1:-1]
+            # As one line of numbers, where neighbours are so many places apart; those at the sides are cut off.
+            size = bands[0, 0].size - 2 * wide
+            slopes = rest[: 8 * size].reshape(8, size)
+            for band, result in zip(_lines(bands), self._slopes, strict=True):
+                west, east, north, south = (band[wide + k : wide + k + size - 2] for k in (0, 2, 1 - wide, 1 + wide))
+                quaternion.phase_slopes(west, east, north, south, out=slopes.T.reshape(size, 4, 2, copy=False)[1:-1])
+                result[:, place] = slopes.reshape(8, -1, wide)[..., 1:-1]
+
+        self._each(filtered, (_COUNT + 1) * 8 * (self._most + 2) * wide)
+        some = np.moveaxis(self._bands[:, :, ::3, ::3], 1, -1)
+        parts = (*quaternion.pack_two_sided(some[..., :4]), some[..., 4:6], some[..., 6:])
+        squares = np.stack([np.median((part**2).sum(-1), (1, 2)) for part in parts], -1)
+        self._floors = (_FLOOR * np.sqrt(squares)).astype(image.dtype)
+
+    def moved(self, uv: Reals) -> Reals:
+        """The second image where the motion says that the pixels of the first one are."""
+        if not uv.any():
+            return self._second
+        result: Reals = np.empty_like(self._spline)
+        in_threads(lambda place: sampled_rows(self._spline, uv, place, result[place]), self._places, self._workers)
+        return result
+
+    def equations(self, moved: Reals, uv: Reals) -> tuple[Reals, Reals, float]:
+        """Averaged equations for what is added to a motion, from the second image as that motion moves it.
+
+        Returns
+        -------
+        sums : array, (6, M, N)
+            Of `quaternion.phase_equations`, averaged over neighbours; 0 where the motion leads out of the image.
+        confidence : array, (M, N)
+            Of `quaternion.solve_motion`.
+        noise : float
+            The median over the image of the squared residual of a band: what noise of the images leaves.
+        """
+        sums = np.empty((6, *moved.shape), moved.dtype)
+
+        def compared(place: slice, memory: Reals) -> None:
+            bands, rest = _bands(moved, 0, place, memory)
+            total, more = sums[:, place].reshape(6, -1, copy=False), rest[: 6 * moved[place].size].reshape(6, -1)
+            known = (_lines(array[:, :, place]) for array in (self._bands, self._slopes))
+            for k, (first, slopes, second, floors) in enumerate(zip(*known, _lines(bands), self._floors, strict=True)):
+                slopes = slopes.reshape(-1, 4, 2, copy=False)
+                quaternion.phase_equations(first, slopes, second, floors, out=(more if k else total).T)
+                if k:
+                    total += more
+
+        self._each(compared, (8 * _COUNT + 6) * self._most * moved.shape[1])
+        # Waves of size 1 give sums of about 1, so that the second part counts only where there is nothing.
+        ridge = np.asarray(1e-4 * (sums[0].mean() + sums[2].mean()) + 1e-12, moved.dtype)
+        smooth, found = np.empty_like(sums), np.empty((3, *moved.shape), moved.dtype)
+
+        def solved(place: slice) -> None:
+            smooth_rows(sums, _NEIGHBOURHOOD, place, smooth[:, place])
+            quaternion.solve_motion(_lines(smooth[:, place]), ridge, out=_lines(found[:, place]))
+
+        in_threads(solved, self._places, self._workers)
+        left = smooth[5] - found[0] * smooth[3] - found[1] * smooth[4]
+        noise = max(float(np.median(left)) / BANDS, _LEAST_NOISE)
+        smooth *= ~outside(uv)
+        return smooth, found[2], noise
+
+    def _each(self, work: Callable[[slice, Reals], None], size: int) -> None:
+        """Do some work on all rows, each thread with memory of its own for so many numbers."""
+        free: SimpleQueue[Reals] = SimpleQueue()
+        for _ in range(min(n_threads(self._workers), len(self._places))):
+            free.put(np.empty(size, np.float32))
+
+        def with_memory(place: slice) -> None:
+            memory = free.get()
+            try:
+                work(place, memory)
+            finally:
+                free.put(memory)
+
+        in_threads(with_memory, self._places, self._workers)
+
+
+def _bands(image: Reals, border: int, place: slice, memory: Reals) -> tuple[Reals, Reals]:
+    """Some rows of the bands of an image, (K, 8, rows, columns), which go on beyond it by a border.
+
+    For each frequency a quaternion, of diagonal waves, and waves along columns and rows. They are put into `memory`,
+    the rest of which is returned.
+    """
+    shape = (_COUNT, 8, place.stop - place.start, image.shape[1] + 2 * border)
+    size = int(np.prod(shape))
+    bands = memory[:size].reshape(shape)
+    gabor_rows(image, _TAPS, border, place, bands)
+    return bands, memory[size:]
+
+
+def _lines(images: Reals) -> Reals:
+    """Images (..., K, rows, columns) as one line of K numbers each, (..., n, K), in the same memory."""
+    return np.swapaxes(images.reshape(*images.shape[:-2], -1, copy=False), -1, -2)
+
+
+def outside(uv: Reals) -> NDArray[np.bool_]:
+    """Where a motion (2, M, N) leads out of the image."""
+    rows, columns = uv.shape[1:]
+    y, x = np.arange(rows, dtype=uv.dtype)[:, None] + uv[1], np.arange(columns, dtype=uv.dtype) + uv[0]
+    return np.asarray((x < -0.5) | (x > columns - 0.5) | (y < -0.5) | (y > rows - 0.5))
