@@ -125,9 +125,9 @@ def optical_flow(
     pyramid = [normalized]
     while len(pyramid) < count:
         pyramid.append(tuple(_halved(image) for image in pyramid[-1]))
-    told = steps(progress, 2 * sum(_rounds(count)))
-    back, *_ = _motion([(b, a) for a, b in pyramid], stiffness, workers, told)
-    uv, confidence, level = _motion(pyramid, stiffness, workers, told)
+    step_done = steps(progress, 2 * sum(_rounds(count)))
+    back, *_ = _motion([(b, a) for a, b in pyramid], stiffness, workers, step_done)
+    uv, confidence, level = _motion(pyramid, stiffness, workers, step_done)
     seen = visible(uv, back, normalized[0], level.moved(uv))
     uv = filled(uv, seen, normalized[0], _CONTRAST)
     confidence = np.where(seen, confidence, 0)
@@ -154,7 +154,7 @@ def _motion(
     pyramid: Sequence[tuple[Reals, ...]],
     stiffness: float,
     workers: int | None,
-    told: Callable[[], None],
+    step_done: Callable[[], None],
 ) -> tuple[Reals, Reals, Level]:
     """The motion between the images of a pyramid, coarse to fine, its confidence, and the last level."""
     uv = np.zeros((2, *pyramid[-1][0].shape), np.float32)
@@ -167,7 +167,7 @@ def _motion(
                 uv = chosen(a, level.moved, uv)
             sums, confidence, noise = level.equations(level.moved(uv), uv)
             uv = _medians(solved(sums, uv, noise, BANDS, stiffness))
-            told()
+            step_done()
     return uv, confidence, level
 
 
