@@ -18,11 +18,11 @@ from algorithms.wavelets.pictures import draw_colours, draw_denoised, draw_flow
 IMAGES = [
     name
     for name, (_, shape) in CALLS.items()
-    if len(shape) == 2 and name not in ("conformal_wavelet", "iconformal_wavelet", "optical_flow")
+    if len(shape) == 2 and name not in ("conformal_wavelet", "iconformal_wavelet")
 ]
 """Functions of images of one number per pixel."""
 
-ONE = {"denoise", "disparity", "estimated_noise", "similarity_distance"}
+ONE = {"optical_flow", "denoise", "disparity", "estimated_noise", "similarity_distance"}
 """Those that take no stacks."""
 
 

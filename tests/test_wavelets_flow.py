@@ -208,7 +208,7 @@ def test_workers_change_nothing_and_steps_are_told() -> None:
         (lambda x: optical_flow(x, x[:-1]), r"second: shape \(39, 50\); expected that of the first image"),
         (lambda x: optical_flow(x, x * np.nan), "second: a number is not finite"),
         (lambda x: optical_flow(x[None], x), "first: shape .*expected one image of at least 8 x 8 pixels"),
-        (lambda x: optical_flow(np.stack([x] * 3, -1), x), "first: shape .*a colour image is first made grey"),
+        (lambda x: optical_flow(np.stack([x] * 3, -1), x), "first: shape .*looks like RGB: take grey values"),
         (lambda x: optical_flow(x, x, noise=-1), "noise: -1.0; expected 0 or more"),
         (lambda x: optical_flow(x, x, noise=np.nan), "noise: nan; expected a finite number"),
         (lambda x: optical_flow(x[:0], x[:0]), "first: shape .*at least 8 x 8"),

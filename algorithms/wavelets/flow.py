@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..arguments import Reals, finite_number, real_array
+from ..arguments import Reals, finite_number
+from .checks import single_image
 from .denoise import estimated_noise
-from .discrete import check_finite
 from .flow_boundaries import chosen, visible
 from .flow_equations import BANDS, Level
 from .flow_solver import filled, solved
@@ -100,16 +100,7 @@ def optical_flow(
 
     Mean errors on smooth motions of textures are below 0.02 pixels without noise.
     """
-    images = [
-        real_array(image, name, (-1, -1), "an image M N") for image, name in ((first, "first"), (second, "second"))
-    ]
-    for image, name in zip(images, ("first", "second"), strict=True):
-        if image.ndim != 2 or min(image.shape) < _SMALLEST:
-            colour = "; a colour image is first made grey" if image.ndim == 3 and image.shape[2] in (3, 4) else ""
-            raise ValueError(
-                f"{name}: shape {image.shape}; expected one image of at least {_SMALLEST} x {_SMALLEST} pixels{colour}"
-            )
-        check_finite(image, name)
+    images = [single_image(image, name, _SMALLEST) for image, name in ((first, "first"), (second, "second"))]
     if images[0].shape != images[1].shape:
         raise ValueError(f"second: shape {images[1].shape}; expected that of the first image, {images[0].shape}")
     rows, columns = images[0].shape
