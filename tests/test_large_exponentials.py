@@ -68,6 +68,27 @@ def test_eight_dimensions(p: int, q: int) -> None:
     assert error(generators([1] * p + [-1] * q), b.terms, ga.exp(b).terms) < 1e-13
 
 
+@pytest.mark.parametrize(("p", "q"), [(8, 0), (4, 4)])
+def test_objects_of_eight_dimensions(p: int, q: int) -> None:
+    """By products of objects, single ones and arrays, with a scalar part, and with numbers that are not finite."""
+    algebra, vectors = orthogonal(p, q), generators([1] * p + [-1] * q)
+    space = Space(algebra)
+    several = [b for b in arguments(algebra) if _norm(b) > 1]
+    rows = np.array([[b.terms.get(plane, 0) for plane in algebra.blades(2)] for b in several])
+    found = space.bivector(rows).exp()
+    alone = space.bivector(rows[0]).exp()
+    for k, b in enumerate(several[:1] if q else several[-1:], 0 if q else len(several) - 1):
+        values = {algebra.blade(name)[1]: float(found[k][name]) for name in algebra.even.blades}
+        assert error(vectors, b.terms, values) < 1e-13
+    np.testing.assert_allclose(alone.values, found[0].values, rtol=0, atol=1e-13 * np.abs(alone.values).max())
+    shifted = (0.5 + space.bivector(rows[0])).exp()
+    np.testing.assert_allclose(shifted.values, np.exp(0.5) * alone.values, rtol=1e-13)
+    rows[1] = np.nan
+    spoiled = space.bivector(rows).exp().values
+    assert np.isnan(spoiled[1]).any() and np.isfinite(spoiled[0]).all()
+    assert (space.bivector(0 * rows[0]).exp() - 1).values.any() == np.False_
+
+
 def _norm(b: Multivector) -> float:
     return float(np.linalg.norm(list(b.terms.values())))
 

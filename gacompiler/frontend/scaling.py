@@ -32,16 +32,16 @@ SCALED = Fraction(1, 3)
 """The largest norm that the polynomial takes, to 1e-17 of the argument."""
 HEAD = 3 * 2**31
 """What is added to a coefficient of 1 to leave its first 20 binary places."""
-_EVEN = tuple(Fraction(1, factorial(2 * k)) for k in range(7))
-_ODD = tuple(Fraction(1, factorial(2 * k + 1)) for k in range(7))
+TAYLOR = tuple(Fraction(1, factorial(k)) for k in range(14))
+_EVEN, _ODD = TAYLOR[::2], TAYLOR[1::2]
 
 
 def exponential_by_squaring(b: Any) -> Any:
     """``exp(b)`` of any element without scalar part; not a number where its norm may be too large."""
     algebra, blades = b.algebra, sorted(blades_of(b))
-    weights = _weights(algebra, blades)
-    squarings = next(k for k in count(PLAIN) if max(weights) * LARGEST**2 <= (SCALED * 2**k) ** 2)
-    size = sum(weight * b[blade] * b[blade] for weight, blade in zip(weights, blades, strict=True))
+    shares = weights(algebra, blades)
+    squarings = next(k for k in count(PLAIN) if max(shares) * LARGEST**2 <= (SCALED * 2**k) ** 2)
+    size = sum(weight * b[blade] * b[blade] for weight, blade in zip(shares, blades, strict=True))
     limit = (SCALED * 2**squarings) ** 2
     inside = size <= limit
     nothing = sqrt(limit - size)  # not a number outside
@@ -84,7 +84,7 @@ def _head(x: Any, inside: Value, nothing: Value) -> Any:
     return select(inside, x + shift, nothing * Multivector(x.algebra, dict.fromkeys(blades, 1))) - shift
 
 
-def _weights(algebra: Algebra, blades: Sequence[int]) -> list[Fraction]:
+def weights(algebra: Algebra, blades: Sequence[int]) -> list[Fraction]:
     """What makes a sum of squared coefficients at least the square of the norm of the matrix that multiplies by them.
 
     Each blade multiplies by a matrix of known norm. Those of bivectors of an orthogonal basis add up as rotations in

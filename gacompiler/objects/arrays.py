@@ -21,6 +21,7 @@ from ..algebra.multivector import Multivector
 from ..errors import AlgebraError, LayoutError
 from .checks import check_relations, require_blade
 from .definitions import BINARY, UNARY, Definition, grade_of, normalize_of, power_of
+from .exponentials import MOST_VECTORS, exponential, layout_of_exponential
 from .native import extension, extension_is_settled
 from .normalizing import normalized
 from .operators import Operator, layout_of, operator_of
@@ -230,8 +231,7 @@ class MultivectorArray:
     inverse = _one("inverse", "``y`` with ``x y = 1``; infinite or not a number where there is none.")
     norm_squared = _one("norm_squared", "The scalar part of ``x ~x``, a number.")
     norm = _one("norm", "``sqrt(|x ~x|)``: the root of the absolute value of `norm_squared`, a number.")
-    exp = _one("exp", "The exponential; of a bivector over up to five vectors a unit versor. See `gacompiler.exp`.")
-
+    _exponential = _one("exp", "As `exp`, by one kernel.")
     _logarithm = _one("log", "As `log`, of what is known to be a unit versor or a number.")
     _root = _one("sqrt", "As `sqrt`, of what is known to be a unit versor or a number.")
 
@@ -249,6 +249,15 @@ class MultivectorArray:
     sandwich = _two(
         "sandwich", "``x y ~x`` for an even unit versor `x`; with the grade involution of `y` for odd ones."
     )
+
+    def exp(self) -> Any:
+        """The exponential; of a bivector over up to five vectors a unit versor. See `gacompiler.exp`.
+
+        Where it has more than 32 coefficients, in seven dimensions and more, it is made by products, and there is no
+        largest argument; elsewhere without a closed form it is not a number far beyond a norm of 1000.
+        """
+        whole = layout_of_exponential(self.layout) if self.layout.algebra.dimension > MOST_VECTORS else None
+        return self._exponential() if whole is None else exponential(self, whole, wrap)
 
     def __pow__(self, exponent: Any) -> Any:
         """A product of equal factors for a natural number, the inverse of one for a negative whole number."""

@@ -1,0 +1,94 @@
+"""Exponentials over many blades, by products of objects: one kernel of it would be a million operations.
+
+The method is that of `gacompiler.frontend.scaling`, Taylor's polynomial and squarings whose first ones compute in two
+parts; here the number of squarings follows the arguments, so that it has no largest one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..algebra.layout import Layout
+from ..frontend.scaling import HEAD, PLAIN, SCALED, TAYLOR, weights
+
+if TYPE_CHECKING:
+    from .arrays import MultivectorArray
+
+MOST_VECTORS = 5
+"""In algebras of no more vectors every exponential is one kernel."""
+LARGEST = 32
+"""The number of coefficients of an exponential up to which it is one kernel."""
+_MOST = 1100
+"""Squarings beyond this many are those of numbers that no double is."""
+
+
+@cache
+def layout_of_exponential(layout: Layout) -> Layout | None:
+    """The layout of exponentials that are made by products; None where they are one kernel."""
+    vectors, blades = 0, sorted(layout.support)
+    for blade in blades:
+        vectors |= blade
+    even = all(blade.bit_count() % 2 == 0 for blade in blades)
+    if 1 << (vectors.bit_count() - even) <= LARGEST:
+        return None
+    return layout.algebra.even if even else layout.algebra.full
+
+
+@cache
+def _weights(layout: Layout) -> tuple[tuple[str, float], ...]:
+    """The blades of a layout but 1, and what makes a sum of squares at least that of the norm of their product."""
+    algebra, blades = layout.algebra, sorted(layout.support - {0})
+    found = zip(blades, weights(algebra, blades), strict=True)
+    return tuple((algebra.spelling(blade)[1], float(weight)) for blade, weight in found)
+
+
+def exponential(x: MultivectorArray, whole: Layout, wrap: Callable[[Layout, Any], Any]) -> Any:
+    """``exp(x)`` in a layout that is closed under products."""
+    start = np.stack([np.broadcast_to(x[name], x.shape) for name in whole.blades], -1).astype(float)
+    scalar = whole.blades.index("1")
+    factor = np.exp(start[..., scalar])
+    start[..., scalar] = 0
+
+    def product(a: Any, b: Any) -> Any:
+        found = wrap(whole, a) * wrap(whole, b)
+        assert found.layout == whole
+        return found.values
+
+    with np.errstate(over="ignore", invalid="ignore"):
+        size = np.sqrt(sum(weight * x[name] ** 2 for name, weight in _weights(x.layout)))
+        largest = np.max(size, where=np.isfinite(size), initial=0.0)
+        squarings = PLAIN + max(int(np.frexp(largest / float(SCALED))[1]) - PLAIN, 0)
+        small = np.ldexp(start, -min(squarings, _MOST))
+        rest = _beyond_first(small, product, scalar)
+        head = _head(small + rest)
+        tail = (small - head) + rest
+        for _ in range(squarings - PLAIN):
+            square = product(head, head)
+            error = 2 * tail + product(head, tail) + product(tail, head + tail)
+            following = _head(2 * head + square + error)
+            head, tail = following, ((2 * head - following) + square) + error
+        y = head + tail
+        for _ in range(PLAIN):
+            y = 2 * y + product(y, y)
+        y[..., scalar] += 1
+        return wrap(whole, factor[..., None] * y)
+
+
+def _beyond_first(x: Any, product: Callable[[Any, Any], Any], scalar: int) -> Any:
+    """``exp(x) - 1 - x``, by Horner's rule in the product."""
+    one = np.zeros(x.shape[-1])
+    one[scalar] = 1
+    found = np.broadcast_to(float(TAYLOR[-1]) * one, x.shape)
+    for coefficient in TAYLOR[-2:1:-1]:
+        found = product(x, found) + float(coefficient) * one
+    return product(x, product(x, found))
+
+
+def _head(x: Any) -> Any:
+    """The first twenty binary places of all coefficients: the same multiples for all of an element."""
+    shift = float(HEAD) * np.max(np.abs(x), axis=-1, keepdims=True)
+    return (x + shift) - shift
