@@ -39,10 +39,7 @@ _TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 
 @dataclass(slots=True)
 class Link:
-    """A link as the file has it: its inertia in its own frame, mass, centre, tensor about the centre; or none.
-
-    With what is doubtful about the tensor.
-    """
+    """A link as the file has it: in its own frame mass, centre, tensor about the centre, or none; what is doubtful."""
 
     name: str
     body: Floats | None
