@@ -1,0 +1,400 @@
+"""Mutation testing: change one operator, sign or comparison at a time, and see whether a test notices.
+
+    python tests/mutation.py rings --count 40
+    python tests/mutation.py rings passes algebra motors subspaces geometry vision kinematics
+    python tests/mutation.py --only gacompiler/rings/ideal.py
+
+A run has two stages. The tests of a package run once, unchanged, while the functions that each test calls and its
+duration are recorded. Then every mutant runs, in a process of its own, the tests that call the mutated function, the
+quickest first, until one fails. Functions compiled by numba, and those that run only while a module is imported, are
+not seen to be called: all tests of the package are run for them. A mutant that no test notices has survived; those that
+cannot change any result are listed with a reason in `mutation_equivalent.txt` and are reported separately.
+
+Subprocesses started by a test see the unchanged source, so such a test cannot notice a mutant.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import contextlib
+import importlib.abc
+import importlib.machinery
+import importlib.util
+import io
+import json
+import os
+import random
+import shutil
+import signal
+import sys
+import tempfile
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import CodeType, FrameType
+from typing import Any
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+EQUIVALENT = ROOT / "tests" / "mutation_equivalent.txt"
+
+PACKAGES: dict[str, tuple[str, tuple[str, ...]]] = {
+    "rings": ("gacompiler/rings", ("test_polynomials", "test_equations", "test_optimiser", "test_symbolic")),
+    "passes": ("gacompiler/passes", ("test_passes", "test_optimiser", "test_prove", "test_uniform", "test_why")),
+    "algebra": ("gacompiler/algebra", ("test_algebra", "test_factorization", "test_layouts", "test_identities")),
+    "motors": ("algorithms/motors", ("test_motors",)),
+    "subspaces": ("algorithms/subspaces", ("test_subspaces", "test_subspaces_bivectors", "test_subspaces_versors")),
+    "geometry": ("algorithms/geometry", ("test_geometry", "test_geometry_rounds")),
+    "vision": ("algorithms/vision", ("test_vision*", "test_hand_eye*")),
+    "kinematics": (
+        "algorithms/kinematics",
+        ("test_kinematics*", "test_dynamics", "test_inverse*", "test_urdf", "test_robots*", "test_hands"),
+    ),
+}
+"""Source folder, and the test files (patterns) of each package."""
+
+HEAVY = ("numpy", "scipy.linalg", "scipy.optimize", "scipy.spatial", "scipy.ndimage", "sympy", "mpmath", "hypothesis")
+"""Imported once, before processes are forked."""
+
+LONGEST = 120.0
+"""Seconds, beside five times those that its tests took, after which a mutant counts as noticed: it no longer ends."""
+
+SWAPS: dict[type[ast.AST], tuple[type[ast.AST], ...]] = {
+    ast.Add: (ast.Sub,),
+    ast.Sub: (ast.Add,),
+    ast.Mult: (ast.Div,),
+    ast.Div: (ast.Mult,),
+    ast.FloorDiv: (ast.Mult,),
+    ast.Mod: (ast.FloorDiv,),
+    ast.Pow: (ast.Mult,),
+    ast.LShift: (ast.RShift,),
+    ast.RShift: (ast.LShift,),
+    ast.BitAnd: (ast.BitOr,),
+    ast.BitOr: (ast.BitAnd,),
+    ast.BitXor: (ast.BitOr,),
+    ast.And: (ast.Or,),
+    ast.Or: (ast.And,),
+    ast.Eq: (ast.NotEq,),
+    ast.NotEq: (ast.Eq,),
+    ast.Lt: (ast.Gt,),
+    ast.LtE: (ast.Gt,),
+    ast.Gt: (ast.Lt,),
+    ast.GtE: (ast.Lt,),
+    ast.Is: (ast.IsNot,),
+    ast.IsNot: (ast.Is,),
+    ast.In: (ast.NotIn,),
+    ast.NotIn: (ast.In,),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Mutant:
+    """One change of one file."""
+
+    path: str
+    """Relative to the root of the repository."""
+    number: int
+    """Position of the changed node among the nodes of the file that can change, in the order of `sites`."""
+    function: tuple[str, int]
+    """Name and first line of the innermost function; ("", 0) at module level."""
+    line: int
+    before: str
+    after: str
+
+    @property
+    def key(self) -> str:
+        """What identifies the mutant in the list of equivalent ones; it does not depend on line numbers."""
+        return f"{self.path} | {self.function[0]} | {self.before} | {self.after}"
+
+
+class _Sites(ast.NodeVisitor):
+    """Collects the nodes that can change, with the function around each."""
+
+    def __init__(self) -> None:
+        self.found: list[tuple[ast.expr, int, tuple[str, int]]] = []
+        self._function: list[tuple[str, int]] = [("", 0)]
+
+    def visit_FunctionDef(self, node: ast.FunctionDef) -> None:
+        first = min([node.lineno, *(d.lineno for d in node.decorator_list)])
+        self._function.append((node.name, first))
+        for each in node.body:
+            self.visit(each)
+        self._function.pop()
+
+    def visit_AnnAssign(self, node: ast.AnnAssign) -> None:
+        if node.value is not None:
+            self.visit(node.value)
+
+    def visit_Assign(self, node: ast.Assign) -> None:
+        # an alias of a type at module level, such as `int | Fraction`, computes nothing
+        union = isinstance(node.value, ast.BinOp) and isinstance(node.value.op, ast.BitOr)
+        if not (union and len(self._function) == 1):
+            self.generic_visit(node)
+
+    def visit_Raise(self, node: ast.Raise) -> None:
+        """Messages are left alone."""
+
+    def visit_Assert(self, node: ast.Assert) -> None:
+        """Assertions are left alone."""
+
+    def visit_JoinedStr(self, node: ast.JoinedStr) -> None:
+        """Text is left alone."""
+
+    def _add(self, node: ast.expr, count: int) -> None:
+        self.found += [(node, choice, self._function[-1]) for choice in range(count)]
+
+    def visit_BinOp(self, node: ast.BinOp) -> None:
+        text = any(isinstance(side, ast.Constant | ast.JoinedStr) and isinstance(getattr(side, "value", ""), str)
+                   for side in (node.left, node.right))  # fmt: skip
+        if not text:
+            self._add(node, len(SWAPS.get(type(node.op), ())))
+        self.generic_visit(node)
+
+    def visit_BoolOp(self, node: ast.BoolOp) -> None:
+        self._add(node, len(SWAPS[type(node.op)]))
+        self.generic_visit(node)
+
+    def visit_UnaryOp(self, node: ast.UnaryOp) -> None:
+        if isinstance(node.op, ast.USub | ast.Not | ast.Invert):
+            self._add(node, 1)
+        self.generic_visit(node)
+
+    def visit_Compare(self, node: ast.Compare) -> None:
+        self._add(node, len(SWAPS[type(node.ops[0])]))
+        self.generic_visit(node)
+
+
+def sites(tree: ast.Module) -> list[tuple[ast.expr, int, tuple[str, int]]]:
+    """Nodes that can change, the number of the change, and the function around the node."""
+    visitor = _Sites()
+    visitor.visit(tree)
+    return visitor.found
+
+
+def _swap(node: ast.expr, choice: int) -> ast.expr:
+    if isinstance(node, ast.UnaryOp):
+        return node.operand
+    if isinstance(node, ast.Compare):
+        swapped = SWAPS[type(node.ops[0])][choice]()
+        return ast.Compare(node.left, [swapped, *node.ops[1:]], node.comparators)  # type: ignore[list-item]
+    if isinstance(node, ast.BoolOp):
+        return ast.BoolOp(SWAPS[type(node.op)][choice](), node.values)  # type: ignore[arg-type]
+    assert isinstance(node, ast.BinOp)
+    return ast.BinOp(node.left, SWAPS[type(node.op)][choice](), node.right)  # type: ignore[arg-type]
+
+
+class _Replace(ast.NodeTransformer):
+    def __init__(self, old: ast.AST, new: ast.AST) -> None:
+        self._old, self._new = old, new
+
+    def visit(self, node: ast.AST) -> ast.AST:
+        return self._new if node is self._old else super().generic_visit(node)
+
+
+def mutants(path: str) -> list[Mutant]:
+    """All mutants of a file."""
+    tree = ast.parse((ROOT / path).read_text(encoding="utf-8"))
+    return [
+        Mutant(path, number, function, node.lineno, ast.unparse(node), ast.unparse(_swap(node, choice)))
+        for number, (node, choice, function) in enumerate(sites(tree))
+    ]
+
+
+def mutated_code(mutant: Mutant) -> CodeType:
+    """The file of a mutant, changed and compiled."""
+    file = ROOT / mutant.path
+    tree = ast.parse(file.read_text(encoding="utf-8"))
+    node, choice, _ = sites(tree)[mutant.number]
+    new = ast.fix_missing_locations(ast.copy_location(_swap(node, choice), node))
+    return compile(_Replace(node, new).visit(tree), str(file), "exec", dont_inherit=True)
+
+
+class _Finder(importlib.abc.MetaPathFinder):
+    """Gives the changed code for one module, and leaves every other to the usual finders."""
+
+    def __init__(self, mutant: Mutant) -> None:
+        self._name = mutant.path.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
+        self._path = ROOT / mutant.path
+        self._code = mutated_code(mutant)
+
+    def find_spec(self, fullname: str, path: object = None, target: object = None) -> Any:
+        if fullname != self._name:
+            return None
+        code = self._code
+
+        class Loader(importlib.machinery.SourceFileLoader):
+            def get_code(self, fullname: str) -> CodeType:
+                return code
+
+        folder = [str(self._path.parent)] if self._path.name == "__init__.py" else None
+        return importlib.util.spec_from_file_location(
+            fullname, self._path, loader=Loader(fullname, str(self._path)), submodule_search_locations=folder
+        )
+
+
+class _Recorder:
+    """A pytest plugin: which functions of a folder each test calls, and how long the test takes."""
+
+    def __init__(self, folder: str) -> None:
+        self._folder = str(ROOT / folder) + os.sep
+        self.calls: dict[str, set[tuple[str, int]]] = {}
+        self.seconds: dict[str, float] = {}
+        self.failed: list[str] = []
+
+    @pytest.hookimpl(hookwrapper=True)
+    def pytest_runtest_protocol(self, item: pytest.Item) -> Iterator[None]:
+        called: set[tuple[str, int]] = set()
+
+        def trace(frame: FrameType, event: str, argument: object) -> None:
+            name = frame.f_code.co_filename
+            if name.startswith(self._folder):
+                called.add((name[len(str(ROOT)) + 1 :], frame.f_code.co_firstlineno))
+
+        start = time.perf_counter()
+        sys.settrace(trace)
+        yield
+        sys.settrace(None)
+        self.calls[item.nodeid] = called
+        self.seconds[item.nodeid] = time.perf_counter() - start
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        if report.failed:
+            self.failed.append(report.nodeid)
+
+
+QUIET = ["-q", "-x", "--no-header", "-p", "no:cacheprovider", "-p", "no:randomly", "-p", "no:xdist"]
+
+
+def record(folder: str, files: Sequence[str]) -> _Recorder:
+    """Run the tests of a package unchanged, in a process of its own."""
+    with tempfile.TemporaryDirectory() as scratch:
+        answer = Path(scratch) / "calls.json"
+        if os.fork() == 0:
+            recorder = _Recorder(folder)
+            with contextlib.redirect_stdout(io.StringIO()):
+                pytest.main([*QUIET, *files], plugins=[recorder])
+            calls = {test: sorted(called) for test, called in recorder.calls.items()}
+            answer.write_text(json.dumps([calls, recorder.seconds, recorder.failed]))
+            os._exit(0)
+        os.wait()
+        calls, seconds, failed = json.loads(answer.read_text())
+    found = _Recorder(folder)
+    found.calls = {test: {(name, line) for name, line in called} for test, called in calls.items()}
+    found.seconds, found.failed = seconds, failed
+    if failed:
+        raise SystemExit(f"{', '.join(failed)}: fails on the unchanged source; expected tests that pass")
+    return found
+
+
+def relevant(mutant: Mutant, recorder: _Recorder) -> list[str]:
+    """The tests that call the mutated function, the quickest first; all tests where none is seen to call it."""
+    name, line = mutant.function
+    tests = [test for test, called in recorder.calls.items() if name and (mutant.path, line) in called]
+    return sorted(tests or recorder.calls, key=lambda test: (recorder.seconds[test], test))
+
+
+def survives(mutant: Mutant, tests: Sequence[str], longest: float) -> bool:
+    """Whether all `tests` pass on the mutant, within `longest` seconds."""
+    # a constant, or a function for numba: machine code of the unchanged source must not be found
+    compiled_anew = not mutant.function[0] or "njit" in (ROOT / mutant.path).read_text(encoding="utf-8")
+    scratch = tempfile.mkdtemp()
+    child = os.fork()
+    if child == 0:
+        os.setsid()
+        if compiled_anew:
+            os.environ["NUMBA_CACHE_DIR"] = scratch
+        null = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(null, 1)
+        os.dup2(null, 2)
+        status = 1
+        try:
+            sys.meta_path.insert(0, _Finder(mutant))
+            status = int(pytest.main([*QUIET, *tests]))
+        finally:
+            os._exit(status)
+    end = time.monotonic() + longest
+    while time.monotonic() < end:
+        done, status = os.waitpid(child, os.WNOHANG)
+        if done:
+            break
+        time.sleep(0.02)
+    else:
+        os.killpg(child, signal.SIGKILL)
+        os.waitpid(child, 0)
+        status = 1
+    shutil.rmtree(scratch, ignore_errors=True)
+    return status == 0
+
+
+def equivalent() -> dict[str, str]:
+    """Mutants that cannot change a result, and why."""
+    rows = (line.split(" ## ", 1) for line in EQUIVALENT.read_text(encoding="utf-8").splitlines() if " ## " in line)
+    return {key.strip(): reason.strip() for key, reason in rows}
+
+
+def choose(files: Sequence[str], count: int, seed: int) -> list[Mutant]:
+    """`count` mutants of the files, the same ones for the same source and seed."""
+    every = [mutant for file in files for mutant in mutants(file)]
+    return random.Random(seed).sample(every, min(count, len(every)))
+
+
+def run(package: str, only: str, count: int, seed: int) -> tuple[int, list[Mutant], list[Mutant]]:
+    """How many mutants were tried, those that survived, and those of them that are equivalent."""
+    folder, patterns = PACKAGES[package]
+    tests = sorted(str(p.relative_to(ROOT)) for pattern in patterns for p in (ROOT / "tests").glob(f"{pattern}.py"))
+    files = sorted(str(p.relative_to(ROOT)) for p in (ROOT / folder).rglob("*.py"))
+    chosen = choose([f for f in files if only in f], count, seed)
+    print(f"{package}: {len(chosen)} mutants; recording {len(tests)} test files", flush=True)
+    recorder = record(folder, tests)
+    known = equivalent()
+    survivors, same = [], []
+    for number, mutant in enumerate(chosen, 1):
+        covering = relevant(mutant, recorder)
+        longest = LONGEST + 5 * sum(recorder.seconds[test] for test in covering)
+        if not survives(mutant, covering, longest):
+            word = "noticed"
+        elif mutant.key in known:
+            same.append(mutant)
+            word = "equivalent"
+        else:
+            survivors.append(mutant)
+            word = "SURVIVED"
+        change = f"{mutant.before}  ->  {mutant.after}".replace("\n", " ")
+        print(f"{number:4} {word:10} {mutant.path}:{mutant.line} {mutant.function[0]}: {change}", flush=True)
+    return len(chosen), survivors, same
+
+
+def _has(folder: str, part: str) -> bool:
+    return any(part in str(path.relative_to(ROOT)) for path in (ROOT / folder).rglob("*.py"))
+
+
+def main() -> None:
+    """Print what survived; the exit status is 1 if anything did."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("packages", nargs="*", metavar="package", help=f"of {', '.join(PACKAGES)}; all by default")
+    parser.add_argument("--count", type=int, default=40, help="mutants of each package (40)")
+    parser.add_argument("--seed", type=int, default=0, help="another seed chooses other mutants (0)")
+    parser.add_argument("--only", default="", help="part of the path of the files to change")
+    options = parser.parse_args()
+    unknown = [name for name in options.packages if name not in PACKAGES]
+    if unknown:
+        parser.error(f"{', '.join(unknown)}: no such package; expected some of {', '.join(PACKAGES)}")
+    sys.path[:0] = [str(ROOT)]
+    os.chdir(ROOT)
+    for name in HEAVY:
+        importlib.import_module(name)
+    packages = options.packages or [name for name, (folder, _) in PACKAGES.items() if _has(folder, options.only)]
+    results = {package: run(package, options.only, options.count, options.seed) for package in packages}
+    print()
+    for package, (tried, survivors, same) in results.items():
+        print(f"{package}: {tried} mutants, {tried - len(survivors) - len(same)} noticed, {len(same)} equivalent")
+        for mutant in survivors:
+            print(f"  survived  {mutant.key}  (line {mutant.line})")
+    sys.exit(any(survivors for _, survivors, _ in results.values()))
+
+
+if __name__ == "__main__":
+    main()
