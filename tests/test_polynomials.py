@@ -17,7 +17,7 @@ from gacompiler.algebra.layout import Layout
 from gacompiler.algebra.versors import sandwich
 from gacompiler.errors import KernelError, TooLargeError, ZeroDivisorError
 from gacompiler.ir.scalar import Op
-from gacompiler.rings.ideal import Ideal
+from gacompiler.rings.ideal import Ideal, s_polynomial
 from gacompiler.rings.points import point
 from gacompiler.rings.polynomial import Polynomial, PolynomialRing, total_terms
 
@@ -267,6 +267,45 @@ def test_ideals_complete_their_relations() -> None:
     ideal = Ideal([x * y - 1, x * z - 1], 3)
     assert ideal.reduce(y - z).is_zero
     assert not ideal.reduce(x - y).is_zero
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_leading_terms_of_s_polynomials_cancel(seed: int) -> None:
+    """Against ``lcm / LT(p) p - lcm / LT(q) q`` of sympy."""
+    random = Random(300 + seed)
+    ring, variables = new_ring()
+    (p, _), (q, _) = (random_pair(random, ring) for _ in range(2))
+    p, q = (each + variables[0] * variables[seed % 4] for each in (p, q))
+    p, q = (each * (1 / Fraction(each.terms[each.leading])) for each in (p, q))
+    a, b = (sympy.Poly(as_sympy(each), *SYMBOLS) for each in (p, q))
+    first, second = (sympy.Mul(*(SYMBOLS[k] for k in each.leading)) for each in (p, q))
+    whole = sympy.lcm(first, second)
+    theirs = sympy.expand(whole / first * a.as_expr() - whole / second * b.as_expr())
+    assert sympy.expand(as_sympy(s_polynomial(p, q)) - theirs) == 0
+    assert sympy.Poly(theirs, *SYMBOLS).coeff_monomial(whole) == 0
+
+
+@pytest.mark.parametrize(
+    "relations",
+    [
+        lambda x, y, z, w: [x * y - 1, x * z - 1],
+        lambda x, y, z, w: [x + y + z, x * y + y * z + z * x, x * y * z - 1],
+        lambda x, y, z, w: [x * z - y * y, y * w - z * z, x * w - y * z],
+        lambda x, y, z, w: [x * x + y * y - 1, x * y - 2 * z, z * z - w],
+        lambda x, y, z, w: [x * x * y - 3 * z, x * y * y + 2 * w - 1],
+    ],
+    ids=["reciprocals", "cyclic", "twisted cubic", "circle", "cubics"],
+)
+def test_completed_relations_are_the_groebner_basis_of_sympy(relations: Any) -> None:
+    """Which is unique, in one order of monomials; and all S-polynomials are zero (Buchberger's criterion)."""
+    _, variables = new_ring()
+    given = relations(*variables)
+    basis = Ideal(given, 8).basis
+    theirs = sympy.groebner([as_sympy(p) for p in given], *SYMBOLS, order="grlex")
+    ours = {sympy.Poly(as_sympy(p), *SYMBOLS, domain="QQ").monic() for p in basis}
+    assert ours == {sympy.Poly(p, *SYMBOLS, domain="QQ").monic() for p in theirs.exprs}
+    ideal = Ideal(given, 8)
+    assert all(ideal.reduce(s_polynomial(p, q)).is_zero for p in basis for q in basis)
 
 
 def test_an_empty_ideal_changes_nothing() -> None:

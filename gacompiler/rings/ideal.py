@@ -120,15 +120,25 @@ class Ideal:
                 return
             looked_at.add(pair)
             a, b = pair
-            union = _union(a, b)
-            ring = self._basis[a].ring
-            left, right = (self._basis[m] * Polynomial(ring, {quotient(union, m) or (): 1}) for m in (a, b))
-            self._add(left - right)
+            self._add(s_polynomial(self._basis[a], self._basis[b]))
 
     def _pairs(self, degree: int) -> list[tuple[Monomial, Monomial]]:
         leads = sorted(self._basis, key=lambda m: (len(m), m))
         pairs = [(a, b) for a, b in combinations(leads, 2) if set(a) & set(b) and len(_union(a, b)) <= degree]
         return sorted(pairs, key=lambda pair: (len(_union(*pair)), pair))
+
+
+def s_polynomial(a: Polynomial, b: Polynomial) -> Polynomial:
+    """The smallest multiples of both with the same leading monomial, one less the other, so that it cancels.
+
+    Parameters
+    ----------
+    a, b : Polynomial
+        With leading coefficient 1.
+    """
+    union = _union(a.leading, b.leading)
+    left, right = (p * Polynomial(p.ring, {quotient(union, p.leading) or (): 1}) for p in (a, b))
+    return left - right
 
 
 def _union(a: Monomial, b: Monomial) -> Monomial:
