@@ -7,7 +7,7 @@ import pytest
 from scipy.linalg import expm
 from scipy.stats import ortho_group
 
-from algorithms.subspaces import BivectorParts, split_bivectors
+from algorithms.subspaces import BivectorParts, bivectors, split_bivectors
 from gacompiler.algebra.algebra import Algebra
 from gacompiler.algebra.catalog import CGA3, PGA3, STA, null_pairs, orthogonal
 
@@ -93,6 +93,62 @@ def test_bivectors_of_one_timelike_direction(algebra: Algebra) -> None:
     truth = np.linalg.eigvals(matrix(bivectors, n) @ gram) ** 2
     for one, all_of in zip(found.squares, truth, strict=True):
         assert max(np.abs(all_of - square).min() for square in one) < 1e-8
+
+
+def made(n: int, metric: np.ndarray, rates: list[float], seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """A bivector and its parts: planes of basis vectors, turned by an orthogonal map of the metric."""
+    random = np.random.default_rng(seed)
+    turn = expm(matrix(random.normal(size=n * (n - 1) // 2) * 0.2, n) @ metric)
+    parts = np.zeros((n // 2, n, n))
+    for k, rate in enumerate(rates):
+        parts[k, 2 * k, 2 * k + 1], parts[k, 2 * k + 1, 2 * k] = rate, -rate
+    parts = turn @ parts @ turn.T
+    return coefficients(parts.sum(0)), coefficients(parts)
+
+
+@pytest.mark.parametrize(
+    ("squares", "rates"),
+    [
+        ([1, 1, 1, -1], [2.0, -1.0]),
+        ([1, 1, 1, -1, 1], [2.0, -1.0]),
+        ([1, 1, 1, 0], [2.0, 1.0]),
+        ([1, 1, -1, -1], [3.0, 1.0]),
+        ([1, 1, 1, 1, 1, -1], [-3.0, 2.0, 1.0]),
+        ([1, 1, 1, 1, 1, -1, -1], [3.0, 2.0, 1.0]),
+        ([1, -1, 1, 1, 1, -1, 1, 1], [4.0, -3.0, 2.0, 1.0]),
+    ],
+    ids=str,
+)
+def test_rates_far_apart_need_no_subspaces(
+    squares: list[int], rates: list[float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Polynomials of the bivector find the parts by themselves, in batches with leading axes and in any unit."""
+
+    def refuse(*_: object) -> None:
+        raise AssertionError("the slow way is for rates that polynomials cannot tell apart")
+
+    monkeypatch.setattr(bivectors, "_by_subspaces", refuse)
+    n, metric = len(squares), np.diag(np.array(squares, float))
+    pairs = [made(n, metric, rates, seed) for seed in range(6)]
+    given, parts = (np.stack([pair[k] for pair in pairs]) for k in (0, 1))
+    for scale in (1.0, 1e-6, 1e6):
+        found = split_bivectors(scale * given.reshape(2, 3, -1), n, metric)
+        assert found.is_split.shape == (2, 3) and found.is_split.all()
+        assert np.abs(found.parts.reshape(parts.shape) - scale * parts).max() < 1e-11 * scale
+    signs = np.array([-metric[2 * k, 2 * k] * metric[2 * k + 1, 2 * k + 1] for k in range(n // 2)])
+    expected = signs * np.array(rates) ** 2 * 1e12
+    assert np.abs(found.squares - expected).max() < 1e-10 * 1e12
+
+
+@pytest.mark.parametrize("gap", [1e-9, 1e-3, 0.2])
+def test_equal_and_near_rates_of_other_metrics(gap: float) -> None:
+    """By subspaces for small gaps: whichever way is taken, the parts are simple, commute and have their squares."""
+    metric = np.diag([1.0, 1, 1, 1, 1, -1])
+    given = np.stack([made(6, metric, [1.0 + gap, 1.0, 0.5], seed)[0] for seed in range(4)])
+    found = split_bivectors(given, 6, metric)
+    assert found.is_split.all()
+    check(found, given, 6, metric, 1e-10 if gap < 1e-6 or gap > 0.1 else 1e-8)
+    assert np.abs(np.sort(found.squares, axis=-1) - [-((1 + gap) ** 2), -1.0, 0.25]).max() < 1e-8
 
 
 def test_screws_and_null_rotations() -> None:
