@@ -45,9 +45,9 @@ PACKAGES: dict[str, tuple[str, tuple[str, ...]]] = {
     "rings": ("gacompiler/rings", ("test_polynomials", "test_equations", "test_optimiser", "test_symbolic")),
     "passes": ("gacompiler/passes", ("test_passes", "test_optimiser", "test_prove", "test_uniform", "test_why")),
     "algebra": ("gacompiler/algebra", ("test_algebra", "test_factorization", "test_layouts", "test_identities")),
-    "motors": ("algorithms/motors", ("test_motors",)),
+    "motors": ("algorithms/motors", ("test_motors", "test_determined")),
     "subspaces": ("algorithms/subspaces", ("test_subspaces", "test_subspaces_bivectors", "test_subspaces_versors")),
-    "geometry": ("algorithms/geometry", ("test_geometry", "test_geometry_rounds")),
+    "geometry": ("algorithms/geometry", ("test_geometry", "test_geometry_rounds", "test_determined")),
     "vision": ("algorithms/vision", ("test_vision*", "test_hand_eye*")),
     "kinematics": (
         "algorithms/kinematics",
