@@ -42,7 +42,10 @@ ROOT = Path(__file__).resolve().parent.parent
 EQUIVALENT = ROOT / "tests" / "mutation_equivalent.txt"
 
 PACKAGES: dict[str, tuple[str, tuple[str, ...]]] = {
-    "rings": ("gacompiler/rings", ("test_polynomials", "test_equations", "test_optimiser", "test_symbolic")),
+    "rings": (
+        "gacompiler/rings",
+        ("test_polynomials", "test_points", "test_equations", "test_optimiser", "test_symbolic"),
+    ),
     "passes": ("gacompiler/passes", ("test_passes", "test_optimiser", "test_prove", "test_uniform", "test_why")),
     "algebra": ("gacompiler/algebra", ("test_algebra", "test_factorization", "test_layouts", "test_identities")),
     "motors": ("algorithms/motors", ("test_motors", "test_determined")),

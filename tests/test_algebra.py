@@ -549,6 +549,8 @@ def test_scaling_stays_in_the_ring() -> None:
     assert scale(np.array([3.0, 6.0]), third).dtype == np.float64
     assert isinstance(scale(mpmath.mpf(3), third), mpmath.mpf)
     assert scale(sympy.Symbol("x"), third) == sympy.Symbol("x") / 3
+    assert scale(3, -1) == -3 and scale(1.5, -1) == -1.5 and scale(1.5, 1) == 1.5
+    assert np.array_equal(scale(np.array([3.0, -6.0]), -1), [-3.0, 6.0])
     assert divide(6, 3) == 2 and isinstance(divide(6, 3), int) and divide(1, 3) == third
     assert divide(np.array([1.0]), 4).dtype == np.float64
 
@@ -566,6 +568,26 @@ def test_scalar_functions_agree_in_all_rings(name: str) -> None:
     assert np.array_equal(scalar_function(name, *(np.array([k, k], dtype=float) for k in arguments[name])), [exact] * 2)
     assert scalar_function(name, *map(mpmath.mpf, arguments[name])) == mpmath.mpf(int(exact))
     assert scalar_function(name, *map(sympy.Integer, arguments[name])) == sympy.Integer(int(exact))
+
+
+def test_least_and_greatest_of_arrays_keep_what_is_no_number() -> None:
+    """As numpy's do, from either side."""
+    a, b = np.array([np.nan, 1.0, 2.0, -1.0]), np.array([0.0, np.nan, 1.0, 3.0])
+    assert np.array_equal(scalar_function("minimum", a, b), np.minimum(a, b), equal_nan=True)
+    assert np.array_equal(scalar_function("maximum", a, b), np.maximum(a, b), equal_nan=True)
+
+
+@pytest.mark.parametrize("name", ["less", "minimum", "abs", "atan2"])
+def test_functions_of_order_refuse_complex_numbers(name: str) -> None:
+    arguments = (mpmath.mpc(1, 2), mpmath.mpf(1))[: 1 if name == "abs" else 2]
+    with pytest.raises(ValueError, match=f"{name} of a number that is not real"):
+        scalar_function(name, *arguments)
+    assert scalar_function("sqrt", mpmath.mpc(-4, 0)) == mpmath.mpc(0, 2)
+
+
+def test_double_conformal_space_has_two_that_are_orthogonal() -> None:
+    block = [[float(x) for x in row] for row in CGA3.gram]
+    assert np.array_equal([[float(x) for x in row] for row in catalog.DCGA.gram], np.kron(np.eye(2), block))
 
 
 @pytest.mark.parametrize(

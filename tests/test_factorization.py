@@ -227,6 +227,26 @@ def test_a_bivector_is_a_sum_of_commuting_blades() -> None:
     assert rational == 2
 
 
+@pytest.mark.parametrize("size", [1e-4, 1.0, 1e4])
+def test_splits_of_floats_in_any_unit(size: float) -> None:
+    """Squares that differ single out a split, equal ones do not, and a third part is seen, whatever the unit."""
+    space = orthogonal(4)
+    e1, e2, e3, e4 = space.basis()
+    turn = (1 + 0.3 * (e1 ^ e3)) * (2 + 0.7 * (e2 ^ e4)) * (1 - 0.4 * (e1 ^ e4))
+    make = lambda a, b: size * turn * (a * (e1 ^ e2) + b * (e3 ^ e4)) * inverse(turn)  # noqa: E731
+    for a, b in ((2.0, 1.0), (1.1, -1.0), (3.0, 0.01)):
+        first, second = split_bivector(make(a, b).grade(2))
+        assert abs((first * first).scalar / size**2 + a * a) < 1e-12
+        assert abs((second * second).scalar / size**2 + b * b) < 1e-12
+        assert all(abs(value) < 1e-12 * size**2 for value in commutator(first, second).terms.values())
+    with pytest.raises(AlgebraError, match="same square"):
+        split_bivector(make(1.0, 1.0).grade(2))
+    assert len(split_bivector(make(1.0, 0.0).grade(2))) == 1
+    six = orthogonal(6)
+    with pytest.raises(AlgebraError, match="three parts"):
+        split_bivector(six.multivector({"e1e2": size, "e3e4": 2.0 * size, "e5e6": 3.0 * size}))
+
+
 def test_bivectors_without_a_split_are_refused() -> None:
     with pytest.raises(AlgebraError, match="same square"):
         split_bivector(orthogonal(4).multivector({"e1e2": 1, "e3e4": 1}))

@@ -331,6 +331,18 @@ def test_delta_products_of_exact_blades(algebra: Algebra) -> None:
         assert relative(found.coefficients, of_exact(exact, x + y).coefficients) < 1e-9
 
 
+def test_delta_products_in_batches() -> None:
+    """With two leading axes of different lengths, each as alone."""
+    rng = np.random.default_rng(8)
+    shared, x, y = rng.normal(size=(2, 3, 1, 5)), rng.normal(size=(2, 3, 1, 5)), rng.normal(size=(2, 3, 2, 5))
+    a, b = (FactoredBlade.of_vectors(np.concatenate([shared, each], -2)) for each in (x, y))
+    found = delta_product(a, b).coefficients()
+    assert found.grade == 3
+    for k in np.ndindex(2, 3):
+        one, two = (FactoredBlade.of_vectors(np.concatenate([shared[k], each[k]], -2)) for each in (x, y))
+        assert relative(found.coefficients[k], delta_product(one, two).coefficients().coefficients) < 1e-9
+
+
 def test_metric_factors_are_orthogonal() -> None:
     gram = gram_of(CGA3)
     blade = FactoredBlade.of_vectors(RANDOM.normal(size=(6, 3, 5)))

@@ -108,6 +108,42 @@ def test_the_ring_computes_as_sympy_does() -> None:
                 assert value((Expanded.of(a) / b).expression) == pytest.approx(value(a / b), rel=1e-12, abs=1e-12)
 
 
+X = sympy.Symbol("x", positive=True)
+
+
+@pytest.mark.parametrize(
+    ("a", "b", "product"),
+    [
+        (2 * sympy.sqrt(X), 3 * sympy.sqrt(X), 6 * X),
+        (sympy.sqrt(2) * 2, sympy.sqrt(2) * 5, sympy.Integer(20)),
+        (2 * sympy.I, 3 * sympy.I, sympy.Integer(-6)),
+        (sympy.exp(X / 2), sympy.exp(X / 2), sympy.exp(X)),
+        (2**X, 2**X, 2 ** (2 * X)),
+        (3 * sympy.exp(X), sympy.exp(-X) / 2, sympy.Rational(3, 2)),
+        (sympy.sqrt(1 + X) * 4, sympy.sqrt(1 + X) / 3, sympy.Rational(4, 3) * (1 + X)),
+    ],
+)
+def test_powers_that_become_ordinary_keep_their_numbers(a: Any, b: Any, product: Any) -> None:
+    assert (Expanded.of(a) * b - Expanded.of(product)).is_zero
+    assert sympy.simplify((Expanded.of(a) * b).expression - product) == 0
+
+
+def test_floats_are_short_fractions_or_stay() -> None:
+    """2.5 is 5/2; 0.1 is no fraction of a small power of two; quotients of floats divide."""
+    assert Expanded.of(2.5).expression == sympy.Rational(5, 2)
+    assert Expanded.of(-100.25).expression == sympy.Rational(-401, 4)
+    assert isinstance(Expanded.of(0.1).expression, sympy.Float)
+    assert float((Expanded.of(0.3 * X) / Expanded.of(0.1 * X)).expression) == pytest.approx(3.0, rel=1e-15)
+    assert float((Expanded.of(0.3) / 0.1).expression) == pytest.approx(3.0, rel=1e-15)
+
+
+@pytest.mark.parametrize("value", [sympy.oo, -sympy.oo, sympy.zoo, sympy.nan], ids=str)
+def test_infinite_numbers_are_refused(value: Any) -> None:
+    for each in (value, X + value):
+        with pytest.raises(AlgebraError, match="expected a number or a sympy expression"):
+            Expanded.of(each)
+
+
 @pytest.mark.parametrize(
     "zero",
     [
