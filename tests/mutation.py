@@ -10,7 +10,8 @@ quickest first, until one fails. Functions compiled by numba, and those that run
 not seen to be called: all tests of the package are run for them. A mutant that no test notices has survived; those that
 cannot change any result are listed with a reason in `mutation_equivalent.txt` and are reported separately.
 
-Subprocesses started by a test see the unchanged source, so such a test cannot notice a mutant.
+A Python process that a test starts sees the mutant as well, unless it is started with an environment of its own; what
+it calls is not seen.
 """
 
 from __future__ import annotations
@@ -238,6 +239,16 @@ class _Finder(importlib.abc.MetaPathFinder):
         )
 
 
+STARTUP = """
+import sys
+sys.path.insert(0, {folder!r})
+from mutation import Mutant, _Finder
+sys.path.remove({folder!r})
+sys.meta_path.insert(0, _Finder({mutant!r}))
+"""
+"""What a process that a test starts does first."""
+
+
 class _Recorder:
     """A pytest plugin: which functions of a folder each test calls, and how long the test takes."""
 
@@ -309,6 +320,8 @@ def survives(mutant: Mutant, tests: Sequence[str], longest: float) -> bool:
         os.setsid()
         if compiled_anew:
             os.environ["NUMBA_CACHE_DIR"] = scratch
+        Path(scratch, "sitecustomize.py").write_text(STARTUP.format(folder=str(Path(__file__).parent), mutant=mutant))
+        os.environ["PYTHONPATH"] = os.pathsep.join([scratch, os.environ.get("PYTHONPATH", "")])
         null = os.open(os.devnull, os.O_WRONLY)
         os.dup2(null, 1)
         os.dup2(null, 2)
