@@ -33,7 +33,7 @@ from algorithms.geometry import (
     sphere_cone_curve,
     versor_between,
 )
-from algorithms.geometry.circle_loops import nearest_angles
+from algorithms.geometry.circle_loops import half_square, nearest_angles
 from algorithms.geometry.pairs import ANGLES, DISTANCES, MEETS, PROJECTIONS
 from generated import cga2, cga3, pga3
 
@@ -155,6 +155,19 @@ def test_imaginary_circles_and_lines_have_no_nearest_points() -> None:
     same = nearest_on_circles(spots, spots[::-1])  # two points, coincident
     close(same.distance, np.zeros(2), 1e-15)
     close(same.on_a, np.tile([3.0, 0, 4], (2, 1)), 1e-14)
+
+
+def test_half_squares_of_distances_and_their_derivatives() -> None:
+    """Against the distance by vectors, and central differences."""
+    rng = np.random.default_rng(9)
+    curves, up, h = rng.normal(size=(40, 3, 3)), np.array([0, 0, 1.0]), 1e-5
+    for e, (radius, turn) in enumerate(rng.uniform(0.2, 3, (40, 2))):
+        at = lambda t, e=e: curves[e] @ [1, np.cos(t), np.sin(t)]  # noqa: E731
+        value, slope, bend = half_square(curves, e, radius, turn)
+        before, after = (half_square(curves, e, radius, turn + step) for step in (-h, h))
+        close(value, to_circle(at(turn), np.zeros(3), up, radius) ** 2 / 2)
+        close(slope, (after[0] - before[0]) / (2 * h), 1e-6 * (1 + abs(bend)))
+        close(bend, (after[1] - before[1]) / (2 * h), 1e-5 * (1 + abs(bend)))
 
 
 def test_angles_that_are_no_numbers_hide_no_others() -> None:
