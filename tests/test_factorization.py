@@ -170,6 +170,21 @@ def test_versors_whose_directions_are_all_null() -> None:
         assert reduce(lambda a, b: a * b, found.vectors, versor.lift(found.scale)) == versor
 
 
+@pytest.mark.parametrize("size", [1e-14, 1e-6, 1.0, 1e6, 1e14])
+def test_factors_of_floats_in_any_unit(size: float) -> None:
+    """Products of vectors, one of them near to null, and what is no product of any."""
+    e1, e2, e3, e0, einf = CGA3.basis()
+    vectors = [0.3 * e1 + 0.7 * e2 - 0.2 * e0, 0.5 * e2 + 0.1 * e3 + 0.3 * einf, e0 + 0.1 * e1, e1 - 0.4 * e3 + einf]
+    for count in (1, 2, 3, 4):
+        versor = size * reduce(lambda a, b: a * b, vectors[:count])
+        found = factorize_versor(versor)
+        product = reduce(lambda a, b: a * b, found.vectors, CGA3.scalar(1)) * found.scale
+        assert len(found.vectors) == count
+        assert all(abs(value) < 1e-12 * size for value in (product - versor).terms.values())
+    with pytest.raises(AlgebraError, match="versor"):
+        factorize_versor(size * (1 + 0.5 * (e1 ^ e2) + 0.3 * e3))
+
+
 @pytest.mark.parametrize(
     "element",
     [

@@ -58,6 +58,6 @@ def test_points_that_are_not_rational_have_many_digits(power: int) -> None:
 def test_whole_and_moderate_points() -> None:
     layout = VGA3.layout("FREE", "e1 e2 e3")
     whole = [value for seed in range(20) for value in point(layout, Random(seed), whole=True)]
-    assert all(isinstance(value, int) for value in whole) and max(map(abs, whole)) > 10**5
+    assert all(isinstance(value, int) for value in whole) and max(whole) > 10**5 and min(whole) < -(10**5)
     moderate = [value for seed in range(20) for value in point(layout, Random(seed), near_one=True)]
     assert max(map(abs, moderate)) <= 2

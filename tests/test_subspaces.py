@@ -26,6 +26,7 @@ from algorithms.subspaces import (
     polarity,
     reduced_factors,
 )
+from algorithms.subspaces.loops import orthonormalize
 from gacompiler.algebra import duality, factorization, versors
 from gacompiler.algebra.algebra import Algebra
 from gacompiler.algebra.catalog import CGA3, STA, orthogonal
@@ -329,6 +330,17 @@ def test_delta_products_of_exact_blades(algebra: Algebra) -> None:
             continue
         found = delta_product(of_exact(first, m + x), of_exact(second, m + y), gram)
         assert relative(found.coefficients, of_exact(exact, x + y).coefficients) < 1e-9
+
+
+@pytest.mark.parametrize("apart", [1.0, 1e-4, 1e-8, 1e-11])
+def test_rows_near_to_each_other_become_orthonormal(apart: float) -> None:
+    """To rounding, whatever is left of them, and the volume is that of numpy's triangle."""
+    rows = RANDOM.normal(size=(3, 1, 6)) + apart * RANDOM.normal(size=(3, 4, 6))
+    volumes = np.abs(np.diagonal(np.linalg.qr(np.swapaxes(rows, -1, -2))[1], axis1=-2, axis2=-1)).prod(-1)
+    made = rows.copy()
+    found = [orthonormalize(made, e, 4) for e in range(3)]
+    assert np.abs(made @ np.swapaxes(made, -1, -2) - np.eye(4)).max() < 1e-14
+    assert np.allclose(found, volumes, rtol=1e-14 / apart + 1e-13)
 
 
 def test_delta_products_in_batches() -> None:
