@@ -347,7 +347,8 @@ def survives(mutant: Mutant, tests: Sequence[str], longest: float) -> bool:
 
 def equivalent() -> dict[str, str]:
     """Mutants that cannot change a result, and why."""
-    rows = (line.split(" ## ", 1) for line in EQUIVALENT.read_text(encoding="utf-8").splitlines() if " ## " in line)
+    lines = EQUIVALENT.read_text(encoding="utf-8").splitlines()
+    rows = (line.split(" ## ", 1) for line in lines if line and not line.startswith("#"))
     return {key.strip(): reason.strip() for key, reason in rows}
 
 
