@@ -343,6 +343,38 @@ def test_rows_near_to_each_other_become_orthonormal(apart: float) -> None:
     assert np.allclose(found, volumes, rtol=1e-14 / apart + 1e-13)
 
 
+@pytest.mark.parametrize("size", [2, 3, 4])
+def test_a_coarse_tolerance_is_for_sines_of_principal_angles(size: int) -> None:
+    """Between any two sines, where bounds leave a doubt: the shared directions are numpy's singular vectors."""
+    for _ in range(12):
+        q = RANDOM.normal(size=(size, 9))
+        p = q + RANDOM.choice([0.3, 1.0, 3.0]) * RANDOM.normal(size=q.shape)
+        one, two = (np.linalg.qr(rows.T)[0].T for rows in (p, q))
+        turn, sines, across = np.linalg.svd(two - two @ one.T @ one, full_matrices=False)
+        for rank in range(1, size):
+            tolerance = np.sqrt(sines[rank - 1] * sines[rank])
+            if sines[rank - 1] < 1.05 * sines[rank]:
+                continue
+            blades = FactoredBlade.of_vectors(one), FactoredBlade.of_vectors(two)
+            found = join_and_meet(*blades, tolerance)
+            whole, shared = found.join().vectors, found.meet().vectors
+            assert whole.shape == (size + rank, 9) and shared.shape == (size - rank, 9)
+            expected = turn[:, rank:].T @ two
+            assert np.abs(shared.T @ shared - expected.T @ expected).max() < 1e-12
+            expected = np.concatenate([one, across[:rank]])
+            assert np.abs(whole.T @ whole - expected.T @ expected).max() < 1e-12
+
+
+@pytest.mark.parametrize("apart", [1e-2, 1e-5, 1e-7])
+def test_joins_of_subspaces_near_to_each_other_are_orthonormal(apart: float) -> None:
+    """To rounding, and not to rounding divided by the sine between them."""
+    rows = RANDOM.normal(size=(20, 3, 9))
+    one, two = (FactoredBlade.of_vectors(x) for x in (rows, rows + apart * RANDOM.normal(size=rows.shape)))
+    found = join_and_meet(one, two, 1e-11).join()
+    assert found.vectors.shape == (20, 6, 9)
+    assert np.abs(found.vectors @ np.swapaxes(found.vectors, -1, -2) - np.eye(6)).max() < 1e-14
+
+
 def test_delta_products_in_batches() -> None:
     """With two leading axes of different lengths, each as alone."""
     rng = np.random.default_rng(8)
