@@ -98,6 +98,8 @@ def test_means_of_one_two_and_translations(rng: np.random.Generator) -> None:
     a, b = pga3.motor_from_matrix(poses(rng)[200:202])
     up_to_sign(average_motors(a[None]), a, 1e-15)
     up_to_sign(mean_motor(-a[None]).motor, a, 1e-14)
+    once = mean_motor(a[None], max_iterations=1)
+    assert once.converged and once.iterations == 1
     up_to_sign(average_motors([a, -b]), pga3.interpolate_motors(a, b, 0.5), 1e-13)
     up_to_sign(mean_motor([a, -b], [3, 1]).motor, pga3.interpolate_motors(a, b, 0.25), 1e-13)
     t = rng.normal(size=(20, 3)) * 1e3
