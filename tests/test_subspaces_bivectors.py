@@ -109,6 +109,7 @@ def made(n: int, metric: np.ndarray, rates: list[float], seed: int) -> tuple[np.
 @pytest.mark.parametrize(
     ("squares", "rates"),
     [
+        ([1, 1, 1, 1, 1], [2.0, 1.0]),
         ([1, 1, 1, -1], [2.0, -1.0]),
         ([1, 1, 1, -1, 1], [2.0, -1.0]),
         ([1, 1, 1, 0], [2.0, 1.0]),
