@@ -10,6 +10,9 @@ quickest first, until one fails. Functions compiled by numba, and those that run
 not seen to be called: all tests of the package are run for them. A mutant that no test notices has survived; those that
 cannot change any result are listed with a reason in `mutation_equivalent.txt` and are reported separately.
 
+Where results are kept (`functools.cache`), only the first test that needs one is seen to call the function: try a
+survivor of such a function by hand with the other tests, too.
+
 A Python process that a test starts sees the mutant as well, unless it is started with an environment of its own; what
 it calls is not seen.
 """
