@@ -143,3 +143,22 @@ def test_screws_of_conjugate_motions_are_the_same() -> None:
     (angle, along), (other, beside) = screw(a), screw(b)
     np.testing.assert_allclose(turn, np.sin((angle - other) / 2), atol=1e-12)
     np.testing.assert_allclose(pitch, (along * np.sin(angle / 2) - beside * np.sin(other / 2)) / 2, atol=1e-12)
+
+
+def test_the_point_that_motions_move_least() -> None:
+    """Rotations about one point, by matrices: least squares of displacements, with the pull towards the origin."""
+    from algorithms.vision.hand_eye_noise import still_points
+
+    rng = np.random.default_rng(26)
+    n_motions, turns, point = 30, 1e-5 * rng.normal(size=(30, 3)), np.array([0.3, -0.8, 0.5])
+    matrices = np.tile(np.eye(4), (n_motions, 1, 1))
+    matrices[:, :3, :3] = Rotation.from_rotvec(turns).as_matrix()
+    matrices[:, :3, 3] = point - matrices[:, :3, :3] @ point
+    rest, found = pga3.motor_logarithm(pga3.motor_from_matrix(matrices))[None], np.empty((1, 3))
+    still_points(rest, found)
+    cross = np.cross(turns[:, None], np.eye(3))
+    normal = np.einsum("nki,nkj->ij", cross, cross)
+    pull = 2 * np.sum(matrices[:, :3, 3] ** 2) / (3 * n_motions)
+    truth = np.linalg.solve(normal + pull * np.eye(3), normal @ point)
+    np.testing.assert_allclose(found[0], truth, atol=1e-4)
+    assert np.linalg.norm(found[0] - point) < 0.1

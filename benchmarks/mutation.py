@@ -1,8 +1,8 @@
 """Mutation testing: change one operator, sign or comparison at a time, and see whether a test notices.
 
-    python tests/mutation.py rings --count 40
-    python tests/mutation.py rings passes algebra motors subspaces geometry vision kinematics
-    python tests/mutation.py --only gacompiler/rings/ideal.py
+    python benchmarks/mutation.py rings --count 40
+    python benchmarks/mutation.py rings passes algebra motors subspaces geometry vision kinematics
+    python benchmarks/mutation.py --only gacompiler/rings/ideal.py
 
 A run has two stages. The tests of a package run once, unchanged, while the functions that each test calls and its
 duration are recorded. Then every mutant runs, in a process of its own, the tests that call the mutated function, the
@@ -43,7 +43,7 @@ from typing import Any
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
-EQUIVALENT = ROOT / "tests" / "mutation_equivalent.txt"
+EQUIVALENT = ROOT / "benchmarks" / "mutation_equivalent.txt"
 
 PACKAGES: dict[str, tuple[str, tuple[str, ...]]] = {
     "rings": (
