@@ -119,8 +119,9 @@ def test_wrong_layouts_are_refused(make: Callable[[], Layout], error: type[Excep
     assert message in str(caught.value)
 
 
-def test_scalar_layouts_have_no_blade_axis() -> None:
-    assert SCALAR.is_scalar and VGA3.layout("S", "1").is_scalar
+def test_numbers_alone_have_no_blade_axis() -> None:
+    """A layout of the blade 1 in an algebra is one of multivectors, with an axis of one coefficient."""
+    assert SCALAR.is_scalar and not VGA3.layout("S", "1").is_scalar
     assert not VGA3.layout("S", "1", fixed={"e1": 1}).is_scalar
     assert not VGA3.layout("S", "e1").is_scalar
 

@@ -26,7 +26,7 @@ from gacompiler.cluscript import read_cluscript
 from gacompiler.errors import KernelError
 from gacompiler.objects import CGA3 as CONFORMAL
 from gacompiler.objects import PGA3 as PROJECTIVE
-from gacompiler.objects import Space
+from gacompiler.objects import Space, builds
 from gacompiler.robots import Chain
 from generated import pga3
 
@@ -73,6 +73,7 @@ EXAMPLES: dict[str, Callable[[], Any]] = {
     "Script": lambda: SCRIPT,
     "Drawn": lambda: read_cluscript(":Red;\n:x = e1 + a * e2;\n", VGA3, "drawing").drawn[0],
     "Expression": lambda: ga.exp(MOVE.traced().function.symbols[0].grade(2)),
+    "Builds": builds,
     "Chain": lambda: Chain(("revolute",), (-1,), ((1, 0, 0, 0, 0, 0),), 0, (1, 0, 0, 0, 0, 0, 0, 0)),
 }
 """One of each public type whose objects hold anything."""

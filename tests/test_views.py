@@ -449,7 +449,8 @@ def test_factorization_of_too_little(rng: np.random.Generator) -> None:
     lonely = np.ones((4, 30), bool)
     lonely[1:, 5] = False
     found = factorize(image, lonely)
-    assert found.status == VisionStatus.TOO_FEW and np.isnan(found.points[5]).all()
+    assert found.point_status[5] == VisionStatus.TOO_FEW and np.isnan(found.points[5]).all()
+    assert found.status == VisionStatus.OK and not np.delete(found.point_status, 5).any()
     assert np.isfinite(np.delete(found.points, 5, 0)).all()
     flat = np.stack([c.project(points * [1, 1, 0]) for c in cameras])
     assert factorize(flat).status == VisionStatus.DEGENERATE

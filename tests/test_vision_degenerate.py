@@ -263,6 +263,10 @@ TABLE: list[tuple[str, Callable[[], Any], Result]] = [
     ("OmnidirectionalCamera", lambda: EYE.conic_of_line([0, 0, 1.0], [0, 0, 2.0]), R.NAN),
     ("OmnidirectionalCamera", lambda: EYE.circle_of_line([0, 0, 1.0], [0, 0, 2.0])[1], R.NAN),
     ("RectifiedPair", lambda: MOTORCYCLE.depth([[np.nan, np.inf], [-40.0, np.nan]]), R.NAN),
+    ("conic_through_points", lambda: vision.conic_through_points(LINE[0][:5]), R.DEGENERATE),
+    ("conic_through_points", lambda: vision.conic_through_points(SAME[0][:5]), R.DEGENERATE),
+    ("conic_through_points", lambda: vision.conic_through_points(SPOILED[0][5:10]), R.NOT_FINITE),
+    ("conic_through_points", lambda: vision.conic_through_points(PIXELS[0][:4]), R.REFUSED),
     ("LandmarkMap", lambda: LandmarkMap.learn([RAYS[None, :7]]), R.TOO_FEW),
     ("LandmarkMap", lambda: LandmarkMap.learn([np.linspace(RAYS[0], RAYS[1], 9)[None]]), R.DEGENERATE),
     ("LandmarkMap", lambda: LandmarkMap.learn([RAYS[None] * np.nan]), R.NOT_FINITE),
@@ -277,6 +281,7 @@ TABLE: list[tuple[str, Callable[[], Any], Result]] = [
 NOT_ASKED = {
     "MOTORCYCLE": "a constant",
     "BatchEstimate": "a result",
+    "ConicThroughPoints": "a result",
     "DegenerateError": "an error",
     "Factorization": "a result",
     "HandEye": "a result",
@@ -325,7 +330,7 @@ def test_nothing_wrong_comes_in_silence(name: str, call: Callable[[], Any], expe
         assert told or name == "LandmarkMap" or not np.isfinite(model).any()
 
 
-MODELS = ("motor", "models", "model", "pose", "intrinsics", "pixels", "landmark")
+MODELS = ("coefficients", "motor", "models", "model", "pose", "intrinsics", "pixels", "landmark")
 
 
 def test_minus_zero_is_no_other_place() -> None:

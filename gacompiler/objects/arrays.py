@@ -627,9 +627,8 @@ def _second(definition: Definition, holder: Any, x: Any, y: Any) -> Any:
 
 def scalar_of(number: float, algebra: Algebra = SCALARS) -> MultivectorArray:
     """A number as the only coefficient of a multivector."""
-    if algebra is SCALARS:
-        return _Array(SCALAR, np.array([number]))
-    return _Array(layout_of(algebra, {0}), np.array([number]))
+    layout = SCALAR if algebra is SCALARS else algebra.layout("(1)", "1")
+    return _Array(layout, np.array([number]))
 
 
 def wrap(layout: Layout, values: Any) -> Any:

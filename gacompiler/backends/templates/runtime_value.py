@@ -168,7 +168,7 @@ def _operate(symbol: str, *operands: Any) -> Any:
     types = tuple(map(type, operands))
     found = _OPERATORS.get((symbol, types))
     if found is None:
-        combined = None if symbol == "()" else _combined(symbol, *operands)
+        combined = None if symbol == "()" else _sum_or_multiple(symbol, *operands)
         if combined is not None:
             return combined
         if all(isinstance(x, (Value, int, float, complex, np.ndarray, np.generic, list, tuple)) for x in operands):
@@ -185,7 +185,7 @@ def _operate(symbol: str, *operands: Any) -> Any:
     return result(value)
 
 
-def _combined(symbol: str, a: Any, b: Any = None) -> Any:
+def _sum_or_multiple(symbol: str, a: Any, b: Any = None) -> Any:
     """A sum, a difference, a multiple or a negative, which need no kernel; None for all else."""
     if symbol == "*" and isinstance(a, _NUMBERS):
         a, b = b, a
