@@ -283,6 +283,7 @@ class FloatingRobot(Robot):
         locked: Mapping[int, ArrayLike] | None = None,
         elbow: ArrayLike | None = None,
         way: str = "motors",
+        near: ArrayLike | None = None,
     ) -> Solutions:
         """Refused: every pose can be reached by the base alone."""
         self._refuse("inverse", "the base alone reaches every pose; load the robot with base='fixed'")
