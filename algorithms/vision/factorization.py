@@ -14,7 +14,7 @@ from .degeneracy import degenerate
 from .fundamental import eight_points, refined
 from .normalization import homogeneous, normalized
 from .status import VisionStatus
-from .tracks import agreeing, camera_of_most, distances, majority_of_pair, noise_of, points_of_most
+from .tracks import agreeing, distances, majority_of_pair, noise_of, points_of_most, seen_by_camera
 from .two_views import epipoles
 
 _PAIRS = 6
@@ -173,7 +173,7 @@ def _grown(image: Reals, seen: Reals, cameras: Reals, points: Reals) -> tuple[Re
             v = max(open_views, key=lambda v: int((seen[v] & known).sum()))
             visible = np.flatnonzero(seen[v] & known)
             if len(visible) >= 8:
-                _, right = camera_of_most(image[v, visible], points[visible])
+                right = seen_by_camera(image[v, visible], points[visible])
                 visible = visible[right] if right.sum() >= 6 else visible
             cameras[v] = linear_cameras_of(image[v : v + 1, visible], np.ones((1, len(visible))), points[visible])[0]
             views[v] = True

@@ -205,14 +205,17 @@ def _squares(misfits: Reals) -> Reals:
 
 def _reach(one: Reals, two: Reals) -> Reals:
     """(p,) The root mean square of the lengths by which motions (p, n, 8) translate."""
-    return np.asarray(2 * np.sqrt((one[..., 4:] ** 2 + two[..., 4:] ** 2).sum(-1).mean(-1) / 2))
+    squares = [np.einsum("pni,pni->p", motions[..., 4:], motions[..., 4:]) for motions in (one, two)]
+    return np.asarray(np.sqrt(2 * (squares[0] + squares[1]) / one.shape[1]))
 
 
 def _tested(status: Reals, residual: Reals, reach: Reals, agreed: Reals) -> Reals:
     """The status, INCONSISTENT where no place agrees with most of the data or what remains is no noise."""
-    large = residual > np.stack(np.broadcast_arrays(_CONTRADICTION, _CONTRADICTION * reach), -1)
+    large = (residual[:, 0] > _CONTRADICTION) | (residual[:, 1] > _CONTRADICTION * reach) | ~agreed
+    if not large.any():
+        return status
     open_ = np.isin(status, (HandEyeStatus.TOO_FEW, HandEyeStatus.NOT_FINITE, HandEyeStatus.AMBIGUOUS_SIGNS))
-    return np.where(~open_ & (~agreed | large.any(-1)), HandEyeStatus.INCONSISTENT, status)
+    return np.where(~open_ & large, HandEyeStatus.INCONSISTENT, status)
 
 
 def _two(a: ArrayLike, b: ArrayLike, what: str) -> tuple[Reals, Reals, tuple[int, ...], np.dtype[Any]]:

@@ -22,8 +22,8 @@ Flags = NDArray[np.bool_]
 
 _SUSPECTED = 3.0
 """A pose is suspected where it contradicts the others by more than this many times what is usual of them."""
-_SUSPECTED_MOTION = 6.0
-"""A motion likewise; a single number varies more than a median of many."""
+_SUSPECTED_MOTION = 10.0
+"""A motion likewise; a single number, whose noise depends on the angle, varies more than a median of many."""
 _FEWEST = 5
 _ROUNDING = 1e-10
 """What rounding adds to contradictions of motions, in radians and units of their translations."""
@@ -63,8 +63,9 @@ def suspect_motions(misfits: Reals) -> Flags:
 
 
 def _beyond(size: Reals, times: float) -> Flags:
-    usual = np.median(size, axis=1, keepdims=True)
-    return np.asarray((size > times * usual + _ROUNDING).any((1, 2)) & np.isfinite(usual).all((1, 2)))
+    middle = size.shape[1] // 2
+    usual = np.partition(size, middle, axis=1)[:, middle]
+    return np.asarray((size.max(1) > times * usual + _ROUNDING).any(1) & np.isfinite(size).all((1, 2)))
 
 
 def agreeing(

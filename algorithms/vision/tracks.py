@@ -6,6 +6,7 @@ Images are normalised, so that points are at a mean distance of some units from 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import combinations
 
 import numpy as np
@@ -19,8 +20,10 @@ from .normalization import homogeneous
 
 Flags = NDArray[np.bool_]
 
-_SAMPLES = 300
-"""With a quarter of the tracks wrong, 30 of so many samples of eight have none of them."""
+_FIRST, _SAMPLES = 30, 300
+"""So many samples are drawn, and if fewer than most points fit the best of them, so many: with a quarter of the tracks
+wrong, 30 of these have none of them."""
+_MOST = 0.9
 _ENOUGH = 12
 """Of fewer points than this the median says little: all are kept."""
 _SURE = 5.0
@@ -40,32 +43,36 @@ def majority_of_pair(one: Reals, two: Reals) -> Flags:
     n = len(one)
     if n < _ENOUGH:
         return np.ones(n, np.bool_)
-    sets = _samples(n, 8)
-    models = eight_points(one[sets], two[sets])
-    off = np.abs(projective3.sampson_distance(models[:, None], one, two))
-    median = np.median(np.nan_to_num(off, nan=np.inf), axis=1)
-    best = int(np.argmin(median))
-    # The factor of Rousseeuw and Leroy (1987) for the few points that a sample leaves over.
-    noise = 1.4826 * (1 + 5 / (n - 8)) * median[best]
-    return np.asarray(off[best] <= np.maximum(_SURE * noise, _ROUNDING))
+
+    def fitting(sets: Reals) -> Flags:
+        off = np.abs(projective3.sampson_distance(eight_points(one[sets], two[sets])[:, None], one, two))
+        median = np.median(np.nan_to_num(off, nan=np.inf), axis=1)
+        best = int(np.argmin(median))
+        # The factor of Rousseeuw and Leroy (1987) for the few points that a sample leaves over.
+        noise = 1.4826 * (1 + 5 / (n - 8)) * median[best]
+        return np.asarray(off[best] <= np.maximum(_SURE * noise, _ROUNDING))
+
+    return _by_samples(n, 8, fitting)
 
 
-def camera_of_most(image: Reals, points: Reals) -> tuple[Reals, Flags]:
-    """The camera (3, 4) that leaves the least median distance of pixels (n, 2) of points (n, 4), and which fit it."""
+def seen_by_camera(image: Reals, points: Reals) -> Flags:
+    """Which of the pixels (n, 2) of points (n, 4) fit the camera that leaves the least median distance."""
     n = len(image)
     spread = np.linalg.cholesky(points.T @ points / n + 1e-14 * np.eye(4) * (points**2).mean())
     even = np.linalg.solve(spread, points.T).T
-    sets = _samples(n, 6)
-    x, pixel = even[sets], image[sets]
-    nothing = np.zeros_like(x)
-    rows = [[x, nothing, -pixel[..., :1] * x], [nothing, x, -pixel[..., 1:] * x]]
-    models = np.linalg.svd(np.concatenate([np.concatenate(row, -1) for row in rows], 1))[2][:, -1].reshape(-1, 3, 4)
-    off = distances(image[None], models, even)
-    median = np.median(np.nan_to_num(off, nan=np.inf), axis=1)
-    best = int(np.argmin(median))
-    noise = (1 + 5 / max(n - 6, 1)) * median[best] / _MEDIAN
-    camera = np.linalg.solve(spread.T, models[best].T).T
-    return camera, np.asarray(off[best] <= np.maximum(_SURE * noise, _ROUNDING))
+
+    def fitting(sets: Reals) -> Flags:
+        x, pixel = even[sets], image[sets]
+        nothing = np.zeros_like(x)
+        rows = [[x, nothing, -pixel[..., :1] * x], [nothing, x, -pixel[..., 1:] * x]]
+        null = np.linalg.svd(np.concatenate([np.concatenate(row, -1) for row in rows], 1))[2][:, -1]
+        off = distances(image[None], null.reshape(-1, 3, 4), even)
+        median = np.median(np.nan_to_num(off, nan=np.inf), axis=1)
+        best = int(np.argmin(median))
+        noise = (1 + 5 / max(n - 6, 1)) * median[best] / _MEDIAN
+        return np.asarray(off[best] <= np.maximum(_SURE * noise, _ROUNDING))
+
+    return _by_samples(n, 6, fitting)
 
 
 def distances(image: Reals, cameras: Reals, points: Reals) -> Reals:
@@ -115,6 +122,8 @@ def points_of_most(image: Reals, seen: Flags, cameras: Reals) -> Reals:
     return best
 
 
-def _samples(n: int, size: int) -> Reals:
-    order = np.random.default_rng(n).random((_SAMPLES, n))
-    return np.argpartition(order, size - 1, axis=1)[:, :size]
+def _by_samples(n: int, size: int, fitting: Callable[[Reals], Flags]) -> Flags:
+    """Which of n points fit the best of some samples; of more samples, where those are not nearly all."""
+    order = np.argpartition(np.random.default_rng(n).random((_SAMPLES, n)), size - 1, axis=1)[:, :size]
+    found = fitting(order[:_FIRST])
+    return found if found.mean() >= _MOST else fitting(order)
