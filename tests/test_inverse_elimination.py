@@ -11,6 +11,7 @@ import pytest
 from algorithms.kinematics import Robot, Status
 from algorithms.kinematics.inverse.chain import Chain
 from algorithms.kinematics.inverse.search import search
+from algorithms.kinematics.inverse.slides import Scan
 from algorithms.kinematics.named import TABLES
 from generated import pga3
 
@@ -210,3 +211,19 @@ def test_a_robot_of_seven_joints_with_one_given() -> None:
     found = robot.inverse(robot.forward(q), locked={6: q[:, 6]})
     away = np.abs((found.q - q[:, None] + pi) % (2 * pi) - pi).max(-1)
     assert found.method == "elimination" and np.nanmin(away, axis=-1).max() < 1e-6
+
+
+@pytest.mark.parametrize("slides", [(0, 4), (1, 4), (2, 3)], ids=str)
+def test_roots_of_a_scan_are_bracketed_before_they_are_improved(slides: tuple[int, ...]) -> None:
+    """Halving the bracket of a change of sign gives configurations that reach the goal, without a step of Newton."""
+    arm = Robot.from_dh(random_arm(3, *slides), "standard")
+    chain = Chain(arm.axes, tuple(kind.value == "prismatic" for kind in arm.kinds))
+    scan = Scan.of(chain)
+    assert scan is not None
+    q = np.random.default_rng(1).uniform(-1, 1, (60, 6))
+    goals = pga3.motor_between_frames(arm.tool, arm.forward(q))
+    which, found, _ = scan.candidates(goals)
+    off = chain.distance(found, goals[which])
+    best = np.full(len(goals), np.inf)
+    np.minimum.at(best, which, off)
+    assert (best < 1e-4).mean() > 0.8
