@@ -1,4 +1,7 @@
-"""The motion that satisfies the equations of all pixels and is smooth except at few places."""
+"""The motion that satisfies the equations of all pixels and is smooth except at few places.
+
+Loops are written for numba by hand: successive overrelaxation is a stencil that works in place, which is no kernel.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +18,7 @@ _KNEE = 0.04**2
 _DEGREES = 4.0
 """Of freedom of the t distribution of residuals: equations that fit badly count little."""
 _ROUNDS = 3
-"""In which weights are computed anew from the motion so far."""
+"""In each of which weights are computed from the motion so far."""
 _SWEEPS = 12
 """Of all pixels in each round; more change the motion little, as it is followed from coarse to fine."""
 _FILLING = 90
