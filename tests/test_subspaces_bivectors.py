@@ -183,6 +183,16 @@ def test_small_boosts_beside_fast_turns() -> None:
     check(found, bivector, 6, minkowski, 1e-9)
 
 
+@pytest.mark.parametrize("scale", [1e-4, 1.0, 1e4])
+def test_a_small_part_beside_nearly_equal_ones_is_simple_in_any_unit(scale: float) -> None:
+    """What subtracting the large parts leaves of rounding is measured by the size of the bivector."""
+    gram = np.diag([1.0, 1, 1, 1, -1, -1])
+    bivector, parts = made(6, gram, [1.0, 1.001, 1e-8], 7)
+    found = split_bivectors(scale * bivector, 6, gram)
+    assert found.is_split
+    np.testing.assert_allclose(found.parts[2], scale * parts[2], atol=1e-12 * scale)
+
+
 def test_where_no_real_split_is_singled_out() -> None:
     """Complex rates of G(2, 2), and a nilpotent bivector that is not simple."""
     gram = np.diag([1.0, 1, -1, -1])
