@@ -18,8 +18,9 @@ from rich.console import Console
 from rich.table import Table
 
 from .algebra.catalog import CATALOG, orthogonal
-from .backends import build_library, no_compiler
+from .backends import build_library, no_compiler, runtime_files
 from .backends.build import processors
+from .backends.python import RUNTIME
 from .errors import GacError, SpecError, StaleError
 from .frontend.kernel import Kernel
 from .generate import (
@@ -175,6 +176,8 @@ def generate(
             unchanged = "" if write({name: text}, elsewhere) else ", unchanged"
             click.echo(f"{_near(elsewhere / name)}: {len(spec.kernels)} kernels{unchanged}")
     folder = generated_folder() if own and output is None else elsewhere
+    if in_c:
+        write(runtime_files(), folder)
     for spec, files in zip(found, in_c, strict=False):
         changed = write(files, folder)
         built = None if no_build else build_library(folder / f"{spec.name}.c")
@@ -215,13 +218,14 @@ def check(names: tuple[str, ...], prove: bool, jobs: int) -> None:
     work = partial(_rendered_and_proved, folder=folder if prove else None)
     with _progress(sum(len(spec.kernels) for spec in found)) as advance:
         results = each_spec(work, found, advance, jobs)
-    files = {name: text for texts, _ in results for name, text in texts.items()}
+    files = runtime_files() | {name: text for texts, _ in results for name, text in texts.items()}
     verdicts = [verdict for _, rows in results for verdict in rows]
     diffs = compare(files, folder)
     known = {f"{path.stem}.{ending}" for path in own_specs() for ending in ("py", "c", "h")} | {"__init__.py"}
-    orphans = sorted(
-        path.name for path in folder.glob("*.*") if path.suffix in (".py", ".c", ".h") and path.name not in known
-    )
+    known |= set(runtime_files())
+    paths = [*folder.glob("*.*"), *(folder / RUNTIME).rglob("*.*")]
+    names_found = {path.relative_to(folder).as_posix() for path in paths if path.suffix in (".py", ".c", ".h")}
+    orphans = sorted(names_found - known)
     for diff in diffs:
         click.echo(diff)
     if diffs or orphans:

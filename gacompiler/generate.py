@@ -244,7 +244,8 @@ def write(files: Mapping[str, str | bytes], folder: Path) -> list[Path]:
             path, content = folder / name, text.encode() if isinstance(text, str) else text
             if path.is_file() and path.read_bytes() == content:
                 continue
-            handle, scratch = tempfile.mkstemp(dir=folder, prefix=f".{name}.")
+            path.parent.mkdir(parents=True, exist_ok=True)
+            handle, scratch = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
             temporary[path] = Path(scratch)
             with os.fdopen(handle, "wb") as stream:
                 stream.write(content)

@@ -24,7 +24,7 @@ from .passes.samples import sample
 def rounding_error(record: Compilation) -> str:
     """The largest error of the program in double precision, in ulp of its largest result, for readers."""
     worst, n = measured_error(record.program, record.kernel)
-    return f"{worst:.1f} ulp of the largest coefficient, {n} random inputs"
+    return f"{worst:.1f} ulp, {n} inputs"
 
 
 @dataclass(frozen=True, slots=True)

@@ -87,13 +87,13 @@ def _loaded(kernel: Kernel, digest: str, backend: str) -> Any:
     folder = _folder(kernel.name, digest)
     if backend == "c" and build_library(folder / f"{kernel.name}.c") is None:
         raise BackendError("compile()", no_compiler(), remedy='use backend="numba"')
-    if backend == "numba" and (compiler := find_compiler()):
-        # Calls are shorter with it; what is computed is numba's all the same.
+    if compiler := find_compiler():
+        # Calls are shorter with the extension, also those of kernels under numba.
         with contextlib.suppress(BackendError):
-            build_extension(compiler, folder)
+            build_extension(compiler, cache_folder())
     module_name = _module_name(kernel.name, digest, backend)
     module = load_module(folder / f"{kernel.name}.py", module_name, backend)
-    _definitions[module_name] = kernel
+    _definitions[module.__name__] = kernel
     copyreg.pickle(module.Kernel, _reduced)
     return getattr(module, kernel.name)
 
@@ -113,7 +113,7 @@ def _reduced(compiled: Any) -> Any:
 
 
 def _restored(definition: Kernel, digest: str, backend: str) -> Any:
-    module = sys.modules.get(_module_name(definition.name, digest, backend))
+    module = sys.modules.get(f"{__package__}.{_module_name(definition.name, digest, backend)}")
     if module is not None:
         return getattr(module, definition.name)
     if (_folder(definition.name, digest) / f"{definition.name}.py").is_file():
@@ -122,7 +122,8 @@ def _restored(definition: Kernel, digest: str, backend: str) -> Any:
 
 
 def load_module(path: Path, name: str, backend: str | None = None) -> ModuleType:
-    """Import a generated module from a file, and make it use `backend`."""
+    """Import a generated module from a file, on the runtime of this package, and make it use `backend`."""
+    name = f"{__package__}.{name}"
     spec = importlib.util.spec_from_file_location(name, path)
     if spec is None or spec.loader is None:
         raise BackendError(str(path), "cannot be imported", "a generated module")

@@ -2,7 +2,7 @@
 // command: gac generate --all arms
 // spec: d016df18dd5ec9e0
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 332aa0b965e12faa3bbca4ebdc9ebe6713071ba07fa505c95a54cb8f420ee8c3
+// body: a432935e9d409c9303a78a29997b41947ec208a2afc875e8a0e6a65b8c8c8c87
 /* arms
    Inverse kinematics of serial arms in plane-based geometric algebra G(3,0,1): which angles take one thing to another.
    
@@ -66,8 +66,8 @@ void arms_turns_of_two_sums_loop_f32(char **args, const intptr_t *dimensions, co
      out_0[2]  SCALAR.
      out_1[1]  SCALAR.
    Costs 7 mul, 5 add, 3 div, 1 sqrt, 22 choice.
-   Where `a` and `b` stay the same for 2 elements or more: 4 mul, 1 add, 1 div, 4 choice once, then 3 mul, 4 add,
-   2 div, 1 sqrt, 18 choice for each.
+   Where `a` and `b` are the same for 2 elements or more: 4 mul, 1 add, 1 div, 4 choice once, then 3 mul, 4 add,
+   2 div, 1 sqrt, 18 choice for each element.
    Error: 1.5 ulp of the largest coefficient, 64 random inputs. */
 void arms_slides_of_quadratic_f64(double a, double b, double c, double *out_0, double *out_1);
 void arms_slides_of_quadratic_f32(float a, float b, float c, float *out_0, float *out_1);
@@ -97,10 +97,10 @@ void arms_turns_of_ellipse_loop_f32(char **args, const intptr_t *dimensions, con
      out[1]  SCALAR.
    Assumes ``line ~line = 1``.
    Costs 21 mul, 19 add, 1 call.
-   Where `line` and `a` stay the same for 2 elements or more: 9 mul, 6 add once, then 12 mul, 13 add, 1 call for
-   each.
-   Where `line` and `b` stay the same for 2 elements or more: 6 mul, 6 add once, then 15 mul, 13 add, 1 call for
-   each.
+   Where `line` and `a` are the same for 2 elements or more: 9 mul, 6 add once, then 12 mul, 13 add, 1 call for
+   each element.
+   Where `line` and `b` are the same for 2 elements or more: 6 mul, 6 add once, then 15 mul, 13 add, 1 call for
+   each element.
    Error: 7.6 ulp of the largest coefficient, 64 random inputs. */
 void arms_turn_between_points_f64(const double *line, const double *a, const double *b, double *out);
 void arms_turn_between_points_f32(const float *line, const float *a, const float *b, float *out);
@@ -114,11 +114,11 @@ void arms_turn_between_points_loop_f32(char **args, const intptr_t *dimensions, 
      out[3]  PGA3.POINT: e032, e013, e021; with e123 = 1.
    Assumes ``line ~line = 1``.
    Costs 24 mul, 23 add, 2 call.
-   Where `line` and `q` stay the same for 2 elements or more: 20 mul, 17 add, 2 call once, then 9 mul, 9 add for
-   each.
-   Where `p` and `q` stay the same for 2 elements or more: 9 mul, 2 add, 2 call once, then 18 mul, 17 add for
-   each.
-   Where `q` stay the same for 2 elements or more: 0 mul, 1 add, 2 call once, then 24 mul, 17 add for each.
+   Where `line` and `q` are the same for 2 elements or more: 20 mul, 17 add, 2 call once, then 9 mul, 9 add for
+   each element.
+   Where `p` and `q` are the same for 2 elements or more: 9 mul, 2 add, 2 call once, then 18 mul, 17 add for each
+   element.
+   Where `q` is the same for 2 elements or more: 0 mul, 1 add, 2 call once, then 24 mul, 17 add for each element.
    Error: 3.0 ulp of the largest coefficient, 64 random inputs. */
 void arms_turned_point_f64(const double *line, const double *p, double q, double *out);
 void arms_turned_point_f32(const float *line, const float *p, float q, float *out);
@@ -146,8 +146,8 @@ void arms_turn_between_lines_loop_f32(char **args, const intptr_t *dimensions, c
      out_1[1]  SCALAR.
    Assumes ``line ~line = 1``.
    Costs 34 mul, 31 add, 1 div, 1 sqrt, 2 call, 5 choice.
-   Where `line` and `p` stay the same for 2 elements or more: 18 mul, 17 add once, then 16 mul, 14 add, 1 div, 1
-   sqrt, 2 call, 5 choice for each.
+   Where `line` and `p` are the same for 2 elements or more: 18 mul, 17 add once, then 16 mul, 14 add, 1 div, 1
+   sqrt, 2 call, 5 choice for each element.
    Error: 5.4 ulp of the largest coefficient, 64 random inputs. */
 void arms_turns_to_plane_f64(const double *line, const double *p, const double *plane, double *out_0, double
     *out_1);
@@ -164,10 +164,10 @@ void arms_turns_to_plane_loop_f32(char **args, const intptr_t *dimensions, const
      out_1[1]  SCALAR.
    Assumes ``line ~line = 1``.
    Costs 40 mul, 39 add, 1 div, 1 sqrt, 2 call, 5 choice.
-   Where `line` and `p` and `centre` stay the same for 2 elements or more: 34 mul, 31 add, 1 choice once, then 6
-   mul, 8 add, 1 div, 1 sqrt, 2 call, 4 choice for each.
-   Where `line` and `p` and `distance` stay the same for 2 elements or more: 22 mul, 21 add once, then 18 mul, 18
-   add, 1 div, 1 sqrt, 2 call, 5 choice for each.
+   Where `line` and `p` and `centre` are the same for 2 elements or more: 34 mul, 31 add, 1 choice once, then 6
+   mul, 8 add, 1 div, 1 sqrt, 2 call, 4 choice for each element.
+   Where `line` and `p` and `distance` are the same for 2 elements or more: 22 mul, 21 add once, then 18 mul, 18
+   add, 1 div, 1 sqrt, 2 call, 5 choice for each element.
    Error: 27.8 ulp of the largest coefficient, 64 random inputs. */
 void arms_turns_to_sphere_f64(const double *line, const double *p, const double *centre, double distance, double
     *out_0, double *out_1);
@@ -186,12 +186,12 @@ void arms_turns_to_sphere_loop_f32(char **args, const intptr_t *dimensions, cons
      out[6]  SCALAR.
    Assumes ``axis ~axis = 1``, ``line ~line = 1``.
    Costs 41 mul, 35 add.
-   Where `base` and `line` and `p` stay the same for 2 elements or more: 32 mul, 29 add once, then 9 mul, 6 add
-   for each.
-   Where `axis` and `line` and `p` stay the same for 2 elements or more: 27 mul, 23 add once, then 14 mul, 12 add
-   for each.
-   Where `axis` and `base` and `line` stay the same for 4 elements or more: 66 mul, 47 add once, then 18 mul, 21
-   add for each.
+   Where `base` and `line` and `p` are the same for 2 elements or more: 32 mul, 29 add once, then 9 mul, 6 add
+   for each element.
+   Where `axis` and `line` and `p` are the same for 2 elements or more: 27 mul, 23 add once, then 14 mul, 12 add
+   for each element.
+   Where `axis` and `base` and `line` are the same for 4 elements or more: 66 mul, 47 add once, then 18 mul, 21
+   add for each element.
    Error: 4.0 ulp of the largest coefficient, 64 random inputs. */
 void arms_circle_profile_f64(const double *axis, const double *base, const double *line, const double *p, double
     *out);
@@ -207,14 +207,14 @@ void arms_circle_profile_loop_f32(char **args, const intptr_t *dimensions, const
      out[6]  SCALAR.
    Assumes ``axis ~axis = 1``, ``line ~line = 1``.
    Costs 13 mul, 11 add.
-   Where `axis` and `base` and `p` stay the same for 3 elements or more: 16 mul, 15 add once, then 6 mul, 4 add
-   for each.
-   Where `base` and `line` and `p` stay the same for 2 elements or more: 7 mul, 7 add once, then 6 mul, 4 add for
-   each.
-   Where `axis` and `base` and `line` stay the same for 2 elements or more: 3 mul, 2 add once, then 10 mul, 9 add
-   for each.
-   Where `axis` and `line` and `p` stay the same for 2 elements or more: 3 mul, 2 add once, then 10 mul, 9 add
-   for each.
+   Where `axis` and `base` and `p` are the same for 3 elements or more: 16 mul, 15 add once, then 6 mul, 4 add
+   for each element.
+   Where `base` and `line` and `p` are the same for 2 elements or more: 7 mul, 7 add once, then 6 mul, 4 add for
+   each element.
+   Where `axis` and `base` and `line` are the same for 2 elements or more: 3 mul, 2 add once, then 10 mul, 9 add
+   for each element.
+   Where `axis` and `line` and `p` are the same for 2 elements or more: 3 mul, 2 add once, then 10 mul, 9 add for
+   each element.
    Error: 1.4 ulp of the largest coefficient, 64 random inputs. */
 void arms_segment_profile_f64(const double *axis, const double *base, const double *line, const double *p, double
     *out);
@@ -230,12 +230,12 @@ void arms_segment_profile_loop_f32(char **args, const intptr_t *dimensions, cons
      out[6]  SCALAR.
    Assumes ``line ~line = 1``.
    Costs 36 mul, 29 add.
-   Where `first` and `line` and `p` stay the same for 2 elements or more: 26 mul, 23 add once, then 9 mul, 6 add
-   for each.
-   Where `second` and `line` and `p` stay the same for 2 elements or more: 26 mul, 23 add once, then 9 mul, 6 add
-   for each.
-   Where `first` and `second` and `line` stay the same for 3 elements or more: 42 mul, 27 add once, then 18 mul,
-   18 add for each.
+   Where `first` and `line` and `p` are the same for 2 elements or more: 26 mul, 23 add once, then 9 mul, 6 add
+   for each element.
+   Where `second` and `line` and `p` are the same for 2 elements or more: 26 mul, 23 add once, then 9 mul, 6 add
+   for each element.
+   Where `first` and `second` and `line` are the same for 3 elements or more: 42 mul, 27 add once, then 18 mul,
+   18 add for each element.
    Error: 1.8 ulp of the largest coefficient, 64 random inputs. */
 void arms_circle_shadow_f64(const double *first, const double *second, const double *line, const double *p, double
     *out);
@@ -251,14 +251,14 @@ void arms_circle_shadow_loop_f32(char **args, const intptr_t *dimensions, const 
      out[6]  SCALAR.
    Assumes ``line ~line = 1``.
    Costs 12 mul, 8 add.
-   Where `first` and `second` and `line` stay the same for 2 elements or more: 6 mul, 4 add once, then 6 mul, 4
-   add for each.
-   Where `first` and `second` and `p` stay the same for 2 elements or more: 6 mul, 4 add once, then 6 mul, 4 add
-   for each.
-   Where `first` and `line` and `p` stay the same for 2 elements or more: 6 mul, 4 add once, then 6 mul, 4 add
-   for each.
-   Where `second` and `line` and `p` stay the same for 2 elements or more: 6 mul, 4 add once, then 6 mul, 4 add
-   for each.
+   Where `first` and `second` and `line` are the same for 2 elements or more: 6 mul, 4 add once, then 6 mul, 4
+   add for each element.
+   Where `first` and `second` and `p` are the same for 2 elements or more: 6 mul, 4 add once, then 6 mul, 4 add
+   for each element.
+   Where `first` and `line` and `p` are the same for 2 elements or more: 6 mul, 4 add once, then 6 mul, 4 add for
+   each element.
+   Where `second` and `line` and `p` are the same for 2 elements or more: 6 mul, 4 add once, then 6 mul, 4 add
+   for each element.
    Error: 1.3 ulp of the largest coefficient, 64 random inputs. */
 void arms_segment_shadow_f64(const double *first, const double *second, const double *line, const double *p, double
     *out);
@@ -349,12 +349,12 @@ void arms_elbow_frame_loop_f32(char **args, const intptr_t *dimensions, const in
      out[8]  PGA3.MOTOR: 1, e12, e13, e23, e01, e02, e03, e0123; unit.
    Assumes ``first ~first = 1``, ``second ~second = 1``, ``third ~third = 1``.
    Costs 105 mul, 68 add, 6 call.
-   Where `first` and `second` and `q` stay the same for 2 elements or more: 78 mul, 39 add, 6 call once, then 36
-   mul, 36 add for each.
-   Where `first` and `third` and `q` stay the same for 2 elements or more: 113 mul, 95 add, 6 call once, then 36
-   mul, 36 add for each.
-   Where `second` and `third` and `q` stay the same for 2 elements or more: 78 mul, 39 add, 6 call once, then 36
-   mul, 36 add for each.
+   Where `first` and `second` and `q` are the same for 2 elements or more: 78 mul, 39 add, 6 call once, then 36
+   mul, 36 add for each element.
+   Where `first` and `third` and `q` are the same for 2 elements or more: 113 mul, 95 add, 6 call once, then 36
+   mul, 36 add for each element.
+   Where `second` and `third` and `q` are the same for 2 elements or more: 78 mul, 39 add, 6 call once, then 36
+   mul, 36 add for each element.
    Error: 4.2 ulp of the largest coefficient, 64 random inputs. */
 void arms_motion_of_three_turns_f64(const double *first, const double *second, const double *third, const double *q,
     double *out);
@@ -373,10 +373,10 @@ void arms_motion_of_three_turns_loop_f32(char **args, const intptr_t *dimensions
      out[1]  SCALAR.
    Assumes ``m ~m = 1``, ``n ~n = 1``, ``goal ~goal = 1``.
    Costs 56 mul, 56 add, 1 div, 31 choice.
-   Where `m` and `n` and `goal` stay the same for 2 elements or more: 48 mul, 56 add, 22 choice once, then 8 mul,
-   0 add, 1 div, 9 choice for each.
-   Where `m` and `n` and `size` stay the same for 2 elements or more: 48 mul, 40 add, 1 div once, then 8 mul, 16
-   add, 31 choice for each.
+   Where `m` and `n` and `goal` are the same for 2 elements or more: 48 mul, 56 add, 22 choice once, then 8 mul,
+   0 add, 1 div, 9 choice for each element.
+   Where `m` and `n` and `size` are the same for 2 elements or more: 48 mul, 40 add, 1 div once, then 8 mul, 16
+   add, 31 choice for each element.
    Error: 2.5 ulp of the largest coefficient, 64 random inputs. */
 void arms_distance_to_goal_f64(const double *m, const double *n, const double *goal, double size, double *out);
 void arms_distance_to_goal_f32(const float *m, const float *n, const float *goal, float size, float *out);
@@ -390,7 +390,7 @@ void arms_distance_to_goal_loop_f32(char **args, const intptr_t *dimensions, con
      line[6]  PGA3.LINE: e12, e13, e23, e01, e02, e03.
      out[14]  SCALAR.
    Costs 19 mul, 10 add.
-   Where `p` stay the same for 2 elements or more: 4 mul, 2 add once, then 15 mul, 8 add for each.
+   Where `p` is the same for 2 elements or more: 4 mul, 2 add once, then 15 mul, 8 add for each element.
    Error: 2.5 ulp of the largest coefficient, 64 random inputs. */
 void arms_point_and_tangent_f64(const double *p, const double *line, double *out);
 void arms_point_and_tangent_f32(const float *p, const float *line, float *out);

@@ -2,7 +2,7 @@
 // command: gac generate --all cga2
 // spec: 4c56134e85f357ea
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 8f128edee2abf9116ff2ae053b70431c869a7717b86236687c9981fcc33f4890
+// body: 8a77e2754a1e281dc6b3446dd374f66e774de6a83ef2e1ff4d97a994944956b2
 /* cga2
    Conformal geometry of the plane in G(3,1) with the null basis ``e0, einf`` and ``einf . e0 = -1``.
    
@@ -364,8 +364,8 @@ void cga2_circle_from_line_loop_f32(char **args, const intptr_t *dimensions, con
      b[2]  CGA2.POINT: e1, e2; with e0 = 1, einf = implied.
      out[6]  CGA2.POINT_PAIR: e12, e10, e20, e1inf, e2inf, e0inf.
    Costs 12 mul, 8 add.
-   Where `a` stay the same for 2 elements or more: 3 mul, 1 add once, then 9 mul, 7 add for each.
-   Where `b` stay the same for 2 elements or more: 3 mul, 1 add once, then 9 mul, 7 add for each.
+   Where `a` is the same for 2 elements or more: 3 mul, 1 add once, then 9 mul, 7 add for each element.
+   Where `b` is the same for 2 elements or more: 3 mul, 1 add once, then 9 mul, 7 add for each element.
    Error: 2.1 ulp of the largest coefficient, 64 random inputs. */
 void cga2_point_pair_from_points_f64(const double *a, const double *b, double *out);
 void cga2_point_pair_from_points_f32(const float *a, const float *b, float *out);
@@ -378,10 +378,10 @@ void cga2_point_pair_from_points_loop_f32(char **args, const intptr_t *dimension
      radius_squared  SCALAR.
      out[6]  CGA2.POINT_PAIR: e12, e10, e20, e1inf, e2inf, e0inf.
    Costs 11 mul, 6 add.
-   Where `centre` and `direction` stay the same for 2 elements or more: 13 mul, 5 add once, then 3 mul, 2 add for
-   each.
-   Where `centre` and `radius_squared` stay the same for 2 elements or more: 3 mul, 2 add once, then 8 mul, 4 add
-   for each.
+   Where `centre` and `direction` are the same for 2 elements or more: 13 mul, 5 add once, then 3 mul, 2 add for
+   each element.
+   Where `centre` and `radius_squared` are the same for 2 elements or more: 3 mul, 2 add once, then 8 mul, 4 add
+   for each element.
    Error: 2.3 ulp of the largest coefficient, 64 random inputs. */
 void cga2_point_pair_from_centre_f64(const double *centre, const double *direction, double radius_squared, double
     *out);
@@ -395,9 +395,12 @@ void cga2_point_pair_from_centre_loop_f32(char **args, const intptr_t *dimension
      c[2]  CGA2.POINT: e1, e2; with e0 = 1, einf = implied.
      out[4]  CGA2.CIRCLE: e120, e12inf, e10inf, e20inf.
    Costs 18 mul, 14 add.
-   Where `a` and `b` stay the same for 3 elements or more: 16 mul, 9 add once, then 11 mul, 9 add for each.
-   Where `a` and `c` stay the same for 3 elements or more: 16 mul, 9 add once, then 11 mul, 9 add for each.
-   Where `b` and `c` stay the same for 3 elements or more: 16 mul, 9 add once, then 11 mul, 9 add for each.
+   Where `a` and `b` are the same for 3 elements or more: 16 mul, 9 add once, then 11 mul, 9 add for each
+   element.
+   Where `a` and `c` are the same for 3 elements or more: 16 mul, 9 add once, then 11 mul, 9 add for each
+   element.
+   Where `b` and `c` are the same for 3 elements or more: 16 mul, 9 add once, then 11 mul, 9 add for each
+   element.
    Error: 24.5 ulp of the largest coefficient, 64 random inputs. */
 void cga2_circle_from_points_f64(const double *a, const double *b, const double *c, double *out);
 void cga2_circle_from_points_f32(const float *a, const float *b, const float *c, float *out);
@@ -648,8 +651,8 @@ void cga2_point_pair_kind_loop_f32(char **args, const intptr_t *dimensions, cons
      line[3]  CGA2.LINE: e12inf, e10inf, e20inf.
      out[1]  SCALAR.
    Costs 7 mul, 3 add, 1 div, 1 sqrt.
-   Where `line` stay the same for 2 elements or more: 5 mul, 1 add, 1 div, 1 sqrt once, then 2 mul, 2 add for
-   each.
+   Where `line` is the same for 2 elements or more: 5 mul, 1 add, 1 div, 1 sqrt once, then 2 mul, 2 add for each
+   element.
    Error: 9.6 ulp of the largest coefficient, 64 random inputs. */
 void cga2_signed_distance_point_line_f64(const double *p, const double *line, double *out);
 void cga2_signed_distance_point_line_f32(const float *p, const float *line, float *out);
@@ -661,8 +664,8 @@ void cga2_signed_distance_point_line_loop_f32(char **args, const intptr_t *dimen
      circle[4]  CGA2.CIRCLE: e120, e12inf, e10inf, e20inf.
      out[1]  SCALAR.
    Costs 9 mul, 6 add, 2 div, 2 sqrt.
-   Where `circle` stay the same for 2 elements or more: 7 mul, 2 add, 2 div, 1 sqrt once, then 2 mul, 4 add, 1
-   sqrt for each.
+   Where `circle` is the same for 2 elements or more: 7 mul, 2 add, 2 div, 1 sqrt once, then 2 mul, 4 add, 1 sqrt
+   for each element.
    Error: 116.5 ulp of the largest coefficient, 64 random inputs. */
 void cga2_signed_distance_point_circle_f64(const double *p, const double *circle, double *out);
 void cga2_signed_distance_point_circle_f32(const float *p, const float *circle, float *out);
@@ -674,7 +677,7 @@ void cga2_signed_distance_point_circle_loop_f32(char **args, const intptr_t *dim
      s[4]  CGA2.VECTOR: e1, e2, e0, einf.
      out[1]  SCALAR.
    Costs 5 mul, 4 add, 1 div.
-   Where `s` stay the same for 2 elements or more: 3 mul, 0 add, 1 div once, then 2 mul, 4 add for each.
+   Where `s` is the same for 2 elements or more: 3 mul, 0 add, 1 div once, then 2 mul, 4 add for each element.
    Error: 24.2 ulp of the largest coefficient, 64 random inputs. */
 void cga2_power_of_point_f64(const double *p, const double *s, double *out);
 void cga2_power_of_point_f32(const float *p, const float *s, float *out);
@@ -686,10 +689,10 @@ void cga2_power_of_point_loop_f32(char **args, const intptr_t *dimensions, const
      b[3]  CGA2.LINE: e12inf, e10inf, e20inf.
      out[1]  SCALAR.
    Costs 14 mul, 5 add, 2 div, 2 sqrt, 5 choice.
-   Where `a` stay the same for 2 elements or more: 5 mul, 1 add, 1 div, 1 sqrt once, then 9 mul, 4 add, 1 div, 1
-   sqrt, 5 choice for each.
-   Where `b` stay the same for 2 elements or more: 5 mul, 1 add, 1 div, 1 sqrt once, then 9 mul, 4 add, 1 div, 1
-   sqrt, 5 choice for each.
+   Where `a` is the same for 2 elements or more: 5 mul, 1 add, 1 div, 1 sqrt once, then 9 mul, 4 add, 1 div, 1
+   sqrt, 5 choice for each element.
+   Where `b` is the same for 2 elements or more: 5 mul, 1 add, 1 div, 1 sqrt once, then 9 mul, 4 add, 1 div, 1
+   sqrt, 5 choice for each element.
    Error: 0.0 ulp of the largest coefficient, 64 random inputs. */
 void cga2_signed_distance_lines_f64(const double *a, const double *b, double *out);
 void cga2_signed_distance_lines_f32(const float *a, const float *b, float *out);
@@ -701,10 +704,10 @@ void cga2_signed_distance_lines_loop_f32(char **args, const intptr_t *dimensions
      circle[4]  CGA2.CIRCLE: e120, e12inf, e10inf, e20inf.
      out[1]  SCALAR.
    Costs 14 mul, 6 add, 3 div, 2 sqrt, 2 choice.
-   Where `circle` stay the same for 2 elements or more: 7 mul, 2 add, 2 div, 1 sqrt once, then 7 mul, 4 add, 1
-   div, 1 sqrt, 2 choice for each.
-   Where `line` stay the same for 2 elements or more: 5 mul, 1 add, 1 div, 1 sqrt once, then 9 mul, 5 add, 2 div,
-   1 sqrt, 2 choice for each.
+   Where `circle` is the same for 2 elements or more: 7 mul, 2 add, 2 div, 1 sqrt once, then 7 mul, 4 add, 1 div,
+   1 sqrt, 2 choice for each element.
+   Where `line` is the same for 2 elements or more: 5 mul, 1 add, 1 div, 1 sqrt once, then 9 mul, 5 add, 2 div, 1
+   sqrt, 2 choice for each element.
    Error: 236.7 ulp of the largest coefficient, 64 random inputs. */
 void cga2_distance_line_circle_f64(const double *line, const double *circle, double *out);
 void cga2_distance_line_circle_f32(const float *line, const float *circle, float *out);
@@ -716,10 +719,10 @@ void cga2_distance_line_circle_loop_f32(char **args, const intptr_t *dimensions,
      b[4]  CGA2.CIRCLE: e120, e12inf, e10inf, e20inf.
      out[1]  SCALAR.
    Costs 16 mul, 11 add, 4 div, 3 sqrt, 3 choice.
-   Where `a` stay the same for 2 elements or more: 7 mul, 2 add, 2 div, 1 sqrt once, then 9 mul, 9 add, 2 div, 2
-   sqrt, 3 choice for each.
-   Where `b` stay the same for 2 elements or more: 7 mul, 2 add, 2 div, 1 sqrt once, then 9 mul, 9 add, 2 div, 2
-   sqrt, 3 choice for each.
+   Where `a` is the same for 2 elements or more: 7 mul, 2 add, 2 div, 1 sqrt once, then 9 mul, 9 add, 2 div, 2
+   sqrt, 3 choice for each element.
+   Where `b` is the same for 2 elements or more: 7 mul, 2 add, 2 div, 1 sqrt once, then 9 mul, 9 add, 2 div, 2
+   sqrt, 3 choice for each element.
    Error: 54.5 ulp of the largest coefficient, 64 random inputs. */
 void cga2_distance_circles_f64(const double *a, const double *b, double *out);
 void cga2_distance_circles_f32(const float *a, const float *b, float *out);
@@ -779,8 +782,8 @@ void cga2_angle_between_dual_circles_loop_f32(char **args, const intptr_t *dimen
      line[3]  CGA2.LINE: e12inf, e10inf, e20inf.
      out[2]  CGA2.POINT: e1, e2; with e0 = 1, einf = implied.
    Costs 9 mul, 5 add, 1 div, 1 sqrt.
-   Where `line` stay the same for 2 elements or more: 5 mul, 1 add, 1 div, 1 sqrt once, then 4 mul, 4 add for
-   each.
+   Where `line` is the same for 2 elements or more: 5 mul, 1 add, 1 div, 1 sqrt once, then 4 mul, 4 add for each
+   element.
    Error: 12.3 ulp of the largest coefficient, 64 random inputs. */
 void cga2_project_point_on_line_f64(const double *p, const double *line, double *out);
 void cga2_project_point_on_line_f32(const float *p, const float *line, float *out);
@@ -792,8 +795,8 @@ void cga2_project_point_on_line_loop_f32(char **args, const intptr_t *dimensions
      circle[4]  CGA2.CIRCLE: e120, e12inf, e10inf, e20inf.
      out[2]  CGA2.POINT: e1, e2; with e0 = 1, einf = implied.
    Costs 11 mul, 7 add, 3 div, 2 sqrt.
-   Where `circle` stay the same for 2 elements or more: 7 mul, 2 add, 2 div, 1 sqrt once, then 4 mul, 5 add, 1
-   div, 1 sqrt for each.
+   Where `circle` is the same for 2 elements or more: 7 mul, 2 add, 2 div, 1 sqrt once, then 4 mul, 5 add, 1 div,
+   1 sqrt for each element.
    Error: 25.9 ulp of the largest coefficient, 64 random inputs. */
 void cga2_project_point_on_circle_f64(const double *p, const double *circle, double *out);
 void cga2_project_point_on_circle_f32(const float *p, const float *circle, float *out);
@@ -805,7 +808,7 @@ void cga2_project_point_on_circle_loop_f32(char **args, const intptr_t *dimensio
      line[3]  CGA2.DUAL_LINE: e1, e2, einf.
      out[2]  CGA2.POINT: e1, e2; with e0 = 1, einf = implied.
    Costs 12 mul, 5 add, 1 div.
-   Where `line` stay the same for 2 elements or more: 8 mul, 2 add, 1 div once, then 4 mul, 4 add for each.
+   Where `line` is the same for 2 elements or more: 8 mul, 2 add, 1 div once, then 4 mul, 4 add for each element.
    Error: 3.0 ulp of the largest coefficient, 64 random inputs. */
 void cga2_reflect_point_f64(const double *p, const double *line, double *out);
 void cga2_reflect_point_f32(const float *p, const float *line, float *out);
@@ -865,12 +868,12 @@ void cga2_meet_dual_circles_kind_loop_f32(char **args, const intptr_t *dimension
      circle[4]  CGA2.CIRCLE: e120, e12inf, e10inf, e20inf.
      out[1]  SCALAR.
    Costs 18 mul, 12 add, 3 div, 2 sqrt, 4 choice.
-   Where `d` and `circle` stay the same for 2 elements or more: 9 mul, 3 add, 3 div once, then 9 mul, 9 add, 2
-   sqrt, 4 choice for each.
-   Where `p` and `circle` stay the same for 2 elements or more: 7 mul, 4 add, 2 div once, then 11 mul, 8 add, 1
-   div, 2 sqrt, 4 choice for each.
-   Where `circle` stay the same for 2 elements or more: 7 mul, 2 add, 2 div once, then 11 mul, 10 add, 1 div, 2
-   sqrt, 4 choice for each.
+   Where `d` and `circle` are the same for 2 elements or more: 9 mul, 3 add, 3 div once, then 9 mul, 9 add, 2
+   sqrt, 4 choice for each element.
+   Where `p` and `circle` are the same for 2 elements or more: 7 mul, 4 add, 2 div once, then 11 mul, 8 add, 1
+   div, 2 sqrt, 4 choice for each element.
+   Where `circle` is the same for 2 elements or more: 7 mul, 2 add, 2 div once, then 11 mul, 10 add, 1 div, 2
+   sqrt, 4 choice for each element.
    Error: 24.7 ulp of the largest coefficient, 64 random inputs. */
 void cga2_hit_ray_circle_f64(const double *p, const double *d, const double *circle, double *out);
 void cga2_hit_ray_circle_f32(const float *p, const float *d, const float *circle, float *out);
@@ -903,7 +906,8 @@ void cga2_rotor_to_angle_loop_f32(char **args, const intptr_t *dimensions, const
      angle  SCALAR.
      out[4]  CGA2.MOTOR: 1, e12, e1inf, e2inf; unit.
    Costs 3 mul, 0 add, 2 call.
-   Where `angle` stay the same for 2 elements or more: 1 mul, 0 add, 2 call once, then 2 mul, 0 add for each.
+   Where `angle` is the same for 2 elements or more: 1 mul, 0 add, 2 call once, then 2 mul, 0 add for each
+   element.
    Error: 1.1 ulp of the largest coefficient, 64 random inputs. */
 void cga2_motor_from_point_f64(const double *p, double angle, double *out);
 void cga2_motor_from_point_f32(const float *p, float angle, float *out);
@@ -1054,8 +1058,8 @@ void cga2_motor_square_root_loop_f32(char **args, const intptr_t *dimensions, co
      out[4]  CGA2.MOTOR: 1, e12, e1inf, e2inf; unit.
    Assumes ``m ~m = 1``.
    Costs 8 mul, 1 add, 1 div, 3 call, 8 choice.
-   Where `m` stay the same for 2 elements or more: 1 mul, 0 add, 1 call, 5 choice once, then 7 mul, 1 add, 1 div,
-   2 call, 3 choice for each.
+   Where `m` is the same for 2 elements or more: 1 mul, 0 add, 1 call, 5 choice once, then 7 mul, 1 add, 1 div, 2
+   call, 3 choice for each element.
    Error: 2.0 ulp of the largest coefficient, 64 random inputs. */
 void cga2_motor_power_f64(const double *m, double t, double *out);
 void cga2_motor_power_f32(const float *m, float t, float *out);
@@ -1069,8 +1073,8 @@ void cga2_motor_power_loop_f32(char **args, const intptr_t *dimensions, const in
      out[4]  CGA2.MOTOR: 1, e12, e1inf, e2inf; unit.
    Assumes ``a ~a = 1``, ``b ~b = 1``.
    Costs 18 mul, 8 add, 1 div, 3 call, 8 choice.
-   Where `a` and `b` stay the same for 2 elements or more: 5 mul, 2 add, 1 call, 5 choice once, then 13 mul, 6
-   add, 1 div, 2 call, 3 choice for each.
+   Where `a` and `b` are the same for 2 elements or more: 5 mul, 2 add, 1 call, 5 choice once, then 13 mul, 6
+   add, 1 div, 2 call, 3 choice for each element.
    Error: 4.0 ulp of the largest coefficient, 64 random inputs. */
 void cga2_interpolate_motors_f64(const double *a, const double *b, double t, double *out);
 void cga2_interpolate_motors_f32(const float *a, const float *b, float t, float *out);
@@ -1241,7 +1245,7 @@ void cga2_dilate_point_loop_f32(char **args, const intptr_t *dimensions, const i
      out[4]  CGA2.VECTOR: e1, e2, e0, einf.
    Assumes ``m ~m = 1``.
    Costs 16 mul, 10 add.
-   Where `m` stay the same for 3 elements or more: 14 mul, 6 add once, then 9 mul, 7 add for each.
+   Where `m` is the same for 3 elements or more: 14 mul, 6 add once, then 9 mul, 7 add for each element.
    Error: 1.9 ulp of the largest coefficient, 64 random inputs. */
 void cga2_move_vector_f64(const double *m, const double *x, double *out);
 void cga2_move_vector_f32(const float *m, const float *x, float *out);
@@ -1254,7 +1258,7 @@ void cga2_move_vector_loop_f32(char **args, const intptr_t *dimensions, const in
      out[6]  CGA2.POINT_PAIR: e12, e10, e20, e1inf, e2inf, e0inf.
    Assumes ``m ~m = 1``.
    Costs 34 mul, 24 add.
-   Where `m` stay the same for 2 elements or more: 16 mul, 6 add once, then 20 mul, 16 add for each.
+   Where `m` is the same for 2 elements or more: 16 mul, 6 add once, then 20 mul, 16 add for each element.
    Error: 4.9 ulp of the largest coefficient, 64 random inputs. */
 void cga2_move_point_pair_f64(const double *m, const double *x, double *out);
 void cga2_move_point_pair_f32(const float *m, const float *x, float *out);
@@ -1267,7 +1271,7 @@ void cga2_move_point_pair_loop_f32(char **args, const intptr_t *dimensions, cons
      out[3]  CGA2.LINE: e12inf, e10inf, e20inf.
    Assumes ``m ~m = 1``.
    Costs 10 mul, 6 add.
-   Where `m` stay the same for 3 elements or more: 9 mul, 3 add once, then 6 mul, 4 add for each.
+   Where `m` is the same for 3 elements or more: 9 mul, 3 add once, then 6 mul, 4 add for each element.
    Error: 3.4 ulp of the largest coefficient, 64 random inputs. */
 void cga2_move_line_f64(const double *m, const double *x, double *out);
 void cga2_move_line_f32(const float *m, const float *x, float *out);
@@ -1280,7 +1284,7 @@ void cga2_move_line_loop_f32(char **args, const intptr_t *dimensions, const intp
      out[4]  CGA2.CIRCLE: e120, e12inf, e10inf, e20inf.
    Assumes ``m ~m = 1``.
    Costs 16 mul, 10 add.
-   Where `m` stay the same for 3 elements or more: 14 mul, 6 add once, then 9 mul, 7 add for each.
+   Where `m` is the same for 3 elements or more: 14 mul, 6 add once, then 9 mul, 7 add for each element.
    Error: 2.1 ulp of the largest coefficient, 64 random inputs. */
 void cga2_move_circle_f64(const double *m, const double *x, double *out);
 void cga2_move_circle_f32(const float *m, const float *x, float *out);
@@ -1293,7 +1297,7 @@ void cga2_move_circle_loop_f32(char **args, const intptr_t *dimensions, const in
      out[4]  CGA2.VECTOR: e1, e2, e0, einf.
    Assumes ``v ~v = 1``.
    Costs 44 mul, 33 add.
-   Where `v` stay the same for 2 elements or more: 47 mul, 29 add once, then 16 mul, 12 add for each.
+   Where `v` is the same for 2 elements or more: 47 mul, 29 add once, then 16 mul, 12 add for each element.
    Error: 6.9 ulp of the largest coefficient, 64 random inputs. */
 void cga2_transform_vector_f64(const double *v, const double *x, double *out);
 void cga2_transform_vector_f32(const float *v, const float *x, float *out);
@@ -1318,7 +1322,7 @@ void cga2_transform_point_loop_f32(char **args, const intptr_t *dimensions, cons
      out[6]  CGA2.POINT_PAIR: e12, e10, e20, e1inf, e2inf, e0inf.
    Assumes ``v ~v = 1``.
    Costs 58 mul, 50 add.
-   Where `v` stay the same for 2 elements or more: 52 mul, 24 add once, then 36 mul, 30 add for each.
+   Where `v` is the same for 2 elements or more: 52 mul, 24 add once, then 36 mul, 30 add for each element.
    Error: 3.4 ulp of the largest coefficient, 64 random inputs. */
 void cga2_transform_point_pair_f64(const double *v, const double *x, double *out);
 void cga2_transform_point_pair_f32(const float *v, const float *x, float *out);
@@ -1331,7 +1335,7 @@ void cga2_transform_point_pair_loop_f32(char **args, const intptr_t *dimensions,
      out[4]  CGA2.CIRCLE: e120, e12inf, e10inf, e20inf.
    Assumes ``v ~v = 1``.
    Costs 44 mul, 33 add.
-   Where `v` stay the same for 2 elements or more: 47 mul, 29 add once, then 16 mul, 12 add for each.
+   Where `v` is the same for 2 elements or more: 47 mul, 29 add once, then 16 mul, 12 add for each element.
    Error: 12.6 ulp of the largest coefficient, 64 random inputs. */
 void cga2_transform_circle_f64(const double *v, const double *x, double *out);
 void cga2_transform_circle_f32(const float *v, const float *x, float *out);
@@ -1343,7 +1347,7 @@ void cga2_transform_circle_loop_f32(char **args, const intptr_t *dimensions, con
      s[4]  CGA2.VECTOR: e1, e2, e0, einf.
      out[4]  CGA2.VECTOR: e1, e2, e0, einf.
    Costs 12 mul, 10 add, 1 div.
-   Where `s` stay the same for 2 elements or more: 3 mul, 3 add once, then 9 mul, 7 add, 1 div for each.
+   Where `s` is the same for 2 elements or more: 3 mul, 3 add once, then 9 mul, 7 add, 1 div for each element.
    Error: 14.1 ulp of the largest coefficient, 64 random inputs. */
 void cga2_invert_vector_f64(const double *x, const double *s, double *out);
 void cga2_invert_vector_f32(const float *x, const float *s, float *out);
@@ -1355,7 +1359,7 @@ void cga2_invert_vector_loop_f32(char **args, const intptr_t *dimensions, const 
      s[4]  CGA2.VECTOR: e1, e2, e0, einf.
      out[6]  CGA2.POINT_PAIR: e12, e10, e20, e1inf, e2inf, e0inf.
    Costs 32 mul, 22 add, 1 div.
-   Where `s` stay the same for 2 elements or more: 8 mul, 2 add, 1 div once, then 24 mul, 20 add for each.
+   Where `s` is the same for 2 elements or more: 8 mul, 2 add, 1 div once, then 24 mul, 20 add for each element.
    Error: 9.6 ulp of the largest coefficient, 64 random inputs. */
 void cga2_invert_point_pair_f64(const double *x, const double *s, double *out);
 void cga2_invert_point_pair_f32(const float *x, const float *s, float *out);
@@ -1367,7 +1371,7 @@ void cga2_invert_point_pair_loop_f32(char **args, const intptr_t *dimensions, co
      s[4]  CGA2.VECTOR: e1, e2, e0, einf.
      out[4]  CGA2.CIRCLE: e120, e12inf, e10inf, e20inf.
    Costs 13 mul, 9 add, 1 div.
-   Where `s` stay the same for 2 elements or more: 4 mul, 2 add once, then 9 mul, 7 add, 1 div for each.
+   Where `s` is the same for 2 elements or more: 4 mul, 2 add once, then 9 mul, 7 add, 1 div for each element.
    Error: 11.9 ulp of the largest coefficient, 64 random inputs. */
 void cga2_invert_circle_f64(const double *x, const double *s, double *out);
 void cga2_invert_circle_f32(const float *x, const float *s, float *out);
@@ -1394,8 +1398,8 @@ void cga2_invert_point_loop_f32(char **args, const intptr_t *dimensions, const i
      b[3]  CGA2.LINE: e12inf, e10inf, e20inf.
      out[4]  CGA2.MOTOR: 1, e12, e1inf, e2inf; unit.
    Costs 48 mul, 19 add, 5 div, 5 sqrt, 11 choice.
-   Where `a` stay the same for 2 elements or more: 12 mul, 2 add, 3 div, 2 sqrt, 1 choice once, then 36 mul, 17
-   add, 2 div, 3 sqrt, 10 choice for each.
+   Where `a` is the same for 2 elements or more: 12 mul, 2 add, 3 div, 2 sqrt, 1 choice once, then 36 mul, 17
+   add, 2 div, 3 sqrt, 10 choice for each element.
    Error: 13.5 ulp of the largest coefficient, 64 random inputs. */
 void cga2_motor_between_lines_f64(const double *a, const double *b, double *out);
 void cga2_motor_between_lines_f32(const float *a, const float *b, float *out);
@@ -1410,8 +1414,8 @@ void cga2_motor_between_lines_loop_f32(char **args, const intptr_t *dimensions, 
      b[4]  CGA2.CIRCLE: e120, e12inf, e10inf, e20inf.
      out[8]  CGA2.UNIT_EVEN: 1, e12, e10, e20, e1inf, e2inf, e0inf, e012inf; unit.
    Costs 90 mul, 52 add, 5 div, 7 sqrt, 35 choice.
-   Where `a` stay the same for 2 elements or more: 16 mul, 7 add, 3 div, 2 sqrt, 9 choice once, then 74 mul, 45
-   add, 2 div, 5 sqrt, 26 choice for each.
+   Where `a` is the same for 2 elements or more: 16 mul, 7 add, 3 div, 2 sqrt, 9 choice once, then 74 mul, 45
+   add, 2 div, 5 sqrt, 26 choice for each element.
    Error: 8.9 ulp of the largest coefficient, 64 random inputs. */
 void cga2_versor_between_circles_f64(const double *a, const double *b, double *out);
 void cga2_versor_between_circles_f32(const float *a, const float *b, float *out);
@@ -1425,8 +1429,8 @@ void cga2_versor_between_circles_loop_f32(char **args, const intptr_t *dimension
      b[6]  CGA2.POINT_PAIR: e12, e10, e20, e1inf, e2inf, e0inf.
      out[8]  CGA2.UNIT_EVEN: 1, e12, e10, e20, e1inf, e2inf, e0inf, e012inf.
    Costs 125 mul, 69 add, 5 div, 5 sqrt, 17 choice.
-   Where `a` stay the same for 2 elements or more: 25 mul, 9 add, 3 div, 1 sqrt, 1 choice once, then 100 mul, 60
-   add, 2 div, 4 sqrt, 16 choice for each.
+   Where `a` is the same for 2 elements or more: 25 mul, 9 add, 3 div, 1 sqrt, 1 choice once, then 100 mul, 60
+   add, 2 div, 4 sqrt, 16 choice for each element.
    Error: 838.8 ulp of the largest coefficient, 64 random inputs. */
 void cga2_versor_between_point_pairs_f64(const double *a, const double *b, double *out);
 void cga2_versor_between_point_pairs_f32(const float *a, const float *b, float *out);
@@ -1444,14 +1448,14 @@ void cga2_versor_between_point_pairs_loop_f32(char **args, const intptr_t *dimen
      scale  SCALAR.
      out[8]  CGA2.UNIT_EVEN: 1, e12, e10, e20, e1inf, e2inf, e0inf, e012inf.
    Costs 37 mul, 20 add, 3 div, 3 sqrt, 5 choice.
-   Where `a` and `n` and `m` and `scale` stay the same for 2 elements or more: 56 mul, 19 add, 3 div, 3 sqrt, 5
-   choice once, then 4 mul, 4 add for each.
-   Where `b` and `n` and `m` and `scale` stay the same for 2 elements or more: 56 mul, 19 add, 3 div, 3 sqrt, 5
-   choice once, then 4 mul, 4 add for each.
-   Where `a` and `b` and `n` and `m` stay the same for 2 elements or more: 23 mul, 11 add, 2 div, 2 sqrt, 5
-   choice once, then 14 mul, 9 add, 1 div, 1 sqrt for each.
-   Where `a` and `b` and `n` and `scale` stay the same for 2 elements or more: 4 mul, 4 add, 2 div, 1 sqrt once,
-   then 33 mul, 16 add, 1 div, 2 sqrt, 5 choice for each.
+   Where `a` and `n` and `m` and `scale` are the same for 2 elements or more: 56 mul, 19 add, 3 div, 3 sqrt, 5
+   choice once, then 4 mul, 4 add for each element.
+   Where `b` and `n` and `m` and `scale` are the same for 2 elements or more: 56 mul, 19 add, 3 div, 3 sqrt, 5
+   choice once, then 4 mul, 4 add for each element.
+   Where `a` and `b` and `n` and `m` are the same for 2 elements or more: 23 mul, 11 add, 2 div, 2 sqrt, 5 choice
+   once, then 14 mul, 9 add, 1 div, 1 sqrt for each element.
+   Where `a` and `b` and `n` and `scale` are the same for 2 elements or more: 4 mul, 4 add, 2 div, 1 sqrt once,
+   then 33 mul, 16 add, 1 div, 2 sqrt, 5 choice for each element.
    Error: 2.7 ulp of the largest coefficient, 64 random inputs. */
 void cga2_similarity_between_rounds_f64(const double *a, const double *b, const double *n, const double *m, double
     scale, double *out);

@@ -2,7 +2,7 @@
 // command: gac generate --all cga3
 // spec: 5be712f275750a04
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 489ee4d6a4a21e5d4534c1b3215e1c60c4ddec4887f281e388e69287e48c827b
+// body: 0e047ed315aab726596af81d226dffefe08d9a1aad6b2c730aa111ddcc15952b
 /* cga3
    Conformal geometry of space in G(4,1) with the null basis ``e0, einf`` and ``einf . e0 = -1``.
    
@@ -286,8 +286,8 @@ void cga3_inner_product_of_vectors_loop_f32(char **args, const intptr_t *dimensi
      s[5]  CGA3.VECTOR: e1, e2, e3, e0, einf.
      out[1]  SCALAR.
    Costs 7 mul, 6 add, 1 div.
-   Where `s` stay the same for 2 elements or more: 4 mul, 0 add, 1 div once, then 3 mul, 6 add for each.
-   Where `p` stay the same for 2 elements or more: 3 mul, 2 add once, then 4 mul, 4 add, 1 div for each.
+   Where `s` is the same for 2 elements or more: 4 mul, 0 add, 1 div once, then 3 mul, 6 add for each element.
+   Where `p` is the same for 2 elements or more: 3 mul, 2 add once, then 4 mul, 4 add, 1 div for each element.
    Error: 37.6 ulp of the largest coefficient, 64 random inputs. */
 void cga3_power_of_point_f64(const double *p, const double *s, double *out);
 void cga3_power_of_point_f32(const float *p, const float *s, float *out);
@@ -299,8 +299,8 @@ void cga3_power_of_point_loop_f32(char **args, const intptr_t *dimensions, const
      plane[4]  CGA3.DUAL_PLANE: e1, e2, e3, einf.
      out[1]  SCALAR.
    Costs 6 mul, 5 add, 1 div, 1 sqrt.
-   Where `plane` stay the same for 2 elements or more: 7 mul, 2 add, 1 div, 1 sqrt once, then 3 mul, 3 add for
-   each.
+   Where `plane` is the same for 2 elements or more: 7 mul, 2 add, 1 div, 1 sqrt once, then 3 mul, 3 add for each
+   element.
    Error: 58.5 ulp of the largest coefficient, 64 random inputs. */
 void cga3_signed_distance_point_plane_f64(const double *p, const double *plane, double *out);
 void cga3_signed_distance_point_plane_f32(const float *p, const float *plane, float *out);
@@ -335,9 +335,12 @@ void cga3_point_pair_from_points_loop_f32(char **args, const intptr_t *dimension
      c[3]  CGA3.POINT: e1, e2, e3; with e0 = 1, einf = implied.
      out[10]  CGA3.CIRCLE: e123, e120, e130, e230, e12inf, e13inf, e23inf, e10inf, e20inf, e30inf.
    Costs 36 mul, 28 add.
-   Where `a` and `c` stay the same for 2 elements or more: 8 mul, 8 add once, then 28 mul, 20 add for each.
-   Where `b` and `c` stay the same for 2 elements or more: 8 mul, 8 add once, then 28 mul, 20 add for each.
-   Where `a` and `b` stay the same for 3 elements or more: 28 mul, 16 add once, then 27 mul, 22 add for each.
+   Where `a` and `c` are the same for 2 elements or more: 8 mul, 8 add once, then 28 mul, 20 add for each
+   element.
+   Where `b` and `c` are the same for 2 elements or more: 8 mul, 8 add once, then 28 mul, 20 add for each
+   element.
+   Where `a` and `b` are the same for 3 elements or more: 28 mul, 16 add once, then 27 mul, 22 add for each
+   element.
    Error: 4.5 ulp of the largest coefficient, 64 random inputs. */
 void cga3_circle_from_points_f64(const double *a, const double *b, const double *c, double *out);
 void cga3_circle_from_points_f32(const float *a, const float *b, const float *c, float *out);
@@ -351,14 +354,14 @@ void cga3_circle_from_points_loop_f32(char **args, const intptr_t *dimensions, c
      d[3]  CGA3.POINT: e1, e2, e3; with e0 = 1, einf = implied.
      out[5]  CGA3.SPHERE: e1230, e123inf, e120inf, e130inf, e230inf.
    Costs 44 mul, 37 add.
-   Where `a` and `b` and `c` stay the same for 3 elements or more: 55 mul, 36 add once, then 19 mul, 17 add for
-   each.
-   Where `a` and `b` and `d` stay the same for 3 elements or more: 55 mul, 36 add once, then 19 mul, 17 add for
-   each.
-   Where `a` and `c` and `d` stay the same for 3 elements or more: 55 mul, 36 add once, then 19 mul, 17 add for
-   each.
-   Where `b` and `c` and `d` stay the same for 3 elements or more: 55 mul, 36 add once, then 19 mul, 17 add for
-   each.
+   Where `a` and `b` and `c` are the same for 3 elements or more: 55 mul, 36 add once, then 19 mul, 17 add for
+   each element.
+   Where `a` and `b` and `d` are the same for 3 elements or more: 55 mul, 36 add once, then 19 mul, 17 add for
+   each element.
+   Where `a` and `c` and `d` are the same for 3 elements or more: 55 mul, 36 add once, then 19 mul, 17 add for
+   each element.
+   Where `b` and `c` and `d` are the same for 3 elements or more: 55 mul, 36 add once, then 19 mul, 17 add for
+   each element.
    Error: 18.8 ulp of the largest coefficient, 64 random inputs. */
 void cga3_sphere_from_points_f64(const double *a, const double *b, const double *c, const double *d, double *out);
 void cga3_sphere_from_points_f32(const float *a, const float *b, const float *c, const float *d, float *out);
@@ -595,9 +598,12 @@ void cga3_meet_sphere_plane_loop_f32(char **args, const intptr_t *dimensions, co
      c[5]  CGA3.SPHERE: e1230, e123inf, e120inf, e130inf, e230inf.
      out[10]  CGA3.POINT_PAIR: e12, e13, e23, e10, e20, e30, e1inf, e2inf, e3inf, e0inf.
    Costs 50 mul, 30 add.
-   Where `a` and `b` stay the same for 2 elements or more: 20 mul, 10 add once, then 30 mul, 20 add for each.
-   Where `a` and `c` stay the same for 2 elements or more: 20 mul, 10 add once, then 30 mul, 20 add for each.
-   Where `b` and `c` stay the same for 2 elements or more: 20 mul, 10 add once, then 30 mul, 20 add for each.
+   Where `a` and `b` are the same for 2 elements or more: 20 mul, 10 add once, then 30 mul, 20 add for each
+   element.
+   Where `a` and `c` are the same for 2 elements or more: 20 mul, 10 add once, then 30 mul, 20 add for each
+   element.
+   Where `b` and `c` are the same for 2 elements or more: 20 mul, 10 add once, then 30 mul, 20 add for each
+   element.
    Error: 2.1 ulp of the largest coefficient, 64 random inputs. */
 void cga3_meet_three_spheres_f64(const double *a, const double *b, const double *c, double *out);
 void cga3_meet_three_spheres_f32(const float *a, const float *b, const float *c, float *out);
@@ -852,10 +858,10 @@ void cga3_point_pair_polarity_loop_f32(char **args, const intptr_t *dimensions, 
      radius_squared  SCALAR.
      out[10]  CGA3.POINT_PAIR: e12, e13, e23, e10, e20, e30, e1inf, e2inf, e3inf, e0inf.
    Costs 19 mul, 11 add.
-   Where `centre` and `direction` stay the same for 2 elements or more: 22 mul, 15 add once, then 4 mul, 3 add
-   for each.
-   Where `centre` and `radius_squared` stay the same for 2 elements or more: 4 mul, 3 add once, then 15 mul, 8
-   add for each.
+   Where `centre` and `direction` are the same for 2 elements or more: 22 mul, 15 add once, then 4 mul, 3 add for
+   each element.
+   Where `centre` and `radius_squared` are the same for 2 elements or more: 4 mul, 3 add once, then 15 mul, 8 add
+   for each element.
    Error: 2.5 ulp of the largest coefficient, 64 random inputs. */
 void cga3_point_pair_from_centre_f64(const double *centre, const double *direction, double radius_squared, double
     *out);
@@ -869,10 +875,10 @@ void cga3_point_pair_from_centre_loop_f32(char **args, const intptr_t *dimension
      radius_squared  SCALAR.
      out[10]  CGA3.CIRCLE: e123, e120, e130, e230, e12inf, e13inf, e23inf, e10inf, e20inf, e30inf.
    Costs 19 mul, 11 add.
-   Where `centre` and `normal` stay the same for 2 elements or more: 22 mul, 15 add once, then 4 mul, 3 add for
-   each.
-   Where `centre` and `radius_squared` stay the same for 2 elements or more: 4 mul, 3 add once, then 15 mul, 8
-   add for each.
+   Where `centre` and `normal` are the same for 2 elements or more: 22 mul, 15 add once, then 4 mul, 3 add for
+   each element.
+   Where `centre` and `radius_squared` are the same for 2 elements or more: 4 mul, 3 add once, then 15 mul, 8 add
+   for each element.
    Error: 1.5 ulp of the largest coefficient, 64 random inputs. */
 void cga3_circle_from_centre_f64(const double *centre, const double *normal, double radius_squared, double *out);
 void cga3_circle_from_centre_f32(const float *centre, const float *normal, float radius_squared, float *out);
@@ -1059,8 +1065,8 @@ void cga3_sphere_kind_loop_f32(char **args, const intptr_t *dimensions, const in
      sphere[5]  CGA3.SPHERE: e1230, e123inf, e120inf, e130inf, e230inf.
      out[1]  SCALAR.
    Costs 12 mul, 9 add, 2 div, 2 sqrt.
-   Where `sphere` stay the same for 2 elements or more: 9 mul, 3 add, 2 div, 1 sqrt once, then 3 mul, 6 add, 1
-   sqrt for each.
+   Where `sphere` is the same for 2 elements or more: 9 mul, 3 add, 2 div, 1 sqrt once, then 3 mul, 6 add, 1 sqrt
+   for each element.
    Error: 64.0 ulp of the largest coefficient, 64 random inputs. */
 void cga3_signed_distance_point_sphere_f64(const double *p, const double *sphere, double *out);
 void cga3_signed_distance_point_sphere_f32(const float *p, const float *sphere, float *out);
@@ -1072,8 +1078,8 @@ void cga3_signed_distance_point_sphere_loop_f32(char **args, const intptr_t *dim
      circle[10]  CGA3.CIRCLE: e123, e120, e130, e230, e12inf, e13inf, e23inf, e10inf, e20inf, e30inf.
      out[1]  SCALAR.
    Costs 40 mul, 26 add, 3 div, 4 sqrt.
-   Where `circle` stay the same for 2 elements or more: 29 mul, 14 add, 3 div, 2 sqrt once, then 11 mul, 12 add,
-   2 sqrt for each.
+   Where `circle` is the same for 2 elements or more: 29 mul, 14 add, 3 div, 2 sqrt once, then 11 mul, 12 add, 2
+   sqrt for each element.
    Error: 2.7 ulp of the largest coefficient, 64 random inputs. */
 void cga3_distance_point_circle_f64(const double *p, const double *circle, double *out);
 void cga3_distance_point_circle_f32(const float *p, const float *circle, float *out);
@@ -1096,10 +1102,10 @@ void cga3_distance_lines_loop_f32(char **args, const intptr_t *dimensions, const
      plane[4]  CGA3.PLANE: e123inf, e120inf, e130inf, e230inf.
      out[1]  SCALAR.
    Costs 29 mul, 12 add, 2 div, 2 sqrt, 3 choice.
-   Where `line` stay the same for 2 elements or more: 16 mul, 5 add, 1 div, 1 sqrt once, then 13 mul, 7 add, 1
-   div, 1 sqrt, 3 choice for each.
-   Where `plane` stay the same for 2 elements or more: 7 mul, 2 add, 1 div, 1 sqrt once, then 22 mul, 10 add, 1
-   div, 1 sqrt, 3 choice for each.
+   Where `line` is the same for 2 elements or more: 16 mul, 5 add, 1 div, 1 sqrt once, then 13 mul, 7 add, 1 div,
+   1 sqrt, 3 choice for each element.
+   Where `plane` is the same for 2 elements or more: 7 mul, 2 add, 1 div, 1 sqrt once, then 22 mul, 10 add, 1
+   div, 1 sqrt, 3 choice for each element.
    Error: 0.0 ulp of the largest coefficient, 64 random inputs. */
 void cga3_signed_distance_line_plane_f64(const double *line, const double *plane, double *out);
 void cga3_signed_distance_line_plane_f32(const float *line, const float *plane, float *out);
@@ -1111,10 +1117,10 @@ void cga3_signed_distance_line_plane_loop_f32(char **args, const intptr_t *dimen
      b[4]  CGA3.PLANE: e123inf, e120inf, e130inf, e230inf.
      out[1]  SCALAR.
    Costs 26 mul, 12 add, 2 div, 2 sqrt, 4 choice.
-   Where `a` stay the same for 2 elements or more: 7 mul, 2 add, 1 div, 1 sqrt once, then 19 mul, 10 add, 1 div,
-   1 sqrt, 4 choice for each.
-   Where `b` stay the same for 2 elements or more: 7 mul, 2 add, 1 div, 1 sqrt once, then 19 mul, 10 add, 1 div,
-   1 sqrt, 4 choice for each.
+   Where `a` is the same for 2 elements or more: 7 mul, 2 add, 1 div, 1 sqrt once, then 19 mul, 10 add, 1 div, 1
+   sqrt, 4 choice for each element.
+   Where `b` is the same for 2 elements or more: 7 mul, 2 add, 1 div, 1 sqrt once, then 19 mul, 10 add, 1 div, 1
+   sqrt, 4 choice for each element.
    Error: 0.0 ulp of the largest coefficient, 64 random inputs. */
 void cga3_signed_distance_planes_f64(const double *a, const double *b, double *out);
 void cga3_signed_distance_planes_f32(const float *a, const float *b, float *out);
@@ -1126,8 +1132,8 @@ void cga3_signed_distance_planes_loop_f32(char **args, const intptr_t *dimension
      sphere[5]  CGA3.SPHERE: e1230, e123inf, e120inf, e130inf, e230inf.
      out[1]  SCALAR.
    Costs 21 mul, 14 add, 3 div, 2 sqrt, 1 choice.
-   Where `sphere` stay the same for 2 elements or more: 9 mul, 3 add, 2 div, 1 sqrt once, then 12 mul, 11 add, 1
-   div, 1 sqrt, 1 choice for each.
+   Where `sphere` is the same for 2 elements or more: 9 mul, 3 add, 2 div, 1 sqrt once, then 12 mul, 11 add, 1
+   div, 1 sqrt, 1 choice for each element.
    Error: 29.8 ulp of the largest coefficient, 64 random inputs. */
 void cga3_distance_line_sphere_f64(const double *line, const double *sphere, double *out);
 void cga3_distance_line_sphere_f32(const float *line, const float *sphere, float *out);
@@ -1139,8 +1145,8 @@ void cga3_distance_line_sphere_loop_f32(char **args, const intptr_t *dimensions,
      circle[10]  CGA3.CIRCLE: e123, e120, e130, e230, e12inf, e13inf, e23inf, e10inf, e20inf, e30inf.
      out[1]  SCALAR.
    Costs 49 mul, 25 add, 4 div, 4 sqrt, 2 choice.
-   Where `circle` stay the same for 2 elements or more: 29 mul, 14 add, 3 div, 2 sqrt once, then 20 mul, 11 add,
-   1 div, 2 sqrt, 2 choice for each.
+   Where `circle` is the same for 2 elements or more: 29 mul, 14 add, 3 div, 2 sqrt once, then 20 mul, 11 add, 1
+   div, 2 sqrt, 2 choice for each element.
    Error: 14.5 ulp of the largest coefficient, 64 random inputs. */
 void cga3_distance_plane_circle_f64(const double *plane, const double *circle, double *out);
 void cga3_distance_plane_circle_f32(const float *plane, const float *circle, float *out);
@@ -1152,10 +1158,10 @@ void cga3_distance_plane_circle_loop_f32(char **args, const intptr_t *dimensions
      sphere[5]  CGA3.SPHERE: e1230, e123inf, e120inf, e130inf, e230inf.
      out[1]  SCALAR.
    Costs 19 mul, 9 add, 3 div, 2 sqrt, 2 choice.
-   Where `sphere` stay the same for 2 elements or more: 9 mul, 3 add, 2 div, 1 sqrt once, then 10 mul, 6 add, 1
-   div, 1 sqrt, 2 choice for each.
-   Where `plane` stay the same for 2 elements or more: 7 mul, 2 add, 1 div, 1 sqrt once, then 12 mul, 7 add, 2
-   div, 1 sqrt, 2 choice for each.
+   Where `sphere` is the same for 2 elements or more: 9 mul, 3 add, 2 div, 1 sqrt once, then 10 mul, 6 add, 1
+   div, 1 sqrt, 2 choice for each element.
+   Where `plane` is the same for 2 elements or more: 7 mul, 2 add, 1 div, 1 sqrt once, then 12 mul, 7 add, 2 div,
+   1 sqrt, 2 choice for each element.
    Error: 106.2 ulp of the largest coefficient, 64 random inputs. */
 void cga3_distance_plane_sphere_f64(const double *plane, const double *sphere, double *out);
 void cga3_distance_plane_sphere_f32(const float *plane, const float *sphere, float *out);
@@ -1167,10 +1173,10 @@ void cga3_distance_plane_sphere_loop_f32(char **args, const intptr_t *dimensions
      sphere[5]  CGA3.SPHERE: e1230, e123inf, e120inf, e130inf, e230inf.
      out[1]  SCALAR.
    Costs 50 mul, 33 add, 5 div, 6 sqrt, 2 choice.
-   Where `circle` stay the same for 2 elements or more: 29 mul, 14 add, 3 div, 2 sqrt once, then 21 mul, 19 add,
-   2 div, 4 sqrt, 2 choice for each.
-   Where `sphere` stay the same for 2 elements or more: 9 mul, 3 add, 2 div, 1 sqrt once, then 41 mul, 30 add, 3
-   div, 5 sqrt, 2 choice for each.
+   Where `circle` is the same for 2 elements or more: 29 mul, 14 add, 3 div, 2 sqrt once, then 21 mul, 19 add, 2
+   div, 4 sqrt, 2 choice for each element.
+   Where `sphere` is the same for 2 elements or more: 9 mul, 3 add, 2 div, 1 sqrt once, then 41 mul, 30 add, 3
+   div, 5 sqrt, 2 choice for each element.
    Error: 19.1 ulp of the largest coefficient, 64 random inputs. */
 void cga3_distance_circle_sphere_f64(const double *circle, const double *sphere, double *out);
 void cga3_distance_circle_sphere_f32(const float *circle, const float *sphere, float *out);
@@ -1182,10 +1188,10 @@ void cga3_distance_circle_sphere_loop_f32(char **args, const intptr_t *dimension
      b[5]  CGA3.SPHERE: e1230, e123inf, e120inf, e130inf, e230inf.
      out[1]  SCALAR.
    Costs 21 mul, 15 add, 4 div, 3 sqrt, 3 choice.
-   Where `a` stay the same for 2 elements or more: 9 mul, 3 add, 2 div, 1 sqrt once, then 12 mul, 12 add, 2 div,
-   2 sqrt, 3 choice for each.
-   Where `b` stay the same for 2 elements or more: 9 mul, 3 add, 2 div, 1 sqrt once, then 12 mul, 12 add, 2 div,
-   2 sqrt, 3 choice for each.
+   Where `a` is the same for 2 elements or more: 9 mul, 3 add, 2 div, 1 sqrt once, then 12 mul, 12 add, 2 div, 2
+   sqrt, 3 choice for each element.
+   Where `b` is the same for 2 elements or more: 9 mul, 3 add, 2 div, 1 sqrt once, then 12 mul, 12 add, 2 div, 2
+   sqrt, 3 choice for each element.
    Error: 38.5 ulp of the largest coefficient, 64 random inputs. */
 void cga3_distance_spheres_f64(const double *a, const double *b, double *out);
 void cga3_distance_spheres_f32(const float *a, const float *b, float *out);
@@ -1322,10 +1328,10 @@ void cga3_conformal_sine_circle_sphere_loop_f32(char **args, const intptr_t *dim
      out_0[3]  CGA3.POINT: e1, e2, e3; with e0 = 1, einf = implied.
      out_1[3]  CGA3.POINT: e1, e2, e3; with e0 = 1, einf = implied.
    Costs 59 mul, 37 add, 3 div, 2 sqrt, 3 choice.
-   Where `a` stay the same for 2 elements or more: 16 mul, 5 add, 1 div, 1 sqrt once, then 43 mul, 32 add, 2 div,
-   1 sqrt, 3 choice for each.
-   Where `b` stay the same for 2 elements or more: 16 mul, 5 add, 1 div, 1 sqrt once, then 43 mul, 32 add, 2 div,
-   1 sqrt, 3 choice for each.
+   Where `a` is the same for 2 elements or more: 16 mul, 5 add, 1 div, 1 sqrt once, then 43 mul, 32 add, 2 div, 1
+   sqrt, 3 choice for each element.
+   Where `b` is the same for 2 elements or more: 16 mul, 5 add, 1 div, 1 sqrt once, then 43 mul, 32 add, 2 div, 1
+   sqrt, 3 choice for each element.
    Error: 10.9 ulp of the largest coefficient, 64 random inputs. */
 void cga3_closest_points_of_lines_f64(const double *a, const double *b, double *out_0, double *out_1);
 void cga3_closest_points_of_lines_f32(const float *a, const float *b, float *out_0, float *out_1);
@@ -1349,8 +1355,8 @@ void cga3_closest_points_line_circle_loop_f32(char **args, const intptr_t *dimen
      plane[4]  CGA3.PLANE: e123inf, e120inf, e130inf, e230inf.
      out[3]  CGA3.POINT: e1, e2, e3; with e0 = 1, einf = implied.
    Costs 13 mul, 8 add, 1 div, 1 sqrt.
-   Where `plane` stay the same for 2 elements or more: 7 mul, 2 add, 1 div, 1 sqrt once, then 6 mul, 6 add for
-   each.
+   Where `plane` is the same for 2 elements or more: 7 mul, 2 add, 1 div, 1 sqrt once, then 6 mul, 6 add for each
+   element.
    Error: 4.0 ulp of the largest coefficient, 64 random inputs. */
 void cga3_project_point_on_plane_f64(const double *p, const double *plane, double *out);
 void cga3_project_point_on_plane_f32(const float *p, const float *plane, float *out);
@@ -1362,7 +1368,8 @@ void cga3_project_point_on_plane_loop_f32(char **args, const intptr_t *dimension
      line[6]  CGA3.LINE: e12inf, e13inf, e23inf, e10inf, e20inf, e30inf.
      out[3]  CGA3.POINT: e1, e2, e3; with e0 = 1, einf = implied.
    Costs 18 mul, 14 add, 1 div.
-   Where `line` stay the same for 2 elements or more: 18 mul, 5 add, 1 div once, then 9 mul, 9 add for each.
+   Where `line` is the same for 2 elements or more: 18 mul, 5 add, 1 div once, then 9 mul, 9 add for each
+   element.
    Error: 9.3 ulp of the largest coefficient, 64 random inputs. */
 void cga3_project_point_on_line_f64(const double *p, const double *line, double *out);
 void cga3_project_point_on_line_f32(const float *p, const float *line, float *out);
@@ -1374,8 +1381,8 @@ void cga3_project_point_on_line_loop_f32(char **args, const intptr_t *dimensions
      sphere[5]  CGA3.SPHERE: e1230, e123inf, e120inf, e130inf, e230inf.
      out[3]  CGA3.POINT: e1, e2, e3; with e0 = 1, einf = implied.
    Costs 15 mul, 11 add, 3 div, 2 sqrt.
-   Where `sphere` stay the same for 2 elements or more: 9 mul, 3 add, 2 div, 1 sqrt once, then 6 mul, 8 add, 1
-   div, 1 sqrt for each.
+   Where `sphere` is the same for 2 elements or more: 9 mul, 3 add, 2 div, 1 sqrt once, then 6 mul, 8 add, 1 div,
+   1 sqrt for each element.
    Error: 19.6 ulp of the largest coefficient, 64 random inputs. */
 void cga3_project_point_on_sphere_f64(const double *p, const double *sphere, double *out);
 void cga3_project_point_on_sphere_f32(const float *p, const float *sphere, float *out);
@@ -1387,8 +1394,8 @@ void cga3_project_point_on_sphere_loop_f32(char **args, const intptr_t *dimensio
      circle[10]  CGA3.CIRCLE: e123, e120, e130, e230, e12inf, e13inf, e23inf, e10inf, e20inf, e30inf.
      out[3]  CGA3.POINT: e1, e2, e3; with e0 = 1, einf = implied.
    Costs 41 mul, 27 add, 4 div, 3 sqrt.
-   Where `circle` stay the same for 2 elements or more: 29 mul, 14 add, 3 div, 2 sqrt once, then 12 mul, 13 add,
-   1 div, 1 sqrt for each.
+   Where `circle` is the same for 2 elements or more: 29 mul, 14 add, 3 div, 2 sqrt once, then 12 mul, 13 add, 1
+   div, 1 sqrt for each element.
    Error: 15.9 ulp of the largest coefficient, 64 random inputs. */
 void cga3_project_point_on_circle_f64(const double *p, const double *circle, double *out);
 void cga3_project_point_on_circle_f32(const float *p, const float *circle, float *out);
@@ -1401,7 +1408,7 @@ void cga3_project_point_on_circle_loop_f32(char **args, const intptr_t *dimensio
      s[5]  CGA3.VECTOR: e1, e2, e3, e0, einf.
      out[10]  CGA3.CIRCLE: e123, e120, e130, e230, e12inf, e13inf, e23inf, e10inf, e20inf, e30inf.
    Costs 53 mul, 29 add, 1 div.
-   Where `s` stay the same for 2 elements or more: 10 mul, 3 add, 1 div once, then 43 mul, 26 add for each.
+   Where `s` is the same for 2 elements or more: 10 mul, 3 add, 1 div once, then 43 mul, 26 add for each element.
    Error: 4.1 ulp of the largest coefficient, 64 random inputs. */
 void cga3_project_circle_on_sphere_f64(const double *circle, const double *s, double *out);
 void cga3_project_circle_on_sphere_f32(const float *circle, const float *s, float *out);
@@ -1413,7 +1420,7 @@ void cga3_project_circle_on_sphere_loop_f32(char **args, const intptr_t *dimensi
      s[5]  CGA3.VECTOR: e1, e2, e3, e0, einf.
      out[5]  CGA3.VECTOR: e1, e2, e3, e0, einf.
    Costs 15 mul, 13 add, 1 div.
-   Where `s` stay the same for 2 elements or more: 4 mul, 4 add once, then 11 mul, 9 add, 1 div for each.
+   Where `s` is the same for 2 elements or more: 4 mul, 4 add once, then 11 mul, 9 add, 1 div for each element.
    Error: 11.0 ulp of the largest coefficient, 64 random inputs. */
 void cga3_invert_vector_f64(const double *x, const double *s, double *out);
 void cga3_invert_vector_f32(const float *x, const float *s, float *out);
@@ -1425,7 +1432,7 @@ void cga3_invert_vector_loop_f32(char **args, const intptr_t *dimensions, const 
      s[5]  CGA3.VECTOR: e1, e2, e3, e0, einf.
      out[10]  CGA3.POINT_PAIR: e12, e13, e23, e10, e20, e30, e1inf, e2inf, e3inf, e0inf.
    Costs 50 mul, 38 add, 1 div.
-   Where `s` stay the same for 2 elements or more: 10 mul, 3 add, 1 div once, then 40 mul, 35 add for each.
+   Where `s` is the same for 2 elements or more: 10 mul, 3 add, 1 div once, then 40 mul, 35 add for each element.
    Error: 4.8 ulp of the largest coefficient, 64 random inputs. */
 void cga3_invert_point_pair_f64(const double *x, const double *s, double *out);
 void cga3_invert_point_pair_f32(const float *x, const float *s, float *out);
@@ -1437,7 +1444,7 @@ void cga3_invert_point_pair_loop_f32(char **args, const intptr_t *dimensions, co
      s[5]  CGA3.VECTOR: e1, e2, e3, e0, einf.
      out[10]  CGA3.CIRCLE: e123, e120, e130, e230, e12inf, e13inf, e23inf, e10inf, e20inf, e30inf.
    Costs 50 mul, 38 add, 1 div.
-   Where `s` stay the same for 2 elements or more: 10 mul, 3 add, 1 div once, then 40 mul, 35 add for each.
+   Where `s` is the same for 2 elements or more: 10 mul, 3 add, 1 div once, then 40 mul, 35 add for each element.
    Error: 4.4 ulp of the largest coefficient, 64 random inputs. */
 void cga3_invert_circle_f64(const double *x, const double *s, double *out);
 void cga3_invert_circle_f32(const float *x, const float *s, float *out);
@@ -1449,7 +1456,7 @@ void cga3_invert_circle_loop_f32(char **args, const intptr_t *dimensions, const 
      s[5]  CGA3.VECTOR: e1, e2, e3, e0, einf.
      out[5]  CGA3.SPHERE: e1230, e123inf, e120inf, e130inf, e230inf.
    Costs 16 mul, 12 add, 1 div.
-   Where `s` stay the same for 2 elements or more: 5 mul, 3 add once, then 11 mul, 9 add, 1 div for each.
+   Where `s` is the same for 2 elements or more: 5 mul, 3 add once, then 11 mul, 9 add, 1 div for each element.
    Error: 6.7 ulp of the largest coefficient, 64 random inputs. */
 void cga3_invert_sphere_f64(const double *x, const double *s, double *out);
 void cga3_invert_sphere_f32(const float *x, const float *s, float *out);
@@ -1462,8 +1469,8 @@ void cga3_invert_sphere_loop_f32(char **args, const intptr_t *dimensions, const 
      r[4]  CGA3.PLANE: e123inf, e120inf, e130inf, e230inf.
      out[3]  CGA3.POINT: e1, e2, e3; with e0 = 1, einf = implied.
    Costs 27 mul, 14 add, 1 div.
-   Where `p` and `q` stay the same for 2 elements or more: 12 mul, 6 add once, then 15 mul, 8 add, 1 div for
-   each.
+   Where `p` and `q` are the same for 2 elements or more: 12 mul, 6 add once, then 15 mul, 8 add, 1 div for each
+   element.
    Error: 25.6 ulp of the largest coefficient, 64 random inputs. */
 void cga3_meet_three_planes_f64(const double *p, const double *q, const double *r, double *out);
 void cga3_meet_three_planes_f32(const float *p, const float *q, const float *r, float *out);
@@ -1475,7 +1482,8 @@ void cga3_meet_three_planes_loop_f32(char **args, const intptr_t *dimensions, co
      circle[10]  CGA3.CIRCLE: e123, e120, e130, e230, e12inf, e13inf, e23inf, e10inf, e20inf, e30inf.
      out[10]  CGA3.POINT_PAIR: e12, e13, e23, e10, e20, e30, e1inf, e2inf, e3inf, e0inf.
    Costs 43 mul, 25 add, 2 div.
-   Where `circle` stay the same for 2 elements or more: 31 mul, 19 add, 1 div once, then 12 mul, 8 add for each.
+   Where `circle` is the same for 2 elements or more: 31 mul, 19 add, 1 div once, then 12 mul, 8 add for each
+   element.
    Error: 4.7 ulp of the largest coefficient, 64 random inputs. */
 void cga3_meet_line_circle_f64(const double *line, const double *circle, double *out);
 void cga3_meet_line_circle_f32(const float *line, const float *circle, float *out);
@@ -1489,8 +1497,8 @@ void cga3_meet_line_circle_loop_f32(char **args, const intptr_t *dimensions, con
      b[10]  CGA3.CIRCLE: e123, e120, e130, e230, e12inf, e13inf, e23inf, e10inf, e20inf, e30inf.
      out[10]  CGA3.POINT_PAIR: e12, e13, e23, e10, e20, e30, e1inf, e2inf, e3inf, e0inf.
    Costs 78 mul, 44 add, 4 div, 2 sqrt, 6 choice.
-   Where `b` stay the same for 2 elements or more: 33 mul, 17 add, 3 div, 1 sqrt once, then 45 mul, 27 add, 1
-   div, 1 sqrt, 6 choice for each.
+   Where `b` is the same for 2 elements or more: 33 mul, 17 add, 3 div, 1 sqrt once, then 45 mul, 27 add, 1 div,
+   1 sqrt, 6 choice for each element.
    Error: 1.5 ulp of the largest coefficient, 64 random inputs. */
 void cga3_meet_circles_f64(const double *a, const double *b, double *out);
 void cga3_meet_circles_f32(const float *a, const float *b, float *out);
@@ -1539,10 +1547,10 @@ void cga3_meet_circles_kind_loop_f32(char **args, const intptr_t *dimensions, co
      angle  SCALAR.
      out[3]  CGA3.POINT: e1, e2, e3; with e0 = 1, einf = implied.
    Costs 59 mul, 28 add, 4 div, 3 sqrt, 2 call, 8 choice.
-   Where `circle` stay the same for 2 elements or more: 50 mul, 22 add, 4 div, 3 sqrt, 8 choice once, then 9 mul,
-   6 add, 2 call for each.
-   Where `angle` stay the same for 2 elements or more: 0 mul, 0 add, 2 call once, then 59 mul, 28 add, 4 div, 3
-   sqrt, 8 choice for each.
+   Where `circle` is the same for 2 elements or more: 50 mul, 22 add, 4 div, 3 sqrt, 8 choice once, then 9 mul, 6
+   add, 2 call for each element.
+   Where `angle` is the same for 2 elements or more: 0 mul, 0 add, 2 call once, then 59 mul, 28 add, 4 div, 3
+   sqrt, 8 choice for each element.
    Error: 3.3 ulp of the largest coefficient, 64 random inputs. */
 void cga3_point_on_circle_f64(const double *circle, double angle, double *out);
 void cga3_point_on_circle_f32(const float *circle, float angle, float *out);
@@ -1556,10 +1564,10 @@ void cga3_point_on_circle_loop_f32(char **args, const intptr_t *dimensions, cons
      out_0[1]  SCALAR.
      out_1[9]  SCALAR.
    Costs 133 mul, 65 add, 8 div, 6 sqrt, 16 choice.
-   Where `a` stay the same for 2 elements or more: 56 mul, 22 add, 4 div, 3 sqrt, 8 choice once, then 77 mul, 43
-   add, 4 div, 3 sqrt, 8 choice for each.
-   Where `b` stay the same for 2 elements or more: 50 mul, 22 add, 4 div, 3 sqrt, 8 choice once, then 83 mul, 43
-   add, 4 div, 3 sqrt, 8 choice for each.
+   Where `a` is the same for 2 elements or more: 56 mul, 22 add, 4 div, 3 sqrt, 8 choice once, then 77 mul, 43
+   add, 4 div, 3 sqrt, 8 choice for each element.
+   Where `b` is the same for 2 elements or more: 50 mul, 22 add, 4 div, 3 sqrt, 8 choice once, then 83 mul, 43
+   add, 4 div, 3 sqrt, 8 choice for each element.
    Error: 3.4 ulp of the largest coefficient, 64 random inputs. */
 void cga3_circle_relative_to_circle_f64(const double *a, const double *b, double *out_0, double *out_1);
 void cga3_circle_relative_to_circle_f32(const float *a, const float *b, float *out_0, float *out_1);
@@ -1574,12 +1582,12 @@ void cga3_circle_relative_to_circle_loop_f32(char **args, const intptr_t *dimens
      sphere[5]  CGA3.SPHERE: e1230, e123inf, e120inf, e130inf, e230inf.
      out[1]  SCALAR.
    Costs 24 mul, 18 add, 3 div, 2 sqrt, 4 choice.
-   Where `d` and `sphere` stay the same for 2 elements or more: 12 mul, 5 add, 3 div once, then 12 mul, 13 add, 2
-   sqrt, 4 choice for each.
-   Where `p` and `sphere` stay the same for 2 elements or more: 9 mul, 6 add, 2 div once, then 15 mul, 12 add, 1
-   div, 2 sqrt, 4 choice for each.
-   Where `sphere` stay the same for 2 elements or more: 9 mul, 3 add, 2 div once, then 15 mul, 15 add, 1 div, 2
-   sqrt, 4 choice for each.
+   Where `d` and `sphere` are the same for 2 elements or more: 12 mul, 5 add, 3 div once, then 12 mul, 13 add, 2
+   sqrt, 4 choice for each element.
+   Where `p` and `sphere` are the same for 2 elements or more: 9 mul, 6 add, 2 div once, then 15 mul, 12 add, 1
+   div, 2 sqrt, 4 choice for each element.
+   Where `sphere` is the same for 2 elements or more: 9 mul, 3 add, 2 div once, then 15 mul, 15 add, 1 div, 2
+   sqrt, 4 choice for each element.
    Error: 64.8 ulp of the largest coefficient, 64 random inputs. */
 void cga3_hit_ray_sphere_f64(const double *p, const double *d, const double *sphere, double *out);
 void cga3_hit_ray_sphere_f32(const float *p, const float *d, const float *sphere, float *out);
@@ -1614,10 +1622,10 @@ void cga3_motor_inverse_loop_f32(char **args, const intptr_t *dimensions, const 
      angle  SCALAR.
      out[4]  CGA3.ROTOR: 1, e12, e13, e23; unit.
    Costs 7 mul, 2 add, 1 div, 1 sqrt, 2 call.
-   Where `angle` stay the same for 2 elements or more: 1 mul, 0 add, 2 call once, then 6 mul, 2 add, 1 div, 1
-   sqrt for each.
-   Where `axis` stay the same for 2 elements or more: 3 mul, 2 add, 1 sqrt once, then 4 mul, 0 add, 1 div, 2 call
-   for each.
+   Where `angle` is the same for 2 elements or more: 1 mul, 0 add, 2 call once, then 6 mul, 2 add, 1 div, 1 sqrt
+   for each element.
+   Where `axis` is the same for 2 elements or more: 3 mul, 2 add, 1 sqrt once, then 4 mul, 0 add, 1 div, 2 call
+   for each element.
    Error: 1.2 ulp of the largest coefficient, 64 random inputs. */
 void cga3_rotor_from_axis_angle_f64(const double *axis, double angle, double *out);
 void cga3_rotor_from_axis_angle_f32(const float *axis, float angle, float *out);
@@ -1661,8 +1669,8 @@ void cga3_motor_from_rotor_translation_loop_f32(char **args, const intptr_t *dim
      angle  SCALAR.
      out[8]  CGA3.MOTOR: 1, e12, e13, e23, e1inf, e2inf, e3inf, e123inf.
    Costs 10 mul, 2 add, 1 div, 1 sqrt, 2 call.
-   Where `angle` stay the same for 2 elements or more: 1 mul, 0 add, 2 call once, then 9 mul, 2 add, 1 div, 1
-   sqrt for each.
+   Where `angle` is the same for 2 elements or more: 1 mul, 0 add, 2 call once, then 9 mul, 2 add, 1 div, 1 sqrt
+   for each element.
    Error: 1.0 ulp of the largest coefficient, 64 random inputs. */
 void cga3_motor_from_line_f64(const double *line, double angle, double *out);
 void cga3_motor_from_line_f32(const float *line, float angle, float *out);
@@ -1712,8 +1720,8 @@ void cga3_motor_square_root_loop_f32(char **args, const intptr_t *dimensions, co
      out[8]  CGA3.MOTOR: 1, e12, e13, e23, e1inf, e2inf, e3inf, e123inf; unit.
    Assumes ``m ~m = 1``.
    Costs 27 mul, 8 add, 1 div, 1 sqrt, 3 call, 9 choice.
-   Where `m` stay the same for 2 elements or more: 3 mul, 2 add, 1 div, 1 sqrt, 1 call, 5 choice once, then 24
-   mul, 6 add, 2 call, 4 choice for each.
+   Where `m` is the same for 2 elements or more: 3 mul, 2 add, 1 div, 1 sqrt, 1 call, 5 choice once, then 24 mul,
+   6 add, 2 call, 4 choice for each element.
    Error: 2.9 ulp of the largest coefficient, 64 random inputs. */
 void cga3_motor_power_f64(const double *m, double t, double *out);
 void cga3_motor_power_f32(const float *m, float t, float *out);
@@ -1727,8 +1735,8 @@ void cga3_motor_power_loop_f32(char **args, const intptr_t *dimensions, const in
      out[8]  CGA3.MOTOR: 1, e12, e13, e23, e1inf, e2inf, e3inf, e123inf; unit.
    Assumes ``a ~a = 1``, ``b ~b = 1``.
    Costs 52 mul, 32 add, 1 div, 1 sqrt, 3 call, 8 choice.
-   Where `a` and `b` stay the same for 2 elements or more: 13 mul, 11 add, 1 div, 1 sqrt, 1 call, 5 choice once,
-   then 39 mul, 21 add, 2 call, 3 choice for each.
+   Where `a` and `b` are the same for 2 elements or more: 13 mul, 11 add, 1 div, 1 sqrt, 1 call, 5 choice once,
+   then 39 mul, 21 add, 2 call, 3 choice for each element.
    Error: 4.8 ulp of the largest coefficient, 64 random inputs. */
 void cga3_interpolate_motors_f64(const double *a, const double *b, double t, double *out);
 void cga3_interpolate_motors_f32(const float *a, const float *b, float t, float *out);
@@ -1794,7 +1802,7 @@ void cga3_motor_to_matrix_loop_f32(char **args, const intptr_t *dimensions, cons
      out[3]  CGA3.POINT: e1, e2, e3; with e0 = 1, einf = implied.
    Assumes ``m ~m = 1``.
    Costs 21 mul, 18 add.
-   Where `m` stay the same for 3 elements or more: 31 mul, 22 add once, then 9 mul, 9 add for each.
+   Where `m` is the same for 3 elements or more: 31 mul, 22 add once, then 9 mul, 9 add for each element.
    Error: 3.0 ulp of the largest coefficient, 64 random inputs. */
 void cga3_move_point_f64(const double *m, const double *p, double *out);
 void cga3_move_point_f32(const float *m, const float *p, float *out);
@@ -1807,7 +1815,7 @@ void cga3_move_point_loop_f32(char **args, const intptr_t *dimensions, const int
      out[3]  CGA3.POINT: e1, e2, e3; with e0 = 1, einf = implied.
    Assumes ``r ~r = 1``.
    Costs 18 mul, 12 add.
-   Where `r` stay the same for 2 elements or more: 16 mul, 13 add once, then 9 mul, 6 add for each.
+   Where `r` is the same for 2 elements or more: 16 mul, 13 add once, then 9 mul, 6 add for each element.
    Error: 2.5 ulp of the largest coefficient, 64 random inputs. */
 void cga3_rotate_point_f64(const double *r, const double *p, double *out);
 void cga3_rotate_point_f32(const float *r, const float *p, float *out);
@@ -1844,7 +1852,7 @@ void cga3_dilate_point_loop_f32(char **args, const intptr_t *dimensions, const i
      out[5]  CGA3.VECTOR: e1, e2, e3, e0, einf.
    Assumes ``m ~m = 1``.
    Costs 37 mul, 28 add.
-   Where `m` stay the same for 2 elements or more: 41 mul, 27 add once, then 16 mul, 13 add for each.
+   Where `m` is the same for 2 elements or more: 41 mul, 27 add once, then 16 mul, 13 add for each element.
    Error: 3.2 ulp of the largest coefficient, 64 random inputs. */
 void cga3_move_vector_f64(const double *m, const double *x, double *out);
 void cga3_move_vector_f32(const float *m, const float *x, float *out);
@@ -1857,7 +1865,7 @@ void cga3_move_vector_loop_f32(char **args, const intptr_t *dimensions, const in
      out[10]  CGA3.POINT_PAIR: e12, e13, e23, e10, e20, e30, e1inf, e2inf, e3inf, e0inf.
    Assumes ``m ~m = 1``.
    Costs 106 mul, 87 add.
-   Where `m` stay the same for 2 elements or more: 67 mul, 52 add once, then 60 mul, 51 add for each.
+   Where `m` is the same for 2 elements or more: 67 mul, 52 add once, then 60 mul, 51 add for each element.
    Error: 4.1 ulp of the largest coefficient, 64 random inputs. */
 void cga3_move_point_pair_f64(const double *m, const double *x, double *out);
 void cga3_move_point_pair_f32(const float *m, const float *x, float *out);
@@ -1870,7 +1878,7 @@ void cga3_move_point_pair_loop_f32(char **args, const intptr_t *dimensions, cons
      out[6]  CGA3.LINE: e12inf, e13inf, e23inf, e10inf, e20inf, e30inf.
    Assumes ``m ~m = 1``.
    Costs 51 mul, 39 add.
-   Where `m` stay the same for 2 elements or more: 42 mul, 27 add once, then 27 mul, 21 add for each.
+   Where `m` is the same for 2 elements or more: 42 mul, 27 add once, then 27 mul, 21 add for each element.
    Error: 2.5 ulp of the largest coefficient, 64 random inputs. */
 void cga3_move_line_f64(const double *m, const double *x, double *out);
 void cga3_move_line_f32(const float *m, const float *x, float *out);
@@ -1883,7 +1891,7 @@ void cga3_move_line_loop_f32(char **args, const intptr_t *dimensions, const intp
      out[10]  CGA3.CIRCLE: e123, e120, e130, e230, e12inf, e13inf, e23inf, e10inf, e20inf, e30inf.
    Assumes ``m ~m = 1``.
    Costs 106 mul, 87 add.
-   Where `m` stay the same for 2 elements or more: 67 mul, 52 add once, then 60 mul, 51 add for each.
+   Where `m` is the same for 2 elements or more: 67 mul, 52 add once, then 60 mul, 51 add for each element.
    Error: 3.0 ulp of the largest coefficient, 64 random inputs. */
 void cga3_move_circle_f64(const double *m, const double *x, double *out);
 void cga3_move_circle_f32(const float *m, const float *x, float *out);
@@ -1896,7 +1904,7 @@ void cga3_move_circle_loop_f32(char **args, const intptr_t *dimensions, const in
      out[4]  CGA3.PLANE: e123inf, e120inf, e130inf, e230inf.
    Assumes ``m ~m = 1``.
    Costs 26 mul, 18 add.
-   Where `m` stay the same for 3 elements or more: 33 mul, 21 add once, then 12 mul, 9 add for each.
+   Where `m` is the same for 3 elements or more: 33 mul, 21 add once, then 12 mul, 9 add for each element.
    Error: 5.9 ulp of the largest coefficient, 64 random inputs. */
 void cga3_move_plane_f64(const double *m, const double *x, double *out);
 void cga3_move_plane_f32(const float *m, const float *x, float *out);
@@ -1909,7 +1917,7 @@ void cga3_move_plane_loop_f32(char **args, const intptr_t *dimensions, const int
      out[5]  CGA3.SPHERE: e1230, e123inf, e120inf, e130inf, e230inf.
    Assumes ``m ~m = 1``.
    Costs 37 mul, 28 add.
-   Where `m` stay the same for 2 elements or more: 41 mul, 27 add once, then 16 mul, 13 add for each.
+   Where `m` is the same for 2 elements or more: 41 mul, 27 add once, then 16 mul, 13 add for each element.
    Error: 2.9 ulp of the largest coefficient, 64 random inputs. */
 void cga3_move_sphere_f64(const double *m, const double *x, double *out);
 void cga3_move_sphere_f32(const float *m, const float *x, float *out);
@@ -1923,7 +1931,7 @@ void cga3_move_sphere_loop_f32(char **args, const intptr_t *dimensions, const in
      out[5]  CGA3.VECTOR: e1, e2, e3, e0, einf.
    Assumes ``v ~v = 1``.
    Costs 110 mul, 94 add.
-   Where `v` stay the same for 2 elements or more: 123 mul, 101 add once, then 25 mul, 20 add for each.
+   Where `v` is the same for 2 elements or more: 123 mul, 101 add once, then 25 mul, 20 add for each element.
    Error: 42.6 ulp of the largest coefficient, 64 random inputs. */
 void cga3_transform_vector_f64(const double *v, const double *x, double *out);
 void cga3_transform_vector_f32(const float *v, const float *x, float *out);
@@ -1935,7 +1943,8 @@ void cga3_transform_vector_loop_f32(char **args, const intptr_t *dimensions, con
      plane[4]  CGA3.DUAL_PLANE: e1, e2, e3, einf.
      out[3]  CGA3.POINT: e1, e2, e3; with e0 = 1, einf = implied.
    Costs 18 mul, 8 add, 1 div.
-   Where `plane` stay the same for 2 elements or more: 15 mul, 5 add, 1 div once, then 9 mul, 9 add for each.
+   Where `plane` is the same for 2 elements or more: 15 mul, 5 add, 1 div once, then 9 mul, 9 add for each
+   element.
    Error: 2.8 ulp of the largest coefficient, 64 random inputs. */
 void cga3_reflect_point_f64(const double *p, const double *plane, double *out);
 void cga3_reflect_point_f32(const float *p, const float *plane, float *out);
@@ -2075,8 +2084,8 @@ void cga3_versor_decomposition_loop_f32(char **args, const intptr_t *dimensions,
      b[6]  CGA3.LINE: e12inf, e13inf, e23inf, e10inf, e20inf, e30inf.
      out[8]  CGA3.MOTOR: 1, e12, e13, e23, e1inf, e2inf, e3inf, e123inf.
    Costs 152 mul, 80 add, 6 div, 6 sqrt, 26 choice.
-   Where `a` stay the same for 2 elements or more: 46 mul, 15 add, 4 div, 3 sqrt, 9 choice once, then 106 mul, 65
-   add, 2 div, 3 sqrt, 17 choice for each.
+   Where `a` is the same for 2 elements or more: 46 mul, 15 add, 4 div, 3 sqrt, 9 choice once, then 106 mul, 65
+   add, 2 div, 3 sqrt, 17 choice for each element.
    Error: 7.6 ulp of the largest coefficient, 64 random inputs. */
 void cga3_motor_between_lines_f64(const double *a, const double *b, double *out);
 void cga3_motor_between_lines_f32(const float *a, const float *b, float *out);
@@ -2091,8 +2100,8 @@ void cga3_motor_between_lines_loop_f32(char **args, const intptr_t *dimensions, 
      b[4]  CGA3.PLANE: e123inf, e120inf, e130inf, e230inf.
      out[8]  CGA3.MOTOR: 1, e12, e13, e23, e1inf, e2inf, e3inf, e123inf; unit.
    Costs 117 mul, 58 add, 6 div, 6 sqrt, 25 choice.
-   Where `a` stay the same for 2 elements or more: 38 mul, 12 add, 4 div, 3 sqrt, 9 choice once, then 79 mul, 46
-   add, 2 div, 3 sqrt, 16 choice for each.
+   Where `a` is the same for 2 elements or more: 38 mul, 12 add, 4 div, 3 sqrt, 9 choice once, then 79 mul, 46
+   add, 2 div, 3 sqrt, 16 choice for each element.
    Error: 8.5 ulp of the largest coefficient, 64 random inputs. */
 void cga3_motor_between_planes_f64(const double *a, const double *b, double *out);
 void cga3_motor_between_planes_f32(const float *a, const float *b, float *out);
@@ -2108,8 +2117,8 @@ void cga3_motor_between_planes_loop_f32(char **args, const intptr_t *dimensions,
      out[16]  CGA3.UNIT_EVEN: 1, e12, e13, e23, e10, e20, e30, e1inf, e2inf, e3inf, e0inf, e1230, e123inf,
          e120inf, e130inf, e230inf; unit.
    Costs 155 mul, 98 add, 5 div, 7 sqrt, 48 choice.
-   Where `a` stay the same for 2 elements or more: 20 mul, 10 add, 3 div, 2 sqrt, 10 choice once, then 135 mul,
-   88 add, 2 div, 5 sqrt, 38 choice for each.
+   Where `a` is the same for 2 elements or more: 20 mul, 10 add, 3 div, 2 sqrt, 10 choice once, then 135 mul, 88
+   add, 2 div, 5 sqrt, 38 choice for each element.
    Error: 5.2 ulp of the largest coefficient, 64 random inputs. */
 void cga3_versor_between_spheres_f64(const double *a, const double *b, double *out);
 void cga3_versor_between_spheres_f32(const float *a, const float *b, float *out);
@@ -2146,14 +2155,14 @@ void cga3_versor_between_circles_loop_f32(char **args, const intptr_t *dimension
      out[16]  CGA3.UNIT_EVEN: 1, e12, e13, e23, e10, e20, e30, e1inf, e2inf, e3inf, e0inf, e1230, e123inf,
          e120inf, e130inf, e230inf.
    Costs 96 mul, 52 add, 4 div, 4 sqrt, 17 choice.
-   Where `a` and `n` and `m` and `scale` stay the same for 2 elements or more: 147 mul, 63 add, 4 div, 4 sqrt, 17
-   choice once, then 12 mul, 12 add for each.
-   Where `b` and `n` and `m` and `scale` stay the same for 2 elements or more: 147 mul, 63 add, 4 div, 4 sqrt, 17
-   choice once, then 12 mul, 12 add for each.
-   Where `a` and `b` and `n` and `m` stay the same for 2 elements or more: 66 mul, 36 add, 3 div, 3 sqrt, 17
-   choice once, then 30 mul, 16 add, 1 div, 1 sqrt for each.
-   Where `a` and `b` and `n` and `scale` stay the same for 2 elements or more: 24 mul, 11 add, 3 div, 2 sqrt, 8
-   choice once, then 72 mul, 41 add, 1 div, 2 sqrt, 9 choice for each.
+   Where `a` and `n` and `m` and `scale` are the same for 2 elements or more: 147 mul, 63 add, 4 div, 4 sqrt, 17
+   choice once, then 12 mul, 12 add for each element.
+   Where `b` and `n` and `m` and `scale` are the same for 2 elements or more: 147 mul, 63 add, 4 div, 4 sqrt, 17
+   choice once, then 12 mul, 12 add for each element.
+   Where `a` and `b` and `n` and `m` are the same for 2 elements or more: 66 mul, 36 add, 3 div, 3 sqrt, 17
+   choice once, then 30 mul, 16 add, 1 div, 1 sqrt for each element.
+   Where `a` and `b` and `n` and `scale` are the same for 2 elements or more: 24 mul, 11 add, 3 div, 2 sqrt, 8
+   choice once, then 72 mul, 41 add, 1 div, 2 sqrt, 9 choice for each element.
    Error: 3.9 ulp of the largest coefficient, 64 random inputs. */
 void cga3_similarity_between_rounds_f64(const double *a, const double *b, const double *n, const double *m, double
     scale, double *out);
@@ -2208,7 +2217,7 @@ void cga3_transform_circle_loop_f32(char **args, const intptr_t *dimensions, con
      out[5]  CGA3.SPHERE: e1230, e123inf, e120inf, e130inf, e230inf.
    Assumes ``v ~v = 1``.
    Costs 110 mul, 94 add.
-   Where `v` stay the same for 2 elements or more: 123 mul, 101 add once, then 25 mul, 20 add for each.
+   Where `v` is the same for 2 elements or more: 123 mul, 101 add once, then 25 mul, 20 add for each element.
    Error: 6.2 ulp of the largest coefficient, 64 random inputs. */
 void cga3_transform_sphere_f64(const double *v, const double *x, double *out);
 void cga3_transform_sphere_f32(const float *v, const float *x, float *out);

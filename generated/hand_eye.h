@@ -2,7 +2,7 @@
 // command: gac generate --all hand_eye
 // spec: 603fe6679fa4ce8c
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 1a837bec3d2ed91f1985b1542c69ccb847bb0cc1f2b9919a5f6a614ddc714f6c
+// body: 6caafbd42f54cf6a73bfbe3fcb2d98dbffc61d46f7d47915150baa6cca02b585
 /* hand_eye
    How a camera sits on a hand, by unit motors of G(3,0,1): ``a x = x b`` and ``a x = z b``.
    
@@ -50,10 +50,10 @@ void hand_eye_null_motor_loop_f32(char **args, const intptr_t *dimensions, const
      out_1[1]  SCALAR.
    Assumes ``a ~a = 1``, ``b ~b = 1``.
    Costs 8 mul, 6 add, 2 sqrt, 8 choice.
-   Where `a` stay the same for 2 elements or more: 3 mul, 2 add, 1 sqrt, 4 choice once, then 5 mul, 4 add, 1
-   sqrt, 4 choice for each.
-   Where `b` stay the same for 2 elements or more: 3 mul, 2 add, 1 sqrt, 4 choice once, then 5 mul, 4 add, 1
-   sqrt, 4 choice for each.
+   Where `a` is the same for 2 elements or more: 3 mul, 2 add, 1 sqrt, 4 choice once, then 5 mul, 4 add, 1 sqrt,
+   4 choice for each element.
+   Where `b` is the same for 2 elements or more: 3 mul, 2 add, 1 sqrt, 4 choice once, then 5 mul, 4 add, 1 sqrt,
+   4 choice for each element.
    Error: 3.1 ulp of the largest coefficient, 64 random inputs. */
 void hand_eye_screw_misfit_f64(const double *a, const double *b, double *out_0, double *out_1);
 void hand_eye_screw_misfit_f32(const float *a, const float *b, float *out_0, float *out_1);
@@ -67,9 +67,11 @@ void hand_eye_screw_misfit_loop_f32(char **args, const intptr_t *dimensions, con
      out[6]  PGA3.LINE: e12, e13, e23, e01, e02, e03.
    Assumes ``a ~a = 1``, ``b ~b = 1``, ``x ~x = 1``.
    Costs 102 mul, 78 add.
-   Where `a` and `x` stay the same for 2 elements or more: 66 mul, 48 add once, then 36 mul, 30 add for each.
-   Where `b` and `x` stay the same for 3 elements or more: 157 mul, 127 add once, then 36 mul, 30 add for each.
-   Where `x` stay the same for 2 elements or more: 42 mul, 27 add once, then 63 mul, 51 add for each.
+   Where `a` and `x` are the same for 2 elements or more: 66 mul, 48 add once, then 36 mul, 30 add for each
+   element.
+   Where `b` and `x` are the same for 3 elements or more: 157 mul, 127 add once, then 36 mul, 30 add for each
+   element.
+   Where `x` is the same for 2 elements or more: 42 mul, 27 add once, then 63 mul, 51 add for each element.
    Error: 5.3 ulp of the largest coefficient, 64 random inputs. */
 void hand_eye_misfit_f64(const double *a, const double *b, const double *x, double *out);
 void hand_eye_misfit_f32(const float *a, const float *b, const float *x, float *out);
@@ -87,12 +89,12 @@ void hand_eye_misfit_loop_f32(char **args, const intptr_t *dimensions, const int
      out[6]  PGA3.LINE: e12, e13, e23, e01, e02, e03.
    Assumes ``a ~a = 1``, ``b ~b = 1``, ``x ~x = 1``, ``z ~z = 1``, ``frame ~frame = 1``.
    Costs 192 mul, 157 add.
-   Where `a` and `b` and `x` and `z` stay the same for 2 elements or more: 132 mul, 110 add once, then 60 mul, 47
-   add for each.
-   Where `a` and `x` and `z` and `frame` stay the same for 2 elements or more: 106 mul, 93 add once, then 86 mul,
-   64 add for each.
-   Where `a` and `b` and `x` and `frame` stay the same for 2 elements or more: 58 mul, 53 add once, then 134 mul,
-   104 add for each.
+   Where `a` and `b` and `x` and `z` are the same for 2 elements or more: 132 mul, 110 add once, then 60 mul, 47
+   add for each element.
+   Where `a` and `x` and `z` and `frame` are the same for 2 elements or more: 106 mul, 93 add once, then 86 mul,
+   64 add for each element.
+   Where `a` and `b` and `x` and `frame` are the same for 2 elements or more: 58 mul, 53 add once, then 134 mul,
+   104 add for each element.
    Error: 5.7 ulp of the largest coefficient, 64 random inputs. */
 void hand_eye_misfit_of_poses_f64(const double *a, const double *b, const double *x, const double *z, const double
     *frame, double *out);

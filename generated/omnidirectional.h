@@ -2,7 +2,7 @@
 // command: gac generate --all omnidirectional
 // spec: 276fd778ac53538a
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 6af31428613b4d7930c8bd02a389b6d100d4745ca0e7f68421adbb78ca9b9631
+// body: d1e03fa53cf1de2d38590e0cf361868173dac50c3d6462593626e38efd60b98e
 /* omnidirectional
    The unified model of omnidirectional cameras in conformal geometry: a unit sphere about the viewpoint.
    
@@ -30,12 +30,12 @@ extern "C" {
      place[3]  SCALAR.
      out[2]  SCALAR.
    Costs 7 mul, 3 add, 1 div, 1 sqrt, 2 choice.
-   Where `mirror` and `place` stay the same for 2 elements or more: 4 mul, 3 add, 1 sqrt once, then 3 mul, 0 add,
-   1 div, 2 choice for each.
-   Where `least` and `place` stay the same for 2 elements or more: 4 mul, 2 add, 1 sqrt, 1 choice once, then 3
-   mul, 1 add, 1 div, 1 choice for each.
-   Where `place` stay the same for 2 elements or more: 3 mul, 2 add, 1 sqrt once, then 4 mul, 1 add, 1 div, 2
-   choice for each.
+   Where `mirror` and `place` are the same for 2 elements or more: 4 mul, 3 add, 1 sqrt once, then 3 mul, 0 add,
+   1 div, 2 choice for each element.
+   Where `least` and `place` are the same for 2 elements or more: 4 mul, 2 add, 1 sqrt, 1 choice once, then 3
+   mul, 1 add, 1 div, 1 choice for each element.
+   Where `place` is the same for 2 elements or more: 3 mul, 2 add, 1 sqrt once, then 4 mul, 1 add, 1 div, 2
+   choice for each element.
    Error: 7.2 ulp of the largest coefficient, 64 random inputs. */
 void omnidirectional_project_place_f64(double mirror, double least, const double *place, double *out);
 void omnidirectional_project_place_f32(float mirror, float least, const float *place, float *out);
@@ -88,7 +88,7 @@ void omnidirectional_parabolic_image_of_line_loop_f32(char **args, const intptr_
      b[3]  SCALAR.
      out[6]  SCALAR.
    Costs 19 mul, 6 add.
-   Where `a` and `b` stay the same for 2 elements or more: 10 mul, 3 add once, then 9 mul, 3 add for each.
+   Where `a` and `b` are the same for 2 elements or more: 10 mul, 3 add once, then 9 mul, 3 add for each element.
    Error: 7.7 ulp of the largest coefficient, 64 random inputs. */
 void omnidirectional_image_conic_of_line_f64(double mirror, const double *a, const double *b, double *out);
 void omnidirectional_image_conic_of_line_f32(float mirror, const float *a, const float *b, float *out);

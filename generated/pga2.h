@@ -2,7 +2,7 @@
 // command: gac generate --all pga2
 // spec: 10ed350c99024528
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 539cd410b8cf51aba6491ecb887e42525ad1e483311bb33f30b56f6d9c5947d5
+// body: ea0712f59b91a757e34b92a9e533cfdd00d705bf70fd220575a72e747e11300e
 /* pga2
    The Euclidean plane by plane-based geometric algebra G(2,0,1): points, lines and rigid motions.
    
@@ -251,7 +251,7 @@ void pga2_angle_between_lines_loop_f32(char **args, const intptr_t *dimensions, 
      line[3]  PGA2.LINE: e1, e2, e0.
      out[2]  PGA2.POINT: e20, e01; with e12 = 1.
    Costs 10 mul, 4 add, 1 div.
-   Where `line` stay the same for 2 elements or more: 8 mul, 2 add, 1 div once, then 4 mul, 4 add for each.
+   Where `line` is the same for 2 elements or more: 8 mul, 2 add, 1 div once, then 4 mul, 4 add for each element.
    Error: 2.1 ulp of the largest coefficient, 64 random inputs. */
 void pga2_project_point_on_line_f64(const double *p, const double *line, double *out);
 void pga2_project_point_on_line_f32(const float *p, const float *line, float *out);
@@ -420,10 +420,10 @@ void pga2_signed_distance_lines_loop_f32(char **args, const intptr_t *dimensions
      out[1]  SCALAR.
    Assumes ``a ~a = 1``, ``b ~b = 1``.
    Costs 5 mul, 3 add, 8 choice.
-   Where `a` and `b` and `distance` stay the same for 2 elements or more: 5 mul, 3 add, 6 choice once, then 0
-   mul, 0 add, 2 choice for each.
-   Where `a` and `b` and `sine` stay the same for 2 elements or more: 5 mul, 3 add, 5 choice once, then 0 mul, 0
-   add, 3 choice for each.
+   Where `a` and `b` and `distance` are the same for 2 elements or more: 5 mul, 3 add, 6 choice once, then 0 mul,
+   0 add, 2 choice for each element.
+   Where `a` and `b` and `sine` are the same for 2 elements or more: 5 mul, 3 add, 5 choice once, then 0 mul, 0
+   add, 3 choice for each element.
    Error: 0.0 ulp of the largest coefficient, 64 random inputs. */
 void pga2_relation_of_lines_f64(const double *a, const double *b, double distance, double sine, double *out);
 void pga2_relation_of_lines_f32(const float *a, const float *b, float distance, float sine, float *out);
@@ -442,12 +442,12 @@ void pga2_relation_of_lines_loop_f32(char **args, const intptr_t *dimensions, co
      out[1]  SCALAR.
    Assumes ``a ~a = 1``, ``b ~b = 1``, ``c ~c = 1``.
    Costs 23 mul, 13 add, 25 choice.
-   Where `a` and `b` and `c` and `distance` stay the same for 2 elements or more: 23 mul, 13 add, 23 choice once,
-   then 0 mul, 0 add, 2 choice for each.
-   Where `a` and `b` and `c` and `sine` stay the same for 2 elements or more: 22 mul, 13 add, 20 choice once,
-   then 1 mul, 0 add, 5 choice for each.
-   Where `a` and `b` and `distance` and `sine` stay the same for 2 elements or more: 9 mul, 5 add, 4 choice once,
-   then 14 mul, 8 add, 21 choice for each.
+   Where `a` and `b` and `c` and `distance` are the same for 2 elements or more: 23 mul, 13 add, 23 choice once,
+   then 0 mul, 0 add, 2 choice for each element.
+   Where `a` and `b` and `c` and `sine` are the same for 2 elements or more: 22 mul, 13 add, 20 choice once, then
+   1 mul, 0 add, 5 choice for each element.
+   Where `a` and `b` and `distance` and `sine` are the same for 2 elements or more: 9 mul, 5 add, 4 choice once,
+   then 14 mul, 8 add, 21 choice for each element.
    Error: 0.0 ulp of the largest coefficient, 64 random inputs. */
 void pga2_relation_of_three_lines_f64(const double *a, const double *b, const double *c, double distance, double
     sine, double *out);
@@ -533,8 +533,8 @@ void pga2_collinearity_residual_loop_f32(char **args, const intptr_t *dimensions
      out[4]  PGA2.MOTOR: 1, e12, e20, e01; unit.
    Assumes ``line ~line = 1``.
    Costs 14 mul, 6 add, 1 div, 2 sqrt, 5 choice.
-   Where `line` stay the same for 2 elements or more: 10 mul, 4 add, 1 div, 2 sqrt, 5 choice once, then 4 mul, 2
-   add for each.
+   Where `line` is the same for 2 elements or more: 10 mul, 4 add, 1 div, 2 sqrt, 5 choice once, then 4 mul, 2
+   add for each element.
    Error: 1.8 ulp of the largest coefficient, 64 random inputs. */
 void pga2_motor_from_flag_f64(const double *p, const double *line, double *out);
 void pga2_motor_from_flag_f32(const float *p, const float *line, float *out);
@@ -562,10 +562,10 @@ void pga2_flag_from_motor_loop_f32(char **args, const intptr_t *dimensions, cons
      out_0[1]  SCALAR.
      out_1[2]  PGA2.POINT: e20, e01; with e12 = 1.
    Costs 6 mul, 5 add, 1 div.
-   Where `d` and `line` stay the same for 4 elements or more: 12 mul, 2 add, 1 div once, then 6 mul, 6 add for
-   each.
-   Where `p` and `line` stay the same for 2 elements or more: 2 mul, 2 add once, then 4 mul, 3 add, 1 div for
-   each.
+   Where `d` and `line` are the same for 4 elements or more: 12 mul, 2 add, 1 div once, then 6 mul, 6 add for
+   each element.
+   Where `p` and `line` are the same for 2 elements or more: 2 mul, 2 add once, then 4 mul, 3 add, 1 div for each
+   element.
    Error: 6.5 ulp of the largest coefficient, 64 random inputs. */
 void pga2_hit_ray_line_f64(const double *p, const double *d, const double *line, double *out_0, double *out_1);
 void pga2_hit_ray_line_f32(const float *p, const float *d, const float *line, float *out_0, float *out_1);
@@ -582,12 +582,12 @@ void pga2_hit_ray_line_loop_f32(char **args, const intptr_t *dimensions, const i
      out_0[1]  SCALAR.
      out_1[1]  SCALAR.
    Costs 8 mul, 8 add, 1 div.
-   Where `d` and `a` and `b` stay the same for 2 elements or more: 12 mul, 6 add, 1 div once, then 4 mul, 4 add
-   for each.
-   Where `p` and `a` and `b` stay the same for 2 elements or more: 2 mul, 5 add once, then 6 mul, 3 add, 1 div
-   for each.
-   Where `p` and `d` and `b` stay the same for 2 elements or more: 2 mul, 3 add once, then 6 mul, 5 add, 1 div
-   for each.
+   Where `d` and `a` and `b` are the same for 2 elements or more: 12 mul, 6 add, 1 div once, then 4 mul, 4 add
+   for each element.
+   Where `p` and `a` and `b` are the same for 2 elements or more: 2 mul, 5 add once, then 6 mul, 3 add, 1 div for
+   each element.
+   Where `p` and `d` and `b` are the same for 2 elements or more: 2 mul, 3 add once, then 6 mul, 5 add, 1 div for
+   each element.
    Error: 33.3 ulp of the largest coefficient, 64 random inputs. */
 void pga2_hit_ray_segment_f64(const double *p, const double *d, const double *a, const double *b, double *out_0,
     double *out_1);
@@ -670,7 +670,7 @@ void pga2_move_direction_loop_f32(char **args, const intptr_t *dimensions, const
      out[3]  PGA2.LINE: e1, e2, e0.
    Assumes ``m ~m = 1``.
    Costs 10 mul, 6 add.
-   Where `m` stay the same for 3 elements or more: 9 mul, 3 add once, then 6 mul, 4 add for each.
+   Where `m` is the same for 3 elements or more: 9 mul, 3 add once, then 6 mul, 4 add for each element.
    Error: 2.9 ulp of the largest coefficient, 64 random inputs. */
 void pga2_move_line_f64(const double *m, const double *line, double *out);
 void pga2_move_line_f32(const float *m, const float *line, float *out);
@@ -714,7 +714,8 @@ void pga2_translator_from_vector_loop_f32(char **args, const intptr_t *dimension
      angle  SCALAR.
      out[4]  PGA2.MOTOR: 1, e12, e20, e01; unit.
    Costs 3 mul, 0 add, 2 call.
-   Where `angle` stay the same for 2 elements or more: 1 mul, 0 add, 2 call once, then 2 mul, 0 add for each.
+   Where `angle` is the same for 2 elements or more: 1 mul, 0 add, 2 call once, then 2 mul, 0 add for each
+   element.
    Error: 1.1 ulp of the largest coefficient, 64 random inputs. */
 void pga2_motor_from_point_f64(const double *p, double angle, double *out);
 void pga2_motor_from_point_f32(const float *p, float angle, float *out);
@@ -726,7 +727,8 @@ void pga2_motor_from_point_loop_f32(char **args, const intptr_t *dimensions, con
      v[2]  SCALAR.
      out[4]  PGA2.MOTOR: 1, e12, e20, e01; unit.
    Costs 7 mul, 2 add, 2 call.
-   Where `angle` stay the same for 2 elements or more: 1 mul, 0 add, 2 call once, then 6 mul, 2 add for each.
+   Where `angle` is the same for 2 elements or more: 1 mul, 0 add, 2 call once, then 6 mul, 2 add for each
+   element.
    Error: 1.0 ulp of the largest coefficient, 64 random inputs. */
 void pga2_motor_from_angle_translation_f64(double angle, const double *v, double *out);
 void pga2_motor_from_angle_translation_f32(float angle, const float *v, float *out);
@@ -808,8 +810,8 @@ void pga2_motor_square_root_loop_f32(char **args, const intptr_t *dimensions, co
      out[4]  PGA2.MOTOR: 1, e12, e20, e01; unit.
    Assumes ``m ~m = 1``.
    Costs 8 mul, 1 add, 1 div, 3 call, 8 choice.
-   Where `m` stay the same for 2 elements or more: 1 mul, 0 add, 1 call, 5 choice once, then 7 mul, 1 add, 1 div,
-   2 call, 3 choice for each.
+   Where `m` is the same for 2 elements or more: 1 mul, 0 add, 1 call, 5 choice once, then 7 mul, 1 add, 1 div, 2
+   call, 3 choice for each element.
    Error: 2.0 ulp of the largest coefficient, 64 random inputs. */
 void pga2_motor_power_f64(const double *m, double t, double *out);
 void pga2_motor_power_f32(const float *m, float t, float *out);
@@ -823,8 +825,8 @@ void pga2_motor_power_loop_f32(char **args, const intptr_t *dimensions, const in
      out[4]  PGA2.MOTOR: 1, e12, e20, e01; unit.
    Assumes ``a ~a = 1``, ``b ~b = 1``.
    Costs 18 mul, 8 add, 1 div, 3 call, 8 choice.
-   Where `a` and `b` stay the same for 2 elements or more: 5 mul, 2 add, 1 call, 5 choice once, then 13 mul, 6
-   add, 1 div, 2 call, 3 choice for each.
+   Where `a` and `b` are the same for 2 elements or more: 5 mul, 2 add, 1 call, 5 choice once, then 13 mul, 6
+   add, 1 div, 2 call, 3 choice for each element.
    Error: 4.0 ulp of the largest coefficient, 64 random inputs. */
 void pga2_interpolate_motors_f64(const double *a, const double *b, double t, double *out);
 void pga2_interpolate_motors_f32(const float *a, const float *b, float t, float *out);

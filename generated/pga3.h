@@ -2,7 +2,7 @@
 // command: gac generate --all pga3
 // spec: 9b7bbeff39dbafa2
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: e05eb24d4ae739bcd4bcd9477d67ceebd954d89b2e64985b45f9f33b085850be
+// body: ffdcc541e7d7802eb18a329bda0a07e3e8f4cd43c88e14d11d5eb03ebbee9492
 /* pga3
    Euclidean space by plane-based geometric algebra G(3,0,1): points, lines, planes and rigid motions.
    
@@ -252,14 +252,14 @@ void pga3_join_three_points_loop_f32(char **args, const intptr_t *dimensions, co
      d[3]  PGA3.POINT: e032, e013, e021; with e123 = 1.
      out[1]  SCALAR.
    Costs 9 mul, 14 add.
-   Where `a` and `b` and `c` stay the same for 2 elements or more: 15 mul, 14 add once, then 3 mul, 3 add for
-   each.
-   Where `a` and `b` and `d` stay the same for 2 elements or more: 15 mul, 14 add once, then 3 mul, 3 add for
-   each.
-   Where `a` and `c` and `d` stay the same for 2 elements or more: 15 mul, 14 add once, then 3 mul, 3 add for
-   each.
-   Where `b` and `c` and `d` stay the same for 2 elements or more: 15 mul, 14 add once, then 3 mul, 3 add for
-   each.
+   Where `a` and `b` and `c` are the same for 2 elements or more: 15 mul, 14 add once, then 3 mul, 3 add for each
+   element.
+   Where `a` and `b` and `d` are the same for 2 elements or more: 15 mul, 14 add once, then 3 mul, 3 add for each
+   element.
+   Where `a` and `c` and `d` are the same for 2 elements or more: 15 mul, 14 add once, then 3 mul, 3 add for each
+   element.
+   Where `b` and `c` and `d` are the same for 2 elements or more: 15 mul, 14 add once, then 3 mul, 3 add for each
+   element.
    Error: 23.5 ulp of the largest coefficient, 64 random inputs. */
 void pga3_join_four_points_f64(const double *a, const double *b, const double *c, const double *d, double *out);
 void pga3_join_four_points_f32(const float *a, const float *b, const float *c, const float *d, float *out);
@@ -299,9 +299,12 @@ void pga3_meet_line_plane_loop_f32(char **args, const intptr_t *dimensions, cons
      r[4]  PGA3.PLANE: e1, e2, e3, e0.
      out[4]  PGA3.TRIVECTOR: e123, e032, e013, e021.
    Costs 24 mul, 14 add.
-   Where `p` and `q` stay the same for 2 elements or more: 12 mul, 6 add once, then 12 mul, 8 add for each.
-   Where `p` and `r` stay the same for 2 elements or more: 12 mul, 6 add once, then 12 mul, 8 add for each.
-   Where `q` and `r` stay the same for 2 elements or more: 12 mul, 6 add once, then 12 mul, 8 add for each.
+   Where `p` and `q` are the same for 2 elements or more: 12 mul, 6 add once, then 12 mul, 8 add for each
+   element.
+   Where `p` and `r` are the same for 2 elements or more: 12 mul, 6 add once, then 12 mul, 8 add for each
+   element.
+   Where `q` and `r` are the same for 2 elements or more: 12 mul, 6 add once, then 12 mul, 8 add for each
+   element.
    Error: 3.3 ulp of the largest coefficient, 64 random inputs. */
 void pga3_meet_three_planes_f64(const double *p, const double *q, const double *r, double *out);
 void pga3_meet_three_planes_f32(const float *p, const float *q, const float *r, float *out);
@@ -430,7 +433,8 @@ void pga3_angle_between_lines_loop_f32(char **args, const intptr_t *dimensions, 
      plane[4]  PGA3.PLANE: e1, e2, e3, e0.
      out[3]  PGA3.POINT: e032, e013, e021; with e123 = 1.
    Costs 9 mul, 8 add, 1 div.
-   Where `plane` stay the same for 4 elements or more: 15 mul, 4 add, 1 div once, then 9 mul, 9 add for each.
+   Where `plane` is the same for 4 elements or more: 15 mul, 4 add, 1 div once, then 9 mul, 9 add for each
+   element.
    Error: 2.8 ulp of the largest coefficient, 64 random inputs. */
 void pga3_project_point_on_plane_f64(const double *p, const double *plane, double *out);
 void pga3_project_point_on_plane_f32(const float *p, const float *plane, float *out);
@@ -456,7 +460,8 @@ void pga3_project_point_on_unit_plane_loop_f32(char **args, const intptr_t *dime
      line[6]  PGA3.LINE: e12, e13, e23, e01, e02, e03.
      out[3]  PGA3.POINT: e032, e013, e021; with e123 = 1.
    Costs 18 mul, 10 add, 1 div.
-   Where `line` stay the same for 2 elements or more: 12 mul, 4 add, 1 div once, then 6 mul, 6 add for each.
+   Where `line` is the same for 2 elements or more: 12 mul, 4 add, 1 div once, then 6 mul, 6 add for each
+   element.
    Error: 3.0 ulp of the largest coefficient, 64 random inputs. */
 void pga3_project_point_on_line_f64(const double *p, const double *line, double *out);
 void pga3_project_point_on_line_f32(const float *p, const float *line, float *out);
@@ -469,7 +474,7 @@ void pga3_project_point_on_line_loop_f32(char **args, const intptr_t *dimensions
      out[3]  PGA3.POINT: e032, e013, e021; with e123 = 1.
    Assumes ``line ~line = 1``.
    Costs 12 mul, 8 add.
-   Where `line` stay the same for 2 elements or more: 6 mul, 3 add once, then 6 mul, 5 add for each.
+   Where `line` is the same for 2 elements or more: 6 mul, 3 add once, then 6 mul, 5 add for each element.
    Error: 1.1 ulp of the largest coefficient, 64 random inputs. */
 void pga3_project_point_on_unit_line_f64(const double *p, const double *line, double *out);
 void pga3_project_point_on_unit_line_f32(const float *p, const float *line, float *out);
@@ -720,7 +725,8 @@ void pga3_distance_lines_loop_f32(char **args, const intptr_t *dimensions, const
      out[1]  SCALAR.
    Assumes ``line ~line = 1``, ``plane ~plane = 1``.
    Costs 13 mul, 8 add, 2 choice.
-   Where `line` stay the same for 2 elements or more: 6 mul, 3 add once, then 7 mul, 5 add, 2 choice for each.
+   Where `line` is the same for 2 elements or more: 6 mul, 3 add once, then 7 mul, 5 add, 2 choice for each
+   element.
    Error: 0.0 ulp of the largest coefficient, 64 random inputs. */
 void pga3_signed_distance_line_plane_f64(const double *line, const double *plane, double *out);
 void pga3_signed_distance_line_plane_f32(const float *line, const float *plane, float *out);
@@ -734,8 +740,8 @@ void pga3_signed_distance_line_plane_loop_f32(char **args, const intptr_t *dimen
      q[4]  PGA3.PLANE: e1, e2, e3, e0.
      out[1]  SCALAR.
    Costs 12 mul, 8 add, 4 choice.
-   Where `p` stay the same for 2 elements or more: 3 mul, 2 add once, then 9 mul, 6 add, 4 choice for each.
-   Where `q` stay the same for 2 elements or more: 3 mul, 2 add once, then 9 mul, 6 add, 4 choice for each.
+   Where `p` is the same for 2 elements or more: 3 mul, 2 add once, then 9 mul, 6 add, 4 choice for each element.
+   Where `q` is the same for 2 elements or more: 3 mul, 2 add once, then 9 mul, 6 add, 4 choice for each element.
    Error: 0.0 ulp of the largest coefficient, 64 random inputs. */
 void pga3_signed_distance_planes_f64(const double *p, const double *q, double *out);
 void pga3_signed_distance_planes_f32(const float *p, const float *q, float *out);
@@ -765,8 +771,8 @@ void pga3_signed_angle_line_plane_loop_f32(char **args, const intptr_t *dimensio
      out[1]  SCALAR.
    Assumes ``a ~a = 1``, ``b ~b = 1``.
    Costs 15 mul, 12 add, 1 sqrt, 1 call, 2 choice.
-   Where `a` and `b` stay the same for 2 elements or more: 12 mul, 10 add, 1 sqrt, 1 call once, then 3 mul, 2
-   add, 2 choice for each.
+   Where `a` and `b` are the same for 2 elements or more: 12 mul, 10 add, 1 sqrt, 1 call once, then 3 mul, 2 add,
+   2 choice for each element.
    Error: 0.8 ulp of the largest coefficient, 64 random inputs. */
 void pga3_signed_angle_between_lines_f64(const double *a, const double *b, const double *axis, double *out);
 void pga3_signed_angle_between_lines_f32(const float *a, const float *b, const float *axis, float *out);
@@ -782,8 +788,8 @@ void pga3_signed_angle_between_lines_loop_f32(char **args, const intptr_t *dimen
      out[1]  SCALAR.
    Assumes ``p ~p = 1``, ``q ~q = 1``.
    Costs 15 mul, 9 add, 1 sqrt, 1 call, 2 choice.
-   Where `p` and `q` stay the same for 2 elements or more: 12 mul, 7 add, 1 sqrt, 1 call once, then 3 mul, 2 add,
-   2 choice for each.
+   Where `p` and `q` are the same for 2 elements or more: 12 mul, 7 add, 1 sqrt, 1 call once, then 3 mul, 2 add,
+   2 choice for each element.
    Error: 2.0 ulp of the largest coefficient, 64 random inputs. */
 void pga3_signed_angle_between_planes_f64(const double *p, const double *q, const double *axis, double *out);
 void pga3_signed_angle_between_planes_f32(const float *p, const float *q, const float *axis, float *out);
@@ -828,10 +834,10 @@ void pga3_meet_lines_loop_f32(char **args, const intptr_t *dimensions, const int
      sine  SCALAR.
      out[1]  SCALAR.
    Costs 32 mul, 21 add, 1 div, 2 sqrt, 10 choice.
-   Where `a` and `b` and `distance` stay the same for 2 elements or more: 31 mul, 21 add, 1 div, 2 sqrt, 8 choice
-   once, then 1 mul, 0 add, 2 choice for each.
-   Where `a` and `b` and `sine` stay the same for 2 elements or more: 31 mul, 21 add, 1 div, 2 sqrt, 5 choice
-   once, then 1 mul, 0 add, 5 choice for each.
+   Where `a` and `b` and `distance` are the same for 2 elements or more: 31 mul, 21 add, 1 div, 2 sqrt, 8 choice
+   once, then 1 mul, 0 add, 2 choice for each element.
+   Where `a` and `b` and `sine` are the same for 2 elements or more: 31 mul, 21 add, 1 div, 2 sqrt, 5 choice
+   once, then 1 mul, 0 add, 5 choice for each element.
    Error: 0.0 ulp of the largest coefficient, 64 random inputs. */
 void pga3_relation_of_lines_f64(const double *a, const double *b, double distance, double sine, double *out);
 void pga3_relation_of_lines_f32(const float *a, const float *b, float distance, float sine, float *out);
@@ -848,12 +854,12 @@ void pga3_relation_of_lines_loop_f32(char **args, const intptr_t *dimensions, co
      out[1]  SCALAR.
    Assumes ``line ~line = 1``, ``plane ~plane = 1``.
    Costs 12 mul, 8 add, 6 choice.
-   Where `line` and `plane` and `distance` stay the same for 2 elements or more: 12 mul, 8 add, 4 choice once,
-   then 0 mul, 0 add, 2 choice for each.
-   Where `line` and `plane` and `sine` stay the same for 2 elements or more: 12 mul, 8 add, 3 choice once, then 0
-   mul, 0 add, 3 choice for each.
-   Where `line` and `distance` and `sine` stay the same for 2 elements or more: 6 mul, 3 add once, then 6 mul, 5
-   add, 6 choice for each.
+   Where `line` and `plane` and `distance` are the same for 2 elements or more: 12 mul, 8 add, 4 choice once,
+   then 0 mul, 0 add, 2 choice for each element.
+   Where `line` and `plane` and `sine` are the same for 2 elements or more: 12 mul, 8 add, 3 choice once, then 0
+   mul, 0 add, 3 choice for each element.
+   Where `line` and `distance` and `sine` are the same for 2 elements or more: 6 mul, 3 add once, then 6 mul, 5
+   add, 6 choice for each element.
    Error: 0.0 ulp of the largest coefficient, 64 random inputs. */
 void pga3_relation_of_line_plane_f64(const double *line, const double *plane, double distance, double sine, double
     *out);
@@ -870,14 +876,14 @@ void pga3_relation_of_line_plane_loop_f32(char **args, const intptr_t *dimension
      sine  SCALAR.
      out[1]  SCALAR.
    Costs 13 mul, 8 add, 7 choice.
-   Where `p` and `q` and `distance` stay the same for 2 elements or more: 12 mul, 8 add, 5 choice once, then 1
-   mul, 0 add, 2 choice for each.
-   Where `p` and `q` and `sine` stay the same for 2 elements or more: 13 mul, 8 add, 4 choice once, then 0 mul, 0
-   add, 3 choice for each.
-   Where `p` and `distance` and `sine` stay the same for 2 elements or more: 4 mul, 2 add once, then 9 mul, 6
-   add, 7 choice for each.
-   Where `q` and `distance` and `sine` stay the same for 2 elements or more: 4 mul, 2 add once, then 9 mul, 6
-   add, 7 choice for each.
+   Where `p` and `q` and `distance` are the same for 2 elements or more: 12 mul, 8 add, 5 choice once, then 1
+   mul, 0 add, 2 choice for each element.
+   Where `p` and `q` and `sine` are the same for 2 elements or more: 13 mul, 8 add, 4 choice once, then 0 mul, 0
+   add, 3 choice for each element.
+   Where `p` and `distance` and `sine` are the same for 2 elements or more: 4 mul, 2 add once, then 9 mul, 6 add,
+   7 choice for each element.
+   Where `q` and `distance` and `sine` are the same for 2 elements or more: 4 mul, 2 add once, then 9 mul, 6 add,
+   7 choice for each element.
    Error: 0.0 ulp of the largest coefficient, 64 random inputs. */
 void pga3_relation_of_planes_f64(const double *p, const double *q, double distance, double sine, double *out);
 void pga3_relation_of_planes_f32(const float *p, const float *q, float distance, float sine, float *out);
@@ -895,10 +901,10 @@ void pga3_relation_of_planes_loop_f32(char **args, const intptr_t *dimensions, c
      sine  SCALAR.
      out[1]  SCALAR.
    Costs 76 mul, 43 add, 2 div, 1 sqrt, 53 choice.
-   Where `p` and `q` and `r` and `distance` stay the same for 2 elements or more: 75 mul, 43 add, 2 div, 1 sqrt,
-   49 choice once, then 1 mul, 0 add, 4 choice for each.
-   Where `p` and `q` and `r` and `sine` stay the same for 2 elements or more: 76 mul, 43 add, 2 div, 1 sqrt, 47
-   choice once, then 0 mul, 0 add, 6 choice for each.
+   Where `p` and `q` and `r` and `distance` are the same for 2 elements or more: 75 mul, 43 add, 2 div, 1 sqrt,
+   49 choice once, then 1 mul, 0 add, 4 choice for each element.
+   Where `p` and `q` and `r` and `sine` are the same for 2 elements or more: 76 mul, 43 add, 2 div, 1 sqrt, 47
+   choice once, then 0 mul, 0 add, 6 choice for each element.
    Error: 0.0 ulp of the largest coefficient, 64 random inputs. */
 void pga3_relation_of_three_planes_f64(const double *p, const double *q, const double *r, double distance, double
     sine, double *out);
@@ -925,7 +931,7 @@ void pga3_reject_point_from_plane_loop_f32(char **args, const intptr_t *dimensio
      out[3]  PGA3.DIRECTION: e032, e013, e021.
    Assumes ``line ~line = 1``.
    Costs 12 mul, 11 add.
-   Where `line` stay the same for 2 elements or more: 6 mul, 3 add once, then 6 mul, 8 add for each.
+   Where `line` is the same for 2 elements or more: 6 mul, 3 add once, then 6 mul, 8 add for each element.
    Error: 10.9 ulp of the largest coefficient, 64 random inputs. */
 void pga3_reject_point_from_line_f64(const double *p, const double *line, double *out);
 void pga3_reject_point_from_line_f32(const float *p, const float *line, float *out);
@@ -1013,7 +1019,7 @@ void pga3_reflect_plane_loop_f32(char **args, const intptr_t *dimensions, const 
      out[3]  PGA3.POINT: e032, e013, e021; with e123 = 1.
    Assumes ``line ~line = 1``.
    Costs 15 mul, 11 add.
-   Where `line` stay the same for 4 elements or more: 18 mul, 6 add once, then 9 mul, 9 add for each.
+   Where `line` is the same for 4 elements or more: 18 mul, 6 add once, then 9 mul, 9 add for each element.
    Error: 2.5 ulp of the largest coefficient, 64 random inputs. */
 void pga3_reflect_point_in_line_f64(const double *p, const double *line, double *out);
 void pga3_reflect_point_in_line_f32(const float *p, const float *line, float *out);
@@ -1038,7 +1044,7 @@ void pga3_reflect_line_in_line_loop_f32(char **args, const intptr_t *dimensions,
      out[4]  PGA3.PLANE: e1, e2, e3, e0.
    Assumes ``line ~line = 1``.
    Costs 17 mul, 11 add.
-   Where `line` stay the same for 4 elements or more: 18 mul, 6 add once, then 12 mul, 9 add for each.
+   Where `line` is the same for 4 elements or more: 18 mul, 6 add once, then 12 mul, 9 add for each element.
    Error: 2.4 ulp of the largest coefficient, 64 random inputs. */
 void pga3_reflect_plane_in_line_f64(const double *plane, const double *line, double *out);
 void pga3_reflect_plane_in_line_f32(const float *plane, const float *line, float *out);
@@ -1084,8 +1090,8 @@ void pga3_reflect_plane_in_point_loop_f32(char **args, const intptr_t *dimension
      c[3]  PGA3.POINT: e032, e013, e021; with e123 = 1.
      out[1]  SCALAR.
    Costs 24 mul, 26 add, 1 div, 2 sqrt, 4 choice.
-   Where `a` and `b` stay the same for 2 elements or more: 9 mul, 8 add once, then 15 mul, 18 add, 1 div, 2 sqrt,
-   4 choice for each.
+   Where `a` and `b` are the same for 2 elements or more: 9 mul, 8 add once, then 15 mul, 18 add, 1 div, 2 sqrt,
+   4 choice for each element.
    Error: 2.0 ulp of the largest coefficient, 64 random inputs. */
 void pga3_collinearity_residual_f64(const double *a, const double *b, const double *c, double *out);
 void pga3_collinearity_residual_f32(const float *a, const float *b, const float *c, float *out);
@@ -1102,14 +1108,14 @@ void pga3_collinearity_residual_loop_f32(char **args, const intptr_t *dimensions
      d[3]  PGA3.POINT: e032, e013, e021; with e123 = 1.
      out[1]  SCALAR.
    Costs 60 mul, 55 add, 1 div, 1 sqrt, 5 choice.
-   Where `a` and `b` and `c` stay the same for 2 elements or more: 30 mul, 28 add once, then 30 mul, 27 add, 1
-   div, 1 sqrt, 5 choice for each.
-   Where `a` and `b` and `d` stay the same for 2 elements or more: 15 mul, 14 add once, then 45 mul, 41 add, 1
-   div, 1 sqrt, 5 choice for each.
-   Where `a` and `c` and `d` stay the same for 2 elements or more: 15 mul, 14 add once, then 45 mul, 41 add, 1
-   div, 1 sqrt, 5 choice for each.
-   Where `b` and `c` and `d` stay the same for 2 elements or more: 15 mul, 14 add once, then 45 mul, 41 add, 1
-   div, 1 sqrt, 5 choice for each.
+   Where `a` and `b` and `c` are the same for 2 elements or more: 30 mul, 28 add once, then 30 mul, 27 add, 1
+   div, 1 sqrt, 5 choice for each element.
+   Where `a` and `b` and `d` are the same for 2 elements or more: 15 mul, 14 add once, then 45 mul, 41 add, 1
+   div, 1 sqrt, 5 choice for each element.
+   Where `a` and `c` and `d` are the same for 2 elements or more: 15 mul, 14 add once, then 45 mul, 41 add, 1
+   div, 1 sqrt, 5 choice for each element.
+   Where `b` and `c` and `d` are the same for 2 elements or more: 15 mul, 14 add once, then 45 mul, 41 add, 1
+   div, 1 sqrt, 5 choice for each element.
    Error: 13.3 ulp of the largest coefficient, 64 random inputs. */
 void pga3_coplanarity_residual_f64(const double *a, const double *b, const double *c, const double *d, double *out);
 void pga3_coplanarity_residual_f32(const float *a, const float *b, const float *c, const float *d, float *out);
@@ -1125,8 +1131,8 @@ void pga3_coplanarity_residual_loop_f32(char **args, const intptr_t *dimensions,
      out_2[1]  SCALAR.
    Assumes ``line ~line = 1``, ``plane ~plane = 1``.
    Costs 15 mul, 13 add, 1 sqrt.
-   Where `p` and `line` stay the same for 2 elements or more: 9 mul, 8 add, 1 sqrt once, then 6 mul, 5 add for
-   each.
+   Where `p` and `line` are the same for 2 elements or more: 9 mul, 8 add, 1 sqrt once, then 6 mul, 5 add for
+   each element.
    Error: 2.2 ulp of the largest coefficient, 64 random inputs. */
 void pga3_flag_residuals_f64(const double *p, const double *line, const double *plane, double *out_0, double *out_1,
     double *out_2);
@@ -1143,8 +1149,8 @@ void pga3_flag_residuals_loop_f32(char **args, const intptr_t *dimensions, const
      out_1[6]  PGA3.LINE: e12, e13, e23, e01, e02, e03.
      out_2[4]  PGA3.PLANE: e1, e2, e3, e0.
    Costs 31 mul, 18 add, 2 div, 2 sqrt.
-   Where `a` and `b` stay the same for 2 elements or more: 15 mul, 8 add, 1 div, 1 sqrt once, then 16 mul, 10
-   add, 1 div, 1 sqrt for each.
+   Where `a` and `b` are the same for 2 elements or more: 15 mul, 8 add, 1 div, 1 sqrt once, then 16 mul, 10 add,
+   1 div, 1 sqrt for each element.
    Error: 1.8 ulp of the largest coefficient, 64 random inputs. */
 void pga3_flag_from_points_f64(const double *a, const double *b, const double *c, double *out_0, double *out_1,
     double *out_2);
@@ -1175,8 +1181,8 @@ void pga3_flag_from_motor_loop_f32(char **args, const intptr_t *dimensions, cons
      out[8]  PGA3.MOTOR: 1, e12, e13, e23, e01, e02, e03, e0123; unit.
    Assumes ``line ~line = 1``, ``plane ~plane = 1``.
    Costs 41 mul, 35 add, 2 div, 2 sqrt, 19 choice.
-   Where `line` and `plane` stay the same for 2 elements or more: 48 mul, 31 add, 2 div, 2 sqrt, 19 choice once,
-   then 12 mul, 8 add for each.
+   Where `line` and `plane` are the same for 2 elements or more: 48 mul, 31 add, 2 div, 2 sqrt, 19 choice once,
+   then 12 mul, 8 add for each element.
    Error: 2.0 ulp of the largest coefficient, 64 random inputs. */
 void pga3_motor_from_flag_f64(const double *p, const double *line, const double *plane, double *out);
 void pga3_motor_from_flag_f32(const float *p, const float *line, const float *plane, float *out);
@@ -1191,8 +1197,8 @@ void pga3_motor_from_flag_loop_f32(char **args, const intptr_t *dimensions, cons
      c[3]  PGA3.POINT: e032, e013, e021; with e123 = 1.
      out[8]  PGA3.MOTOR: 1, e12, e13, e23, e01, e02, e03, e0123; unit.
    Costs 65 mul, 51 add, 4 div, 4 sqrt, 19 choice.
-   Where `a` and `b` stay the same for 2 elements or more: 15 mul, 10 add, 1 div, 1 sqrt once, then 50 mul, 41
-   add, 3 div, 3 sqrt, 19 choice for each.
+   Where `a` and `b` are the same for 2 elements or more: 15 mul, 10 add, 1 div, 1 sqrt once, then 50 mul, 41
+   add, 3 div, 3 sqrt, 19 choice for each element.
    Error: 2.4 ulp of the largest coefficient, 64 random inputs. */
 void pga3_motor_from_points_f64(const double *a, const double *b, const double *c, double *out);
 void pga3_motor_from_points_f32(const float *a, const float *b, const float *c, float *out);
@@ -1208,10 +1214,10 @@ void pga3_motor_from_points_loop_f32(char **args, const intptr_t *dimensions, co
      out_0[1]  SCALAR.
      out_1[3]  PGA3.POINT: e032, e013, e021; with e123 = 1.
    Costs 9 mul, 8 add, 1 div.
-   Where `p` and `plane` stay the same for 2 elements or more: 3 mul, 3 add once, then 6 mul, 5 add, 1 div for
-   each.
-   Where `d` and `plane` stay the same for 2 elements or more: 3 mul, 2 add once, then 6 mul, 6 add, 1 div for
-   each.
+   Where `p` and `plane` are the same for 2 elements or more: 3 mul, 3 add once, then 6 mul, 5 add, 1 div for
+   each element.
+   Where `d` and `plane` are the same for 2 elements or more: 3 mul, 2 add once, then 6 mul, 6 add, 1 div for
+   each element.
    Error: 20.2 ulp of the largest coefficient, 64 random inputs. */
 void pga3_hit_ray_plane_f64(const double *p, const double *d, const double *plane, double *out_0, double *out_1);
 void pga3_hit_ray_plane_f32(const float *p, const float *d, const float *plane, float *out_0, float *out_1);
@@ -1230,16 +1236,16 @@ void pga3_hit_ray_plane_loop_f32(char **args, const intptr_t *dimensions, const 
      out_0[1]  SCALAR.
      out_1[3]  SCALAR.
    Costs 61 mul, 49 add, 1 div.
-   Where `d` and `a` and `b` and `c` stay the same for 2 elements or more: 65 mul, 43 add, 1 div once, then 12
-   mul, 12 add for each.
-   Where `p` and `a` and `b` and `c` stay the same for 2 elements or more: 30 mul, 29 add once, then 31 mul, 20
-   add, 1 div for each.
-   Where `p` and `d` and `a` and `b` stay the same for 2 elements or more: 18 mul, 14 add once, then 43 mul, 35
-   add, 1 div for each.
-   Where `p` and `d` and `a` and `c` stay the same for 2 elements or more: 18 mul, 14 add once, then 43 mul, 35
-   add, 1 div for each.
-   Where `p` and `d` and `b` and `c` stay the same for 2 elements or more: 18 mul, 14 add once, then 43 mul, 35
-   add, 1 div for each.
+   Where `d` and `a` and `b` and `c` are the same for 2 elements or more: 65 mul, 43 add, 1 div once, then 12
+   mul, 12 add for each element.
+   Where `p` and `a` and `b` and `c` are the same for 2 elements or more: 30 mul, 29 add once, then 31 mul, 20
+   add, 1 div for each element.
+   Where `p` and `d` and `a` and `b` are the same for 2 elements or more: 18 mul, 14 add once, then 43 mul, 35
+   add, 1 div for each element.
+   Where `p` and `d` and `a` and `c` are the same for 2 elements or more: 18 mul, 14 add once, then 43 mul, 35
+   add, 1 div for each element.
+   Where `p` and `d` and `b` and `c` are the same for 2 elements or more: 18 mul, 14 add once, then 43 mul, 35
+   add, 1 div for each element.
    Error: 805.0 ulp of the largest coefficient, 64 random inputs. */
 void pga3_hit_ray_triangle_f64(const double *p, const double *d, const double *a, const double *b, const double *c,
     double *out_0, double *out_1);
@@ -1311,7 +1317,7 @@ void pga3_normalize_motor_loop_f32(char **args, const intptr_t *dimensions, cons
      out[3]  PGA3.POINT: e032, e013, e021; with e123 = 1.
    Assumes ``m ~m = 1``.
    Costs 21 mul, 18 add.
-   Where `m` stay the same for 3 elements or more: 31 mul, 22 add once, then 9 mul, 9 add for each.
+   Where `m` is the same for 3 elements or more: 31 mul, 22 add once, then 9 mul, 9 add for each element.
    Error: 3.7 ulp of the largest coefficient, 64 random inputs. */
 void pga3_move_point_f64(const double *m, const double *p, double *out);
 void pga3_move_point_f32(const float *m, const float *p, float *out);
@@ -1324,7 +1330,7 @@ void pga3_move_point_loop_f32(char **args, const intptr_t *dimensions, const int
      out[3]  PGA3.DIRECTION: e032, e013, e021.
    Assumes ``m ~m = 1``.
    Costs 18 mul, 12 add.
-   Where `m` stay the same for 2 elements or more: 16 mul, 13 add once, then 9 mul, 6 add for each.
+   Where `m` is the same for 2 elements or more: 16 mul, 13 add once, then 9 mul, 6 add for each element.
    Error: 3.4 ulp of the largest coefficient, 64 random inputs. */
 void pga3_move_direction_f64(const double *m, const double *d, double *out);
 void pga3_move_direction_f32(const float *m, const float *d, float *out);
@@ -1337,7 +1343,7 @@ void pga3_move_direction_loop_f32(char **args, const intptr_t *dimensions, const
      out[6]  PGA3.LINE: e12, e13, e23, e01, e02, e03.
    Assumes ``m ~m = 1``.
    Costs 51 mul, 39 add.
-   Where `m` stay the same for 2 elements or more: 42 mul, 27 add once, then 27 mul, 21 add for each.
+   Where `m` is the same for 2 elements or more: 42 mul, 27 add once, then 27 mul, 21 add for each element.
    Error: 3.5 ulp of the largest coefficient, 64 random inputs. */
 void pga3_move_line_f64(const double *m, const double *line, double *out);
 void pga3_move_line_f32(const float *m, const float *line, float *out);
@@ -1350,7 +1356,7 @@ void pga3_move_line_loop_f32(char **args, const intptr_t *dimensions, const intp
      out[4]  PGA3.PLANE: e1, e2, e3, e0.
    Assumes ``m ~m = 1``.
    Costs 26 mul, 18 add.
-   Where `m` stay the same for 3 elements or more: 33 mul, 21 add once, then 12 mul, 9 add for each.
+   Where `m` is the same for 3 elements or more: 33 mul, 21 add once, then 12 mul, 9 add for each element.
    Error: 2.3 ulp of the largest coefficient, 64 random inputs. */
 void pga3_move_plane_f64(const double *m, const double *plane, double *out);
 void pga3_move_plane_f32(const float *m, const float *plane, float *out);
@@ -1363,7 +1369,7 @@ void pga3_move_plane_loop_f32(char **args, const intptr_t *dimensions, const int
      out[8]  PGA3.MOTOR: 1, e12, e13, e23, e01, e02, e03, e0123; unit.
    Assumes ``m ~m = 1``, ``n ~n = 1``.
    Costs 51 mul, 39 add.
-   Where `m` stay the same for 2 elements or more: 42 mul, 27 add once, then 27 mul, 21 add for each.
+   Where `m` is the same for 2 elements or more: 42 mul, 27 add once, then 27 mul, 21 add for each element.
    Error: 5.8 ulp of the largest coefficient, 64 random inputs. */
 void pga3_move_motor_f64(const double *m, const double *n, double *out);
 void pga3_move_motor_f32(const float *m, const float *n, float *out);
@@ -1376,7 +1382,7 @@ void pga3_move_motor_loop_f32(char **args, const intptr_t *dimensions, const int
      out[3]  PGA3.POINT: e032, e013, e021; with e123 = 1.
    Assumes ``m ~m = 1``.
    Costs 21 mul, 18 add.
-   Where `m` stay the same for 3 elements or more: 31 mul, 22 add once, then 9 mul, 9 add for each.
+   Where `m` is the same for 3 elements or more: 31 mul, 22 add once, then 9 mul, 9 add for each element.
    Error: 3.0 ulp of the largest coefficient, 64 random inputs. */
 void pga3_move_point_back_f64(const double *m, const double *p, double *out);
 void pga3_move_point_back_f32(const float *m, const float *p, float *out);
@@ -1388,10 +1394,10 @@ void pga3_move_point_back_loop_f32(char **args, const intptr_t *dimensions, cons
      angle  SCALAR.
      out[4]  PGA3.ROTOR: 1, e12, e13, e23; unit.
    Costs 7 mul, 2 add, 1 div, 1 sqrt, 2 call.
-   Where `angle` stay the same for 2 elements or more: 1 mul, 0 add, 2 call once, then 6 mul, 2 add, 1 div, 1
-   sqrt for each.
-   Where `axis` stay the same for 2 elements or more: 3 mul, 2 add, 1 sqrt once, then 4 mul, 0 add, 1 div, 2 call
-   for each.
+   Where `angle` is the same for 2 elements or more: 1 mul, 0 add, 2 call once, then 6 mul, 2 add, 1 div, 1 sqrt
+   for each element.
+   Where `axis` is the same for 2 elements or more: 3 mul, 2 add, 1 sqrt once, then 4 mul, 0 add, 1 div, 2 call
+   for each element.
    Error: 1.2 ulp of the largest coefficient, 64 random inputs. */
 void pga3_rotor_from_axis_angle_f64(const double *axis, double angle, double *out);
 void pga3_rotor_from_axis_angle_f32(const float *axis, float angle, float *out);
@@ -1424,7 +1430,8 @@ void pga3_translator_from_vector_loop_f32(char **args, const intptr_t *dimension
      out[8]  PGA3.MOTOR: 1, e12, e13, e23, e01, e02, e03, e0123; unit.
    Assumes ``line ~line = 1``.
    Costs 7 mul, 0 add, 2 call.
-   Where `angle` stay the same for 2 elements or more: 1 mul, 0 add, 2 call once, then 6 mul, 0 add for each.
+   Where `angle` is the same for 2 elements or more: 1 mul, 0 add, 2 call once, then 6 mul, 0 add for each
+   element.
    Error: 1.1 ulp of the largest coefficient, 64 random inputs. */
 void pga3_motor_from_line_f64(const double *line, double angle, double *out);
 void pga3_motor_from_line_f32(const float *line, float angle, float *out);
@@ -1438,11 +1445,12 @@ void pga3_motor_from_line_loop_f32(char **args, const intptr_t *dimensions, cons
      out[8]  PGA3.MOTOR: 1, e12, e13, e23, e01, e02, e03, e0123; unit.
    Assumes ``line ~line = 1``.
    Costs 23 mul, 11 add, 2 call.
-   Where `line` and `angle` stay the same for 2 elements or more: 16 mul, 2 add, 2 call once, then 4 mul, 3 add
-   for each.
-   Where `angle` and `distance` stay the same for 2 elements or more: 4 mul, 0 add, 2 call once, then 9 mul, 3
-   add for each.
-   Where `angle` stay the same for 2 elements or more: 1 mul, 0 add, 2 call once, then 12 mul, 3 add for each.
+   Where `line` and `angle` are the same for 2 elements or more: 16 mul, 2 add, 2 call once, then 4 mul, 3 add
+   for each element.
+   Where `angle` and `distance` are the same for 2 elements or more: 4 mul, 0 add, 2 call once, then 9 mul, 3 add
+   for each element.
+   Where `angle` is the same for 2 elements or more: 1 mul, 0 add, 2 call once, then 12 mul, 3 add for each
+   element.
    Error: 1.2 ulp of the largest coefficient, 64 random inputs. */
 void pga3_motor_from_screw_f64(const double *line, double angle, double distance, double *out);
 void pga3_motor_from_screw_f32(const float *line, float angle, float distance, float *out);
@@ -1578,14 +1586,14 @@ void pga3_rotor_from_matrix_loop_f32(char **args, const intptr_t *dimensions, co
      alpha  SCALAR.
      out[8]  PGA3.MOTOR: 1, e12, e13, e23, e01, e02, e03, e0123; unit.
    Costs 18 mul, 4 add, 4 call.
-   Where `theta` and `d` and `alpha` stay the same for 2 elements or more: 18 mul, 0 add, 4 call once, then 4
-   mul, 4 add for each.
-   Where `theta` and `a` and `alpha` stay the same for 2 elements or more: 18 mul, 0 add, 4 call once, then 4
-   mul, 4 add for each.
-   Where `theta` and `d` and `a` stay the same for 2 elements or more: 1 mul, 0 add, 2 call once, then 17 mul, 4
-   add, 2 call for each.
-   Where `d` and `a` and `alpha` stay the same for 2 elements or more: 1 mul, 0 add, 2 call once, then 17 mul, 4
-   add, 2 call for each.
+   Where `theta` and `d` and `alpha` are the same for 2 elements or more: 18 mul, 0 add, 4 call once, then 4 mul,
+   4 add for each element.
+   Where `theta` and `a` and `alpha` are the same for 2 elements or more: 18 mul, 0 add, 4 call once, then 4 mul,
+   4 add for each element.
+   Where `theta` and `d` and `a` are the same for 2 elements or more: 1 mul, 0 add, 2 call once, then 17 mul, 4
+   add, 2 call for each element.
+   Where `d` and `a` and `alpha` are the same for 2 elements or more: 1 mul, 0 add, 2 call once, then 17 mul, 4
+   add, 2 call for each element.
    Error: 1.8 ulp of the largest coefficient, 64 random inputs. */
 void pga3_motor_from_denavit_hartenberg_f64(double theta, double d, double a, double alpha, double *out);
 void pga3_motor_from_denavit_hartenberg_f32(float theta, float d, float a, float alpha, float *out);
@@ -1601,14 +1609,14 @@ void pga3_motor_from_denavit_hartenberg_loop_f32(char **args, const intptr_t *di
      alpha  SCALAR.
      out[8]  PGA3.MOTOR: 1, e12, e13, e23, e01, e02, e03, e0123; unit.
    Costs 18 mul, 4 add, 4 call.
-   Where `theta` and `d` and `alpha` stay the same for 2 elements or more: 18 mul, 0 add, 4 call once, then 4
-   mul, 4 add for each.
-   Where `theta` and `a` and `alpha` stay the same for 2 elements or more: 18 mul, 0 add, 4 call once, then 4
-   mul, 4 add for each.
-   Where `theta` and `d` and `a` stay the same for 2 elements or more: 1 mul, 0 add, 2 call once, then 17 mul, 4
-   add, 2 call for each.
-   Where `d` and `a` and `alpha` stay the same for 2 elements or more: 1 mul, 0 add, 2 call once, then 17 mul, 4
-   add, 2 call for each.
+   Where `theta` and `d` and `alpha` are the same for 2 elements or more: 18 mul, 0 add, 4 call once, then 4 mul,
+   4 add for each element.
+   Where `theta` and `a` and `alpha` are the same for 2 elements or more: 18 mul, 0 add, 4 call once, then 4 mul,
+   4 add for each element.
+   Where `theta` and `d` and `a` are the same for 2 elements or more: 1 mul, 0 add, 2 call once, then 17 mul, 4
+   add, 2 call for each element.
+   Where `d` and `a` and `alpha` are the same for 2 elements or more: 1 mul, 0 add, 2 call once, then 17 mul, 4
+   add, 2 call for each element.
    Error: 1.8 ulp of the largest coefficient, 64 random inputs. */
 void pga3_motor_from_modified_denavit_hartenberg_f64(double theta, double d, double a, double alpha, double *out);
 void pga3_motor_from_modified_denavit_hartenberg_f32(float theta, float d, float a, float alpha, float *out);
@@ -1660,8 +1668,8 @@ void pga3_motor_square_root_loop_f32(char **args, const intptr_t *dimensions, co
      out[8]  PGA3.MOTOR: 1, e12, e13, e23, e01, e02, e03, e0123; unit.
    Assumes ``m ~m = 1``.
    Costs 27 mul, 8 add, 1 div, 1 sqrt, 3 call, 9 choice.
-   Where `m` stay the same for 2 elements or more: 3 mul, 2 add, 1 div, 1 sqrt, 1 call, 5 choice once, then 24
-   mul, 6 add, 2 call, 4 choice for each.
+   Where `m` is the same for 2 elements or more: 3 mul, 2 add, 1 div, 1 sqrt, 1 call, 5 choice once, then 24 mul,
+   6 add, 2 call, 4 choice for each element.
    Error: 2.9 ulp of the largest coefficient, 64 random inputs. */
 void pga3_motor_power_f64(const double *m, double t, double *out);
 void pga3_motor_power_f32(const float *m, float t, float *out);
@@ -1675,8 +1683,8 @@ void pga3_motor_power_loop_f32(char **args, const intptr_t *dimensions, const in
      out[8]  PGA3.MOTOR: 1, e12, e13, e23, e01, e02, e03, e0123; unit.
    Assumes ``a ~a = 1``, ``b ~b = 1``.
    Costs 52 mul, 32 add, 1 div, 1 sqrt, 3 call, 8 choice.
-   Where `a` and `b` stay the same for 2 elements or more: 13 mul, 11 add, 1 div, 1 sqrt, 1 call, 5 choice once,
-   then 39 mul, 21 add, 2 call, 3 choice for each.
+   Where `a` and `b` are the same for 2 elements or more: 13 mul, 11 add, 1 div, 1 sqrt, 1 call, 5 choice once,
+   then 39 mul, 21 add, 2 call, 3 choice for each element.
    Error: 4.8 ulp of the largest coefficient, 64 random inputs. */
 void pga3_interpolate_motors_f64(const double *a, const double *b, double t, double *out);
 void pga3_interpolate_motors_f32(const float *a, const float *b, float t, float *out);
@@ -1791,11 +1799,12 @@ void pga3_motor_to_screw_loop_f32(char **args, const intptr_t *dimensions, const
      out[8]  PGA3.MOTOR: 1, e12, e13, e23, e01, e02, e03, e0123; unit.
    Assumes ``line ~line = 1``.
    Costs 24 mul, 11 add, 2 call.
-   Where `line` and `angle` stay the same for 2 elements or more: 12 mul, 0 add, 2 call once, then 4 mul, 3 add
-   for each.
-   Where `angle` and `pitch` stay the same for 2 elements or more: 4 mul, 0 add, 2 call once, then 9 mul, 3 add
-   for each.
-   Where `angle` stay the same for 2 elements or more: 3 mul, 0 add, 2 call once, then 11 mul, 3 add for each.
+   Where `line` and `angle` are the same for 2 elements or more: 12 mul, 0 add, 2 call once, then 4 mul, 3 add
+   for each element.
+   Where `angle` and `pitch` are the same for 2 elements or more: 4 mul, 0 add, 2 call once, then 9 mul, 3 add
+   for each element.
+   Where `angle` is the same for 2 elements or more: 3 mul, 0 add, 2 call once, then 11 mul, 3 add for each
+   element.
    Error: 2.5 ulp of the largest coefficient, 64 random inputs. */
 void pga3_motor_from_screw_pitch_f64(const double *line, double angle, double pitch, double *out);
 void pga3_motor_from_screw_pitch_f32(const float *line, float angle, float pitch, float *out);
@@ -1875,9 +1884,11 @@ void pga3_twist_from_motor_derivative_loop_f32(char **args, const intptr_t *dime
      p[3]  PGA3.POINT: e032, e013, e021; with e123 = 1.
      out[3]  PGA3.DIRECTION: e032, e013, e021.
    Costs 18 mul, 18 add.
-   Where `v` and `p` stay the same for 2 elements or more: 12 mul, 9 add once, then 6 mul, 9 add for each.
-   Where `v` and `a` stay the same for 2 elements or more: 12 mul, 15 add once, then 9 mul, 9 add for each.
-   Where `a` and `p` stay the same for 2 elements or more: 6 mul, 6 add once, then 12 mul, 12 add for each.
+   Where `v` and `p` are the same for 2 elements or more: 12 mul, 9 add once, then 6 mul, 9 add for each element.
+   Where `v` and `a` are the same for 2 elements or more: 12 mul, 15 add once, then 9 mul, 9 add for each
+   element.
+   Where `a` and `p` are the same for 2 elements or more: 6 mul, 6 add once, then 12 mul, 12 add for each
+   element.
    Error: 3.5 ulp of the largest coefficient, 64 random inputs. */
 void pga3_acceleration_of_point_f64(const double *v, const double *a, const double *p, double *out);
 void pga3_acceleration_of_point_f32(const float *v, const float *a, const float *p, float *out);
@@ -1912,8 +1923,8 @@ void pga3_rotor_to_axis_angle_loop_f32(char **args, const intptr_t *dimensions, 
      t[3]  SCALAR.
      out[8]  PGA3.MOTOR: 1, e12, e13, e23, e01, e02, e03, e0123; unit.
    Costs 23 mul, 10 add, 1 div, 1 sqrt, 2 call, 4 choice.
-   Where `v` stay the same for 2 elements or more: 13 mul, 2 add, 1 div, 1 sqrt, 2 call, 4 choice once, then 12
-   mul, 8 add for each.
+   Where `v` is the same for 2 elements or more: 13 mul, 2 add, 1 div, 1 sqrt, 2 call, 4 choice once, then 12
+   mul, 8 add for each element.
    Error: 2.1 ulp of the largest coefficient, 64 random inputs. */
 void pga3_motor_from_rotation_vector_translation_f64(const double *v, const double *t, double *out);
 void pga3_motor_from_rotation_vector_translation_f32(const float *v, const float *t, float *out);
@@ -2079,8 +2090,8 @@ void pga3_blend_motors_loop_f32(char **args, const intptr_t *dimensions, const i
      b[3]  PGA3.DIRECTION: e032, e013, e021.
      out[16]  SCALAR.
    Costs 19 mul, 16 add.
-   Where `a` stay the same for 2 elements or more: 0 mul, 0 add once, then 9 mul, 12 add for each.
-   Where `b` stay the same for 2 elements or more: 0 mul, 0 add once, then 9 mul, 12 add for each.
+   Where `a` is the same for 2 elements or more: 0 mul, 0 add once, then 9 mul, 12 add for each element.
+   Where `b` is the same for 2 elements or more: 0 mul, 0 add once, then 9 mul, 12 add for each element.
    Error: 1.1 ulp of the largest coefficient, 64 random inputs. */
 void pga3_rotation_form_f64(const double *a, const double *b, double *out);
 void pga3_rotation_form_f32(const float *a, const float *b, float *out);
@@ -2096,12 +2107,12 @@ void pga3_rotation_form_loop_f32(char **args, const intptr_t *dimensions, const 
      angles[3]  SCALAR.
      out[4]  PGA3.ROTOR: 1, e12, e13, e23.
    Costs 44 mul, 24 add, 6 call.
-   Where `a` and `b` and `angles` stay the same for 2 elements or more: 40 mul, 16 add, 6 call once, then 12 mul,
-   12 add for each.
-   Where `a` and `c` and `angles` stay the same for 2 elements or more: 51 mul, 40 add, 6 call once, then 12 mul,
-   12 add for each.
-   Where `b` and `c` and `angles` stay the same for 2 elements or more: 40 mul, 16 add, 6 call once, then 12 mul,
-   12 add for each.
+   Where `a` and `b` and `angles` are the same for 2 elements or more: 40 mul, 16 add, 6 call once, then 12 mul,
+   12 add for each element.
+   Where `a` and `c` and `angles` are the same for 2 elements or more: 51 mul, 40 add, 6 call once, then 12 mul,
+   12 add for each element.
+   Where `b` and `c` and `angles` are the same for 2 elements or more: 40 mul, 16 add, 6 call once, then 12 mul,
+   12 add for each element.
    Error: 2.7 ulp of the largest coefficient, 64 random inputs. */
 void pga3_rotor_from_euler_angles_f64(const double *a, const double *b, const double *c, const double *angles,
     double *out);
@@ -2330,7 +2341,7 @@ void pga3_plane_from_motor_algebra_loop_f32(char **args, const intptr_t *dimensi
      out[3]  PGA3.TRANSLATOR: e01, e02, e03; with 1 = 1; unit.
    Assumes ``m ~m = 1``, ``x ~x = 1``.
    Costs 21 mul, 18 add.
-   Where `m` stay the same for 3 elements or more: 31 mul, 22 add once, then 9 mul, 9 add for each.
+   Where `m` is the same for 3 elements or more: 31 mul, 22 add once, then 9 mul, 9 add for each element.
    Error: 2.5 ulp of the largest coefficient, 64 random inputs. */
 void pga3_move_point_of_motor_algebra_f64(const double *m, const double *x, double *out);
 void pga3_move_point_of_motor_algebra_f32(const float *m, const float *x, float *out);
@@ -2343,7 +2354,7 @@ void pga3_move_point_of_motor_algebra_loop_f32(char **args, const intptr_t *dime
      out[4]  PGA3.PLANE_OF_EVEN: e12, e13, e23, e0123.
    Assumes ``m ~m = 1``.
    Costs 26 mul, 18 add.
-   Where `m` stay the same for 3 elements or more: 33 mul, 21 add once, then 12 mul, 9 add for each.
+   Where `m` is the same for 3 elements or more: 33 mul, 21 add once, then 12 mul, 9 add for each element.
    Error: 3.0 ulp of the largest coefficient, 64 random inputs. */
 void pga3_move_plane_of_motor_algebra_f64(const double *m, const double *x, double *out);
 void pga3_move_plane_of_motor_algebra_f32(const float *m, const float *x, float *out);
@@ -2437,10 +2448,11 @@ void pga3_momentum_loop_f32(char **args, const intptr_t *dimensions, const intpt
      a[6]  PGA3.LINE: e12, e13, e23, e01, e02, e03.
      out[6]  PGA3.LINE: e12, e13, e23, e01, e02, e03.
    Costs 66 mul, 54 add.
-   Where `inertia` and `v` stay the same for 2 elements or more: 42 mul, 27 add once, then 24 mul, 24 add for
-   each.
-   Where `v` and `a` stay the same for 2 elements or more: 12 mul, 18 add once, then 33 mul, 30 add for each.
-   Where `v` stay the same for 2 elements or more: 12 mul, 9 add once, then 33 mul, 39 add for each.
+   Where `inertia` and `v` are the same for 2 elements or more: 42 mul, 27 add once, then 24 mul, 24 add for each
+   element.
+   Where `v` and `a` are the same for 2 elements or more: 12 mul, 18 add once, then 33 mul, 30 add for each
+   element.
+   Where `v` is the same for 2 elements or more: 12 mul, 9 add once, then 33 mul, 39 add for each element.
    Error: 3.9 ulp of the largest coefficient, 64 random inputs. */
 void pga3_inertial_wrench_f64(const double *inertia, const double *v, const double *a, double *out);
 void pga3_inertial_wrench_f32(const float *inertia, const float *v, const float *a, float *out);
@@ -2469,14 +2481,14 @@ void pga3_twist_after_joint_loop_f32(char **args, const intptr_t *dimensions, co
      acceleration  SCALAR.
      out[6]  PGA3.LINE: e12, e13, e23, e01, e02, e03.
    Costs 30 mul, 24 add.
-   Where `v` and `axis` and `speed` and `acceleration` stay the same for 2 elements or more: 30 mul, 18 add once,
-   then 0 mul, 6 add for each.
-   Where `v` and `a` and `axis` and `speed` stay the same for 2 elements or more: 24 mul, 18 add once, then 6
-   mul, 6 add for each.
-   Where `v` and `a` and `axis` and `acceleration` stay the same for 2 elements or more: 24 mul, 18 add once,
-   then 6 mul, 6 add for each.
-   Where `a` and `axis` and `speed` and `acceleration` stay the same for 2 elements or more: 12 mul, 6 add once,
-   then 18 mul, 18 add for each.
+   Where `v` and `axis` and `speed` and `acceleration` are the same for 2 elements or more: 30 mul, 18 add once,
+   then 0 mul, 6 add for each element.
+   Where `v` and `a` and `axis` and `speed` are the same for 2 elements or more: 24 mul, 18 add once, then 6 mul,
+   6 add for each element.
+   Where `v` and `a` and `axis` and `acceleration` are the same for 2 elements or more: 24 mul, 18 add once, then
+   6 mul, 6 add for each element.
+   Where `a` and `axis` and `speed` and `acceleration` are the same for 2 elements or more: 12 mul, 6 add once,
+   then 18 mul, 18 add for each element.
    Error: 1.6 ulp of the largest coefficient, 64 random inputs. */
 void pga3_twist_rate_after_joint_f64(const double *v, const double *a, const double *axis, double speed, double
     acceleration, double *out);

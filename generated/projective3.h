@@ -2,7 +2,7 @@
 // command: gac generate --all projective3
 // spec: b8100e20257c1954
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: fb8dcccf745355a6c0452851fcc91ad5460951eb41cae6f7acc93176e671be37
+// body: 9c31037dfe4183e4169314f2d9178fab7ecaf998eb077a95304712df0d43d7db
 /* projective3
    Projective space and cameras in the exterior algebra of homogeneous coordinates.
    
@@ -31,14 +31,14 @@ extern "C" {
      d[4]  PROJECTIVE3.VECTOR: e1, e2, e3, e4.
      out[1]  SCALAR.
    Costs 28 mul, 17 add.
-   Where `a` and `b` and `c` stay the same for 2 elements or more: 24 mul, 14 add once, then 4 mul, 3 add for
-   each.
-   Where `a` and `b` and `d` stay the same for 2 elements or more: 24 mul, 14 add once, then 4 mul, 3 add for
-   each.
-   Where `a` and `c` and `d` stay the same for 2 elements or more: 24 mul, 14 add once, then 4 mul, 3 add for
-   each.
-   Where `b` and `c` and `d` stay the same for 2 elements or more: 24 mul, 14 add once, then 4 mul, 3 add for
-   each.
+   Where `a` and `b` and `c` are the same for 2 elements or more: 24 mul, 14 add once, then 4 mul, 3 add for each
+   element.
+   Where `a` and `b` and `d` are the same for 2 elements or more: 24 mul, 14 add once, then 4 mul, 3 add for each
+   element.
+   Where `a` and `c` and `d` are the same for 2 elements or more: 24 mul, 14 add once, then 4 mul, 3 add for each
+   element.
+   Where `b` and `c` and `d` are the same for 2 elements or more: 24 mul, 14 add once, then 4 mul, 3 add for each
+   element.
    Error: 267.9 ulp of the largest coefficient, 64 random inputs. */
 void projective3_bracket_f64(const double *a, const double *b, const double *c, const double *d, double *out);
 void projective3_bracket_f32(const float *a, const float *b, const float *c, const float *d, float *out);
@@ -62,9 +62,12 @@ void projective3_join_points_loop_f32(char **args, const intptr_t *dimensions, c
      c[4]  PROJECTIVE3.VECTOR: e1, e2, e3, e4.
      out[4]  PROJECTIVE3.VECTOR: e1, e2, e3, e4.
    Costs 24 mul, 14 add.
-   Where `a` and `b` stay the same for 2 elements or more: 12 mul, 6 add once, then 12 mul, 8 add for each.
-   Where `a` and `c` stay the same for 2 elements or more: 12 mul, 6 add once, then 12 mul, 8 add for each.
-   Where `b` and `c` stay the same for 2 elements or more: 12 mul, 6 add once, then 12 mul, 8 add for each.
+   Where `a` and `b` are the same for 2 elements or more: 12 mul, 6 add once, then 12 mul, 8 add for each
+   element.
+   Where `a` and `c` are the same for 2 elements or more: 12 mul, 6 add once, then 12 mul, 8 add for each
+   element.
+   Where `b` and `c` are the same for 2 elements or more: 12 mul, 6 add once, then 12 mul, 8 add for each
+   element.
    Error: 3.3 ulp of the largest coefficient, 64 random inputs. */
 void projective3_join_three_points_f64(const double *a, const double *b, const double *c, double *out);
 void projective3_join_three_points_f32(const float *a, const float *b, const float *c, float *out);
@@ -108,7 +111,7 @@ void projective3_camera_centre_loop_f32(char **args, const intptr_t *dimensions,
      pixel[2]  SCALAR.
      out[6]  PROJECTIVE3.BIVECTOR: e12, e13, e23, e14, e24, e34.
    Costs 20 mul, 14 add.
-   Where `camera` stay the same for 6 elements or more: 36 mul, 18 add once, then 12 mul, 12 add for each.
+   Where `camera` is the same for 6 elements or more: 36 mul, 18 add once, then 12 mul, 12 add for each element.
    Error: 2.9 ulp of the largest coefficient, 64 random inputs. */
 void projective3_back_project_pixel_f64(const double *camera, const double *pixel, double *out);
 void projective3_back_project_pixel_f32(const float *camera, const float *pixel, float *out);
@@ -123,8 +126,8 @@ void projective3_back_project_pixel_loop_f32(char **args, const intptr_t *dimens
      second[12]  PROJECTIVE3.VECTOR: e1, e2, e3, e4.
      out[9]  SCALAR.
    Costs 126 mul, 81 add.
-   Where `first` stay the same for 2 elements or more: 36 mul, 18 add once, then 90 mul, 63 add for each.
-   Where `second` stay the same for 2 elements or more: 36 mul, 18 add once, then 90 mul, 63 add for each.
+   Where `first` is the same for 2 elements or more: 36 mul, 18 add once, then 90 mul, 63 add for each element.
+   Where `second` is the same for 2 elements or more: 36 mul, 18 add once, then 90 mul, 63 add for each element.
    Error: 3.5 ulp of the largest coefficient, 64 random inputs. */
 void projective3_fundamental_matrix_from_cameras_f64(const double *first, const double *second, double *out);
 void projective3_fundamental_matrix_from_cameras_f32(const float *first, const float *second, float *out);
@@ -138,7 +141,7 @@ void projective3_fundamental_matrix_from_cameras_loop_f32(char **args, const int
      second[12]  PROJECTIVE3.VECTOR: e1, e2, e3, e4.
      out[3]  SCALAR.
    Costs 36 mul, 23 add.
-   Where `first` stay the same for 2 elements or more: 24 mul, 14 add once, then 12 mul, 9 add for each.
+   Where `first` is the same for 2 elements or more: 24 mul, 14 add once, then 12 mul, 9 add for each element.
    Error: 3.6 ulp of the largest coefficient, 64 random inputs. */
 void projective3_epipole_from_cameras_f64(const double *first, const double *second, double *out);
 void projective3_epipole_from_cameras_f32(const float *first, const float *second, float *out);
@@ -162,8 +165,8 @@ void projective3_epipolar_line_loop_f32(char **args, const intptr_t *dimensions,
      partner[2]  SCALAR.
      out[1]  SCALAR.
    Costs 10 mul, 9 add, 1 div, 1 sqrt.
-   Where `fundamental` and `pixel` stay the same for 2 elements or more: 26 mul, 15 add, 1 div, 1 sqrt once, then
-   2 mul, 2 add for each.
+   Where `fundamental` and `pixel` are the same for 2 elements or more: 26 mul, 15 add, 1 div, 1 sqrt once, then
+   2 mul, 2 add for each element.
    Error: 1467.2 ulp of the largest coefficient, 64 random inputs. */
 void projective3_distance_to_epipolar_line_f64(const double *fundamental, const double *pixel, const double
     *partner, double *out);
@@ -178,10 +181,10 @@ void projective3_distance_to_epipolar_line_loop_f32(char **args, const intptr_t 
      partner[2]  SCALAR.
      out[1]  SCALAR.
    Costs 16 mul, 15 add, 1 div, 1 sqrt.
-   Where `fundamental` and `pixel` stay the same for 2 elements or more: 8 mul, 7 add once, then 8 mul, 8 add, 1
-   div, 1 sqrt for each.
-   Where `fundamental` and `partner` stay the same for 2 elements or more: 6 mul, 4 add once, then 10 mul, 11
-   add, 1 div, 1 sqrt for each.
+   Where `fundamental` and `pixel` are the same for 2 elements or more: 8 mul, 7 add once, then 8 mul, 8 add, 1
+   div, 1 sqrt for each element.
+   Where `fundamental` and `partner` are the same for 2 elements or more: 6 mul, 4 add once, then 10 mul, 11 add,
+   1 div, 1 sqrt for each element.
    Error: 817.8 ulp of the largest coefficient, 64 random inputs. */
 void projective3_sampson_distance_f64(const double *fundamental, const double *pixel, const double *partner, double
     *out);
@@ -200,10 +203,10 @@ void projective3_sampson_distance_loop_f32(char **args, const intptr_t *dimensio
      partner[2]  SCALAR.
      out[4]  PROJECTIVE3.VECTOR: e1, e2, e3, e4.
    Costs 80 mul, 56 add.
-   Where `first` and `second` and `pixel` stay the same for 2 elements or more: 52 mul, 36 add once, then 28 mul,
-   20 add for each.
-   Where `first` and `pixel` and `partner` stay the same for 2 elements or more: 20 mul, 14 add once, then 60
-   mul, 42 add for each.
+   Where `first` and `second` and `pixel` are the same for 2 elements or more: 52 mul, 36 add once, then 28 mul,
+   20 add for each element.
+   Where `first` and `pixel` and `partner` are the same for 2 elements or more: 20 mul, 14 add once, then 60 mul,
+   42 add for each element.
    Error: 8.8 ulp of the largest coefficient, 64 random inputs. */
 void projective3_triangulate_f64(const double *first, const double *second, const double *pixel, const double
     *partner, double *out);
@@ -219,14 +222,14 @@ void projective3_triangulate_loop_f32(char **args, const intptr_t *dimensions, c
      third[4]  PROJECTIVE3.VECTOR: e1, e2, e3, e4.
      out[12]  PROJECTIVE3.VECTOR: e1, e2, e3, e4.
    Costs 60 mul, 36 add.
-   Where `centre` and `first` and `second` stay the same for 2 elements or more: 36 mul, 24 add once, then 24
-   mul, 16 add for each.
-   Where `centre` and `first` and `third` stay the same for 2 elements or more: 36 mul, 22 add once, then 24 mul,
-   16 add for each.
-   Where `centre` and `second` and `third` stay the same for 2 elements or more: 36 mul, 20 add once, then 24
-   mul, 16 add for each.
-   Where `first` and `second` and `third` stay the same for 2 elements or more: 36 mul, 18 add once, then 36 mul,
-   24 add for each.
+   Where `centre` and `first` and `second` are the same for 2 elements or more: 36 mul, 24 add once, then 24 mul,
+   16 add for each element.
+   Where `centre` and `first` and `third` are the same for 2 elements or more: 36 mul, 22 add once, then 24 mul,
+   16 add for each element.
+   Where `centre` and `second` and `third` are the same for 2 elements or more: 36 mul, 20 add once, then 24 mul,
+   16 add for each element.
+   Where `first` and `second` and `third` are the same for 2 elements or more: 36 mul, 18 add once, then 36 mul,
+   24 add for each element.
    Error: 1.8 ulp of the largest coefficient, 64 random inputs. */
 void projective3_camera_from_image_basis_f64(const double *centre, const double *first, const double *second, const
     double *third, double *out);
@@ -250,7 +253,7 @@ void projective3_line_projection_loop_f32(char **args, const intptr_t *dimension
      line[6]  PROJECTIVE3.BIVECTOR: e12, e13, e23, e14, e24, e34.
      out[3]  SCALAR.
    Costs 38 mul, 25 add.
-   Where `camera` stay the same for 2 elements or more: 36 mul, 18 add once, then 18 mul, 15 add for each.
+   Where `camera` is the same for 2 elements or more: 36 mul, 18 add once, then 18 mul, 15 add for each element.
    Error: 4.3 ulp of the largest coefficient, 64 random inputs. */
 void projective3_project_line_f64(const double *camera, const double *line, double *out);
 void projective3_project_line_f32(const float *camera, const float *line, float *out);
@@ -323,10 +326,10 @@ void projective3_quadrifocal_tensor_from_cameras_loop_f32(char **args, const int
      line[3]  SCALAR.
      out[3]  SCALAR.
    Costs 33 mul, 24 add.
-   Where `tensor` and `line` stay the same for 2 elements or more: 27 mul, 18 add once, then 6 mul, 6 add for
-   each.
-   Where `tensor` and `pixel` stay the same for 2 elements or more: 18 mul, 18 add once, then 9 mul, 6 add for
-   each.
+   Where `tensor` and `line` are the same for 2 elements or more: 27 mul, 18 add once, then 6 mul, 6 add for each
+   element.
+   Where `tensor` and `pixel` are the same for 2 elements or more: 18 mul, 18 add once, then 9 mul, 6 add for
+   each element.
    Error: 4.3 ulp of the largest coefficient, 64 random inputs. */
 void projective3_transfer_point_f64(const double *tensor, const double *pixel, const double *line, double *out);
 void projective3_transfer_point_f32(const float *tensor, const float *pixel, const float *line, float *out);
@@ -339,10 +342,10 @@ void projective3_transfer_point_loop_f32(char **args, const intptr_t *dimensions
      third[3]  SCALAR.
      out[3]  SCALAR.
    Costs 36 mul, 24 add.
-   Where `tensor` and `second` stay the same for 2 elements or more: 27 mul, 18 add once, then 9 mul, 6 add for
-   each.
-   Where `tensor` and `third` stay the same for 2 elements or more: 27 mul, 18 add once, then 9 mul, 6 add for
-   each.
+   Where `tensor` and `second` are the same for 2 elements or more: 27 mul, 18 add once, then 9 mul, 6 add for
+   each element.
+   Where `tensor` and `third` are the same for 2 elements or more: 27 mul, 18 add once, then 9 mul, 6 add for
+   each element.
    Error: 2.8 ulp of the largest coefficient, 64 random inputs. */
 void projective3_transfer_line_f64(const double *tensor, const double *second, const double *third, double *out);
 void projective3_transfer_line_f32(const float *tensor, const float *second, const float *third, float *out);
@@ -356,12 +359,12 @@ void projective3_transfer_line_loop_f32(char **args, const intptr_t *dimensions,
      third[3]  SCALAR.
      out[3]  SCALAR.
    Costs 99 mul, 78 add.
-   Where `tensor` and `first` and `second` stay the same for 2 elements or more: 90 mul, 72 add once, then 9 mul,
-   6 add for each.
-   Where `tensor` and `first` and `third` stay the same for 2 elements or more: 90 mul, 72 add once, then 9 mul,
-   6 add for each.
-   Where `tensor` and `second` and `third` stay the same for 2 elements or more: 90 mul, 72 add once, then 9 mul,
-   6 add for each.
+   Where `tensor` and `first` and `second` are the same for 2 elements or more: 90 mul, 72 add once, then 9 mul,
+   6 add for each element.
+   Where `tensor` and `first` and `third` are the same for 2 elements or more: 90 mul, 72 add once, then 9 mul, 6
+   add for each element.
+   Where `tensor` and `second` and `third` are the same for 2 elements or more: 90 mul, 72 add once, then 9 mul,
+   6 add for each element.
    Error: 6.0 ulp of the largest coefficient, 64 random inputs. */
 void projective3_transfer_lines_f64(const double *tensor, const double *first, const double *second, const double
     *third, double *out);
@@ -387,8 +390,8 @@ void projective3_epipolar_equation_loop_f32(char **args, const intptr_t *dimensi
      partner[2]  SCALAR.
      out[9]  SCALAR.
    Costs 46 mul, 27 add, 1 div, 1 sqrt.
-   Where `fundamental` and `pixel` stay the same for 2 elements or more: 12 mul, 7 add once, then 34 mul, 20 add,
-   1 div, 1 sqrt for each.
+   Where `fundamental` and `pixel` are the same for 2 elements or more: 12 mul, 7 add once, then 34 mul, 20 add,
+   1 div, 1 sqrt for each element.
    Error: 5.1 ulp of the largest coefficient, 64 random inputs. */
 void projective3_sampson_distance_gradient_f64(const double *fundamental, const double *pixel, const double
     *partner, double *out);
@@ -406,14 +409,14 @@ void projective3_sampson_distance_gradient_loop_f32(char **args, const intptr_t 
      partner[2]  SCALAR.
      out[1]  SCALAR.
    Costs 16 mul, 13 add, 1 div.
-   Where `fundamental` and `epipole` and `partner` stay the same for 2 elements or more: 29 mul, 17 add, 1 div
-   once, then 2 mul, 2 add for each.
-   Where `epipole` and `pixel` and `partner` stay the same for 3 elements or more: 28 mul, 11 add, 1 div once,
-   then 9 mul, 8 add for each.
-   Where `fundamental` and `epipole` and `pixel` stay the same for 2 elements or more: 6 mul, 6 add once, then 10
-   mul, 7 add, 1 div for each.
-   Where `fundamental` and `pixel` and `partner` stay the same for 2 elements or more: 6 mul, 6 add once, then 10
-   mul, 7 add, 1 div for each.
+   Where `fundamental` and `epipole` and `partner` are the same for 2 elements or more: 29 mul, 17 add, 1 div
+   once, then 2 mul, 2 add for each element.
+   Where `epipole` and `pixel` and `partner` are the same for 3 elements or more: 28 mul, 11 add, 1 div once,
+   then 9 mul, 8 add for each element.
+   Where `fundamental` and `epipole` and `pixel` are the same for 2 elements or more: 6 mul, 6 add once, then 10
+   mul, 7 add, 1 div for each element.
+   Where `fundamental` and `pixel` and `partner` are the same for 2 elements or more: 6 mul, 6 add once, then 10
+   mul, 7 add, 1 div for each element.
    Error: 38.0 ulp of the largest coefficient, 64 random inputs. */
 void projective3_depth_ratio_f64(const double *fundamental, const double *epipole, const double *pixel, const double
     *partner, double *out);

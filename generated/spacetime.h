@@ -2,7 +2,7 @@
 // command: gac generate --all spacetime
 // spec: 1b4f06fa4d30b0e9
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: d63ddcaa9088694e5474fe3f7e90ef4bb0701ab85e545ca0c13d0569a67224a1
+// body: 5b46b778bc97172912b16e85605c0964c36d522fabfeb08242239be01ab91b51
 /* spacetime
    Fields and spinors of space and spacetime: steps of Maxwell's equations, plane waves, Pauli and Dirac spinors.
    
@@ -37,18 +37,18 @@ extern "C" {
      ratio[3]  SCALAR.
      out[3]  VGA3.VECTOR: e1, e2, e3.
    Costs 6 mul, 12 add.
-   Where `b` and `bx` and `by` and `bz` and `ratio` stay the same for 2 elements or more: 6 mul, 9 add once, then
-   0 mul, 3 add for each.
-   Where `e` and `b` and `bx` and `by` and `ratio` stay the same for 2 elements or more: 6 mul, 10 add once, then
-   2 mul, 2 add for each.
-   Where `e` and `b` and `bx` and `bz` and `ratio` stay the same for 2 elements or more: 6 mul, 10 add once, then
-   2 mul, 2 add for each.
-   Where `e` and `b` and `by` and `bz` and `ratio` stay the same for 2 elements or more: 6 mul, 10 add once, then
-   2 mul, 2 add for each.
-   Where `e` and `b` and `bx` and `by` and `bz` stay the same for 2 elements or more: 0 mul, 6 add once, then 6
-   mul, 6 add for each.
-   Where `e` and `bx` and `by` and `bz` and `ratio` stay the same for 3 elements or more: 6 mul, 6 add once, then
-   6 mul, 6 add for each.
+   Where `b` and `bx` and `by` and `bz` and `ratio` are the same for 2 elements or more: 6 mul, 9 add once, then
+   0 mul, 3 add for each element.
+   Where `e` and `b` and `bx` and `by` and `ratio` are the same for 2 elements or more: 6 mul, 10 add once, then
+   2 mul, 2 add for each element.
+   Where `e` and `b` and `bx` and `bz` and `ratio` are the same for 2 elements or more: 6 mul, 10 add once, then
+   2 mul, 2 add for each element.
+   Where `e` and `b` and `by` and `bz` and `ratio` are the same for 2 elements or more: 6 mul, 10 add once, then
+   2 mul, 2 add for each element.
+   Where `e` and `b` and `bx` and `by` and `bz` are the same for 2 elements or more: 0 mul, 6 add once, then 6
+   mul, 6 add for each element.
+   Where `e` and `bx` and `by` and `bz` and `ratio` are the same for 3 elements or more: 6 mul, 6 add once, then
+   6 mul, 6 add for each element.
    Error: 3.2 ulp of the largest coefficient, 64 random inputs. */
 void spacetime_electric_step_f64(const double *e, const double *b, const double *bx, const double *by, const double
     *bz, const double *ratio, double *out);
@@ -68,18 +68,18 @@ void spacetime_electric_step_loop_f32(char **args, const intptr_t *dimensions, c
      ratio[3]  SCALAR.
      out[3]  VGA3.BIVECTOR: e12, e13, e23.
    Costs 6 mul, 12 add.
-   Where `e` and `ex` and `ey` and `ez` and `ratio` stay the same for 2 elements or more: 6 mul, 9 add once, then
-   0 mul, 3 add for each.
-   Where `b` and `e` and `ex` and `ey` and `ratio` stay the same for 2 elements or more: 6 mul, 10 add once, then
-   2 mul, 2 add for each.
-   Where `b` and `e` and `ex` and `ez` and `ratio` stay the same for 2 elements or more: 6 mul, 10 add once, then
-   2 mul, 2 add for each.
-   Where `b` and `e` and `ey` and `ez` and `ratio` stay the same for 2 elements or more: 6 mul, 10 add once, then
-   2 mul, 2 add for each.
-   Where `b` and `e` and `ex` and `ey` and `ez` stay the same for 2 elements or more: 0 mul, 6 add once, then 6
-   mul, 6 add for each.
-   Where `b` and `ex` and `ey` and `ez` and `ratio` stay the same for 3 elements or more: 6 mul, 6 add once, then
-   6 mul, 6 add for each.
+   Where `e` and `ex` and `ey` and `ez` and `ratio` are the same for 2 elements or more: 6 mul, 9 add once, then
+   0 mul, 3 add for each element.
+   Where `b` and `e` and `ex` and `ey` and `ratio` are the same for 2 elements or more: 6 mul, 10 add once, then
+   2 mul, 2 add for each element.
+   Where `b` and `e` and `ex` and `ez` and `ratio` are the same for 2 elements or more: 6 mul, 10 add once, then
+   2 mul, 2 add for each element.
+   Where `b` and `e` and `ey` and `ez` and `ratio` are the same for 2 elements or more: 6 mul, 10 add once, then
+   2 mul, 2 add for each element.
+   Where `b` and `e` and `ex` and `ey` and `ez` are the same for 2 elements or more: 0 mul, 6 add once, then 6
+   mul, 6 add for each element.
+   Where `b` and `ex` and `ey` and `ez` and `ratio` are the same for 3 elements or more: 6 mul, 6 add once, then
+   6 mul, 6 add for each element.
    Error: 2.6 ulp of the largest coefficient, 64 random inputs. */
 void spacetime_magnetic_step_f64(const double *b, const double *e, const double *ex, const double *ey, const double
     *ez, const double *ratio, double *out);
@@ -97,10 +97,10 @@ void spacetime_magnetic_step_loop_f32(char **args, const intptr_t *dimensions, c
      x[4]  STA.VECTOR: g0, g1, g2, g3.
      out[6]  STA.BIVECTOR: g10, g20, g30, g12, g13, g23.
    Costs 24 mul, 13 add, 2 call.
-   Where `k` and `a` and `x` stay the same for 2 elements or more: 24 mul, 9 add, 2 call once, then 12 mul, 12
-   add for each.
-   Where `k` and `b` and `x` stay the same for 2 elements or more: 24 mul, 9 add, 2 call once, then 12 mul, 12
-   add for each.
+   Where `k` and `a` and `x` are the same for 2 elements or more: 24 mul, 9 add, 2 call once, then 12 mul, 12 add
+   for each element.
+   Where `k` and `b` and `x` are the same for 2 elements or more: 24 mul, 9 add, 2 call once, then 12 mul, 12 add
+   for each element.
    Error: 5.0 ulp of the largest coefficient, 64 random inputs. */
 void spacetime_electromagnetic_wave_f64(const double *k, const double *a, const double *b, const double *x, double
     *out);
@@ -118,14 +118,14 @@ void spacetime_electromagnetic_wave_loop_f32(char **args, const intptr_t *dimens
      out_0[4]  STA.VECTOR: g0, g1, g2, g3.
      out_1[4]  STA.TRIVECTOR: g012, g013, g023, g123.
    Costs 0 mul, 16 add.
-   Where `ft` and `fx` and `fy` stay the same for 2 elements or more: 0 mul, 10 add once, then 0 mul, 6 add for
-   each.
-   Where `ft` and `fx` and `fz` stay the same for 2 elements or more: 0 mul, 10 add once, then 0 mul, 6 add for
-   each.
-   Where `ft` and `fy` and `fz` stay the same for 2 elements or more: 0 mul, 10 add once, then 0 mul, 6 add for
-   each.
-   Where `fx` and `fy` and `fz` stay the same for 2 elements or more: 0 mul, 10 add once, then 0 mul, 6 add for
-   each.
+   Where `ft` and `fx` and `fy` are the same for 2 elements or more: 0 mul, 10 add once, then 0 mul, 6 add for
+   each element.
+   Where `ft` and `fx` and `fz` are the same for 2 elements or more: 0 mul, 10 add once, then 0 mul, 6 add for
+   each element.
+   Where `ft` and `fy` and `fz` are the same for 2 elements or more: 0 mul, 10 add once, then 0 mul, 6 add for
+   each element.
+   Where `fx` and `fy` and `fz` are the same for 2 elements or more: 0 mul, 10 add once, then 0 mul, 6 add for
+   each element.
    Error: 0.8 ulp of the largest coefficient, 64 random inputs. */
 void spacetime_field_derivative_f64(const double *ft, const double *fx, const double *fy, const double *fz, double
     *out_0, double *out_1);
@@ -220,8 +220,8 @@ void spacetime_pauli_spin_loop_f32(char **args, const intptr_t *dimensions, cons
      second[3]  VGA3.VECTOR: e1, e2, e3.
      out[4]  VGA3.EVEN: 1, e12, e13, e23.
    Costs 34 mul, 23 add, 1 div, 1 sqrt, 2 call, 4 choice.
-   Where `first` and `second` stay the same for 2 elements or more: 18 mul, 11 add, 1 div, 1 sqrt, 2 call, 4
-   choice once, then 16 mul, 12 add for each.
+   Where `first` and `second` are the same for 2 elements or more: 18 mul, 11 add, 1 div, 1 sqrt, 2 call, 4
+   choice once, then 16 mul, 12 add for each element.
    Error: 1.6 ulp of the largest coefficient, 64 random inputs. */
 void spacetime_precession_step_f64(const double *psi, const double *first, const double *second, double *out);
 void spacetime_precession_step_f32(const float *psi, const float *first, const float *second, float *out);
@@ -284,12 +284,12 @@ void spacetime_dirac_from_matrix_loop_f32(char **args, const intptr_t *dimension
      x[4]  STA.VECTOR: g0, g1, g2, g3.
      out[8]  STA.EVEN: 1, g10, g20, g30, g12, g13, g23, g0123.
    Costs 38 mul, 19 add, 1 div, 2 sqrt, 2 call.
-   Where `p` and `x` stay the same for 2 elements or more: 14 mul, 7 add, 1 div, 2 sqrt, 2 call once, then 24
-   mul, 12 add for each.
-   Where `p` stay the same for 2 elements or more: 10 mul, 4 add, 1 div, 2 sqrt once, then 28 mul, 15 add, 2 call
-   for each.
-   Where `p` and `spin` stay the same for 2 elements or more: 10 mul, 4 add, 1 div, 2 sqrt once, then 28 mul, 15
-   add, 2 call for each.
+   Where `p` and `x` are the same for 2 elements or more: 14 mul, 7 add, 1 div, 2 sqrt, 2 call once, then 24 mul,
+   12 add for each element.
+   Where `p` is the same for 2 elements or more: 10 mul, 4 add, 1 div, 2 sqrt once, then 28 mul, 15 add, 2 call
+   for each element.
+   Where `p` and `spin` are the same for 2 elements or more: 10 mul, 4 add, 1 div, 2 sqrt once, then 28 mul, 15
+   add, 2 call for each element.
    Error: 5.0 ulp of the largest coefficient, 64 random inputs. */
 void spacetime_dirac_wave_f64(const double *p, const double *spin, const double *x, double *out);
 void spacetime_dirac_wave_f32(const float *p, const float *spin, const float *x, float *out);
@@ -302,12 +302,12 @@ void spacetime_dirac_wave_loop_f32(char **args, const intptr_t *dimensions, cons
      x[4]  STA.VECTOR: g0, g1, g2, g3.
      out[8]  STA.EVEN: 1, g10, g20, g30, g12, g13, g23, g0123.
    Costs 38 mul, 19 add, 1 div, 2 sqrt, 2 call.
-   Where `p` and `x` stay the same for 2 elements or more: 14 mul, 7 add, 1 div, 2 sqrt, 2 call once, then 24
-   mul, 12 add for each.
-   Where `p` stay the same for 2 elements or more: 10 mul, 4 add, 1 div, 2 sqrt once, then 28 mul, 15 add, 2 call
-   for each.
-   Where `p` and `spin` stay the same for 2 elements or more: 10 mul, 4 add, 1 div, 2 sqrt once, then 28 mul, 15
-   add, 2 call for each.
+   Where `p` and `x` are the same for 2 elements or more: 14 mul, 7 add, 1 div, 2 sqrt, 2 call once, then 24 mul,
+   12 add for each element.
+   Where `p` is the same for 2 elements or more: 10 mul, 4 add, 1 div, 2 sqrt once, then 28 mul, 15 add, 2 call
+   for each element.
+   Where `p` and `spin` are the same for 2 elements or more: 10 mul, 4 add, 1 div, 2 sqrt once, then 28 mul, 15
+   add, 2 call for each element.
    Error: 5.4 ulp of the largest coefficient, 64 random inputs. */
 void spacetime_dirac_antiparticle_wave_f64(const double *p, const double *spin, const double *x, double *out);
 void spacetime_dirac_antiparticle_wave_f32(const float *p, const float *spin, const float *x, float *out);
@@ -347,20 +347,20 @@ void spacetime_dirac_spin_bivector_loop_f32(char **args, const intptr_t *dimensi
      mass  SCALAR.
      out[8]  SCALAR.
    Costs 40 mul, 64 add.
-   Where `dt` and `dx` and `dy` and `psi` and `a` and `mass` stay the same for 2 elements or more: 32 mul, 50 add
-   once, then 0 mul, 8 add for each.
-   Where `dt` and `dx` and `dz` and `psi` and `a` and `mass` stay the same for 2 elements or more: 32 mul, 50 add
-   once, then 0 mul, 8 add for each.
-   Where `dt` and `dy` and `dz` and `psi` and `a` and `mass` stay the same for 2 elements or more: 32 mul, 50 add
-   once, then 0 mul, 8 add for each.
-   Where `dx` and `dy` and `dz` and `psi` and `a` and `mass` stay the same for 2 elements or more: 32 mul, 50 add
-   once, then 0 mul, 8 add for each.
-   Where `dt` and `dx` and `dy` and `dz` and `psi` and `a` stay the same for 2 elements or more: 32 mul, 56 add
-   once, then 8 mul, 8 add for each.
-   Where `dt` and `dx` and `dy` and `dz` and `psi` and `mass` stay the same for 2 elements or more: 8 mul, 32 add
-   once, then 32 mul, 32 add for each.
-   Where `dt` and `dx` and `dy` and `dz` and `a` and `mass` stay the same for 2 elements or more: 0 mul, 26 add
-   once, then 32 mul, 32 add for each.
+   Where `dt` and `dx` and `dy` and `psi` and `a` and `mass` are the same for 2 elements or more: 32 mul, 50 add
+   once, then 0 mul, 8 add for each element.
+   Where `dt` and `dx` and `dz` and `psi` and `a` and `mass` are the same for 2 elements or more: 32 mul, 50 add
+   once, then 0 mul, 8 add for each element.
+   Where `dt` and `dy` and `dz` and `psi` and `a` and `mass` are the same for 2 elements or more: 32 mul, 50 add
+   once, then 0 mul, 8 add for each element.
+   Where `dx` and `dy` and `dz` and `psi` and `a` and `mass` are the same for 2 elements or more: 32 mul, 50 add
+   once, then 0 mul, 8 add for each element.
+   Where `dt` and `dx` and `dy` and `dz` and `psi` and `a` are the same for 2 elements or more: 32 mul, 56 add
+   once, then 8 mul, 8 add for each element.
+   Where `dt` and `dx` and `dy` and `dz` and `psi` and `mass` are the same for 2 elements or more: 8 mul, 32 add
+   once, then 32 mul, 32 add for each element.
+   Where `dt` and `dx` and `dy` and `dz` and `a` and `mass` are the same for 2 elements or more: 0 mul, 26 add
+   once, then 32 mul, 32 add for each element.
    Error: 2.3 ulp of the largest coefficient, 64 random inputs. */
 void spacetime_dirac_residual_f64(const double *dt, const double *dx, const double *dy, const double *dz, const
     double *psi, const double *a, double mass, double *out);

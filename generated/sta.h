@@ -2,7 +2,7 @@
 // command: gac generate --all sta
 // spec: 729d97b71407aa36
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: c5b85fa78c8416c9c3b5b4b761ce0447011a3262e4e91c581224634c82a2a8b3
+// body: 111becd2901ae246d44972dded0e46c59d9398201a545e0d61d17355d6489465
 /* sta
    Spacetime algebra G(1,3): vectors, fields and Lorentz transformations, with ``g0**2 = 1`` and ``c = 1``.
    
@@ -243,7 +243,7 @@ void sta_normalize_rotor_loop_f32(char **args, const intptr_t *dimensions, const
      out[4]  STA.VECTOR: g0, g1, g2, g3.
    Assumes ``r ~r = 1``.
    Costs 42 mul, 42 add.
-   Where `r` stay the same for 2 elements or more: 44 mul, 36 add once, then 16 mul, 12 add for each.
+   Where `r` is the same for 2 elements or more: 44 mul, 36 add once, then 16 mul, 12 add for each element.
    Error: 9.2 ulp of the largest coefficient, 64 random inputs. */
 void sta_transform_vector_f64(const double *r, const double *v, double *out);
 void sta_transform_vector_f32(const float *r, const float *v, float *out);
@@ -256,7 +256,7 @@ void sta_transform_vector_loop_f32(char **args, const intptr_t *dimensions, cons
      out[6]  STA.BIVECTOR: g10, g20, g30, g12, g13, g23.
    Assumes ``r ~r = 1``.
    Costs 66 mul, 54 add.
-   Where `r` stay the same for 2 elements or more: 51 mul, 36 add once, then 36 mul, 30 add for each.
+   Where `r` is the same for 2 elements or more: 51 mul, 36 add once, then 36 mul, 30 add for each element.
    Error: 6.8 ulp of the largest coefficient, 64 random inputs. */
 void sta_transform_bivector_f64(const double *r, const double *f, double *out);
 void sta_transform_bivector_f32(const float *r, const float *f, float *out);
@@ -268,8 +268,8 @@ void sta_transform_bivector_loop_f32(char **args, const intptr_t *dimensions, co
      rapidity  SCALAR.
      out[8]  STA.ROTOR: 1, g10, g20, g30, g12, g13, g23, g0123; unit.
    Costs 9 mul, 4 add, 1 div, 1 sqrt, 2 call.
-   Where `rapidity` stay the same for 2 elements or more: 3 mul, 2 add, 2 call once, then 6 mul, 2 add, 1 div, 1
-   sqrt for each.
+   Where `rapidity` is the same for 2 elements or more: 3 mul, 2 add, 2 call once, then 6 mul, 2 add, 1 div, 1
+   sqrt for each element.
    Error: 1.0 ulp of the largest coefficient, 64 random inputs. */
 void sta_boost_from_rapidity_f64(const double *direction, double rapidity, double *out);
 void sta_boost_from_rapidity_f32(const float *direction, float rapidity, float *out);
@@ -302,10 +302,10 @@ void sta_boost_between_velocities_loop_f32(char **args, const intptr_t *dimensio
      angle  SCALAR.
      out[8]  STA.ROTOR: 1, g10, g20, g30, g12, g13, g23, g0123; unit.
    Costs 7 mul, 2 add, 1 div, 1 sqrt, 2 call.
-   Where `angle` stay the same for 2 elements or more: 1 mul, 0 add, 2 call once, then 6 mul, 2 add, 1 div, 1
-   sqrt for each.
-   Where `axis` stay the same for 2 elements or more: 3 mul, 2 add, 1 sqrt once, then 4 mul, 0 add, 1 div, 2 call
-   for each.
+   Where `angle` is the same for 2 elements or more: 1 mul, 0 add, 2 call once, then 6 mul, 2 add, 1 div, 1 sqrt
+   for each element.
+   Where `axis` is the same for 2 elements or more: 3 mul, 2 add, 1 sqrt once, then 4 mul, 0 add, 1 div, 2 call
+   for each element.
    Error: 1.2 ulp of the largest coefficient, 64 random inputs. */
 void sta_rotor_from_axis_angle_f64(const double *axis, double angle, double *out);
 void sta_rotor_from_axis_angle_f32(const float *axis, float angle, float *out);
@@ -438,7 +438,7 @@ void sta_lorentz_force_loop_f32(char **args, const intptr_t *dimensions, const i
      n[4]  STA.VECTOR: g0, g1, g2, g3.
      out[4]  STA.VECTOR: g0, g1, g2, g3.
    Costs 37 mul, 27 add.
-   Where `f` stay the same for 2 elements or more: 21 mul, 15 add once, then 16 mul, 12 add for each.
+   Where `f` is the same for 2 elements or more: 21 mul, 15 add once, then 16 mul, 12 add for each element.
    Error: 11.5 ulp of the largest coefficient, 64 random inputs. */
 void sta_field_stress_energy_f64(const double *f, const double *n, double *out);
 void sta_field_stress_energy_f32(const float *f, const float *n, float *out);
@@ -498,22 +498,22 @@ void sta_pack_spacetime_loop_f32(char **args, const intptr_t *dimensions, const 
      m3[2]  SCALAR.
      out[16]  SCALAR.
    Costs 16 mul, 16 add.
-   Where `p0` and `p1` and `p2` and `p3` and `m0` and `m1` and `m2` stay the same for 2 elements or more: 12 mul,
-   12 add once, then 4 mul, 4 add for each.
-   Where `p0` and `p1` and `p2` and `p3` and `m0` and `m1` and `m3` stay the same for 2 elements or more: 12 mul,
-   12 add once, then 4 mul, 4 add for each.
-   Where `p0` and `p1` and `p2` and `p3` and `m0` and `m2` and `m3` stay the same for 2 elements or more: 12 mul,
-   12 add once, then 4 mul, 4 add for each.
-   Where `p0` and `p1` and `p2` and `p3` and `m1` and `m2` and `m3` stay the same for 2 elements or more: 12 mul,
-   12 add once, then 4 mul, 4 add for each.
-   Where `p0` and `p1` and `p2` and `m0` and `m1` and `m2` and `m3` stay the same for 2 elements or more: 12 mul,
-   12 add once, then 4 mul, 4 add for each.
-   Where `p0` and `p1` and `p3` and `m0` and `m1` and `m2` and `m3` stay the same for 2 elements or more: 12 mul,
-   12 add once, then 4 mul, 4 add for each.
-   Where `p0` and `p2` and `p3` and `m0` and `m1` and `m2` and `m3` stay the same for 2 elements or more: 12 mul,
-   12 add once, then 4 mul, 4 add for each.
-   Where `p1` and `p2` and `p3` and `m0` and `m1` and `m2` and `m3` stay the same for 2 elements or more: 12 mul,
-   12 add once, then 4 mul, 4 add for each.
+   Where `p0` and `p1` and `p2` and `p3` and `m0` and `m1` and `m2` are the same for 2 elements or more: 12 mul,
+   12 add once, then 4 mul, 4 add for each element.
+   Where `p0` and `p1` and `p2` and `p3` and `m0` and `m1` and `m3` are the same for 2 elements or more: 12 mul,
+   12 add once, then 4 mul, 4 add for each element.
+   Where `p0` and `p1` and `p2` and `p3` and `m0` and `m2` and `m3` are the same for 2 elements or more: 12 mul,
+   12 add once, then 4 mul, 4 add for each element.
+   Where `p0` and `p1` and `p2` and `p3` and `m1` and `m2` and `m3` are the same for 2 elements or more: 12 mul,
+   12 add once, then 4 mul, 4 add for each element.
+   Where `p0` and `p1` and `p2` and `m0` and `m1` and `m2` and `m3` are the same for 2 elements or more: 12 mul,
+   12 add once, then 4 mul, 4 add for each element.
+   Where `p0` and `p1` and `p3` and `m0` and `m1` and `m2` and `m3` are the same for 2 elements or more: 12 mul,
+   12 add once, then 4 mul, 4 add for each element.
+   Where `p0` and `p2` and `p3` and `m0` and `m1` and `m2` and `m3` are the same for 2 elements or more: 12 mul,
+   12 add once, then 4 mul, 4 add for each element.
+   Where `p1` and `p2` and `p3` and `m0` and `m1` and `m2` and `m3` are the same for 2 elements or more: 12 mul,
+   12 add once, then 4 mul, 4 add for each element.
    Error: 0.5 ulp of the largest coefficient, 64 random inputs. */
 void sta_unpack_spacetime_f64(const double *p0, const double *p1, const double *p2, const double *p3, const double
     *m0, const double *m1, const double *m2, const double *m3, double *out);

@@ -2,7 +2,7 @@
 // command: gac generate --all vga2
 // spec: f6600fe2b9fba5e9
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 00635da34c672f6119a1e4f7ec1c5cd19a48d895d22ba0dc25378fc15041ac1c
+// body: 6356f4aee955ea01bcd5b1189355267a3d3f22259e68db2d1eee8f759734a34e
 /* vga2
    Vectors and rotations of the plane in the geometric algebra G(2); its even elements are the complex numbers.
    
@@ -176,7 +176,7 @@ void vga2_angle_between_vectors_loop_f32(char **args, const intptr_t *dimensions
      n[2]  VGA2.VECTOR: e1, e2.
      out[2]  VGA2.VECTOR: e1, e2.
    Costs 6 mul, 2 add, 1 div.
-   Where `n` stay the same for 2 elements or more: 4 mul, 2 add, 1 div once, then 4 mul, 2 add for each.
+   Where `n` is the same for 2 elements or more: 4 mul, 2 add, 1 div once, then 4 mul, 2 add for each element.
    Error: 11.6 ulp of the largest coefficient, 64 random inputs. */
 void vga2_project_vector_on_vector_f64(const double *v, const double *n, double *out);
 void vga2_project_vector_on_vector_f32(const float *v, const float *n, float *out);
@@ -188,7 +188,7 @@ void vga2_project_vector_on_vector_loop_f32(char **args, const intptr_t *dimensi
      n[2]  VGA2.VECTOR: e1, e2.
      out[2]  VGA2.VECTOR: e1, e2.
    Costs 10 mul, 4 add, 1 div.
-   Where `n` stay the same for 2 elements or more: 5 mul, 2 add, 1 div once, then 4 mul, 2 add for each.
+   Where `n` is the same for 2 elements or more: 5 mul, 2 add, 1 div once, then 4 mul, 2 add for each element.
    Error: 2.1 ulp of the largest coefficient, 64 random inputs. */
 void vga2_reflect_vector_f64(const double *v, const double *n, double *out);
 void vga2_reflect_vector_f32(const float *v, const float *n, float *out);
@@ -324,8 +324,8 @@ void vga2_rotor_square_root_loop_f32(char **args, const intptr_t *dimensions, co
      out[2]  VGA2.ROTOR: 1, e12; unit.
    Assumes ``r ~r = 1``.
    Costs 1 mul, 0 add, 3 call, 3 choice.
-   Where `r` stay the same for 2 elements or more: 0 mul, 0 add, 1 call, 3 choice once, then 1 mul, 0 add, 2 call
-   for each.
+   Where `r` is the same for 2 elements or more: 0 mul, 0 add, 1 call, 3 choice once, then 1 mul, 0 add, 2 call
+   for each element.
    Error: 1.8 ulp of the largest coefficient, 64 random inputs. */
 void vga2_rotor_power_f64(const double *r, double t, double *out);
 void vga2_rotor_power_f32(const float *r, float t, float *out);
@@ -339,8 +339,8 @@ void vga2_rotor_power_loop_f32(char **args, const intptr_t *dimensions, const in
      out[2]  VGA2.ROTOR: 1, e12; unit.
    Assumes ``a ~a = 1``, ``b ~b = 1``.
    Costs 9 mul, 5 add, 3 call, 3 choice.
-   Where `a` and `b` stay the same for 2 elements or more: 4 mul, 3 add, 1 call, 3 choice once, then 5 mul, 2
-   add, 2 call for each.
+   Where `a` and `b` are the same for 2 elements or more: 4 mul, 3 add, 1 call, 3 choice once, then 5 mul, 2 add,
+   2 call for each element.
    Error: 4.1 ulp of the largest coefficient, 64 random inputs. */
 void vga2_interpolate_rotors_f64(const double *a, const double *b, double t, double *out);
 void vga2_interpolate_rotors_f32(const float *a, const float *b, float t, float *out);

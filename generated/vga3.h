@@ -2,7 +2,7 @@
 // command: gac generate --all vga3
 // spec: ca8683693a298dc2
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 4ce1e4d15aed5c158ec16968bcf49cc2bf7f26113e34bda7db79be52cb9901c1
+// body: 3165f506d3ca5d495d283cb89a8e542223e0474dc536b4345f6779abd8b0d59a
 /* vga3
    Vectors, planes through the origin and rotations of space in the geometric algebra G(3).
    
@@ -250,7 +250,7 @@ void vga3_angle_between_vectors_loop_f32(char **args, const intptr_t *dimensions
      n[3]  VGA3.VECTOR: e1, e2, e3.
      out[3]  VGA3.VECTOR: e1, e2, e3.
    Costs 9 mul, 4 add, 1 div.
-   Where `n` stay the same for 4 elements or more: 11 mul, 2 add, 1 div once, then 9 mul, 6 add for each.
+   Where `n` is the same for 4 elements or more: 11 mul, 2 add, 1 div once, then 9 mul, 6 add for each element.
    Error: 4.9 ulp of the largest coefficient, 64 random inputs. */
 void vga3_project_vector_on_vector_f64(const double *v, const double *n, double *out);
 void vga3_project_vector_on_vector_f32(const float *v, const float *n, float *out);
@@ -262,7 +262,7 @@ void vga3_project_vector_on_vector_loop_f32(char **args, const intptr_t *dimensi
      b[3]  VGA3.BIVECTOR: e12, e13, e23.
      out[3]  VGA3.VECTOR: e1, e2, e3.
    Costs 9 mul, 7 add, 1 div.
-   Where `b` stay the same for 3 elements or more: 11 mul, 5 add, 1 div once, then 9 mul, 6 add for each.
+   Where `b` is the same for 3 elements or more: 11 mul, 5 add, 1 div once, then 9 mul, 6 add for each element.
    Error: 19.8 ulp of the largest coefficient, 64 random inputs. */
 void vga3_project_vector_on_plane_f64(const double *v, const double *b, double *out);
 void vga3_project_vector_on_plane_f32(const float *v, const float *b, float *out);
@@ -274,7 +274,7 @@ void vga3_project_vector_on_plane_loop_f32(char **args, const intptr_t *dimensio
      n[3]  VGA3.VECTOR: e1, e2, e3.
      out[3]  VGA3.VECTOR: e1, e2, e3.
    Costs 10 mul, 7 add, 1 div.
-   Where `n` stay the same for 3 elements or more: 11 mul, 5 add, 1 div once, then 9 mul, 6 add for each.
+   Where `n` is the same for 3 elements or more: 11 mul, 5 add, 1 div once, then 9 mul, 6 add for each element.
    Error: 3.7 ulp of the largest coefficient, 64 random inputs. */
 void vga3_reflect_vector_f64(const double *v, const double *n, double *out);
 void vga3_reflect_vector_f32(const float *v, const float *n, float *out);
@@ -342,7 +342,7 @@ void vga3_normalize_rotor_loop_f32(char **args, const intptr_t *dimensions, cons
      out[3]  VGA3.VECTOR: e1, e2, e3.
    Assumes ``r ~r = 1``.
    Costs 18 mul, 12 add.
-   Where `r` stay the same for 2 elements or more: 16 mul, 13 add once, then 9 mul, 6 add for each.
+   Where `r` is the same for 2 elements or more: 16 mul, 13 add once, then 9 mul, 6 add for each element.
    Error: 2.5 ulp of the largest coefficient, 64 random inputs. */
 void vga3_rotate_vector_f64(const double *r, const double *v, double *out);
 void vga3_rotate_vector_f32(const float *r, const float *v, float *out);
@@ -355,7 +355,7 @@ void vga3_rotate_vector_loop_f32(char **args, const intptr_t *dimensions, const 
      out[3]  VGA3.VECTOR: e1, e2, e3.
    Assumes ``r ~r = 1``.
    Costs 18 mul, 12 add.
-   Where `r` stay the same for 2 elements or more: 16 mul, 13 add once, then 9 mul, 6 add for each.
+   Where `r` is the same for 2 elements or more: 16 mul, 13 add once, then 9 mul, 6 add for each element.
    Error: 2.7 ulp of the largest coefficient, 64 random inputs. */
 void vga3_rotate_vector_back_f64(const double *r, const double *v, double *out);
 void vga3_rotate_vector_back_f32(const float *r, const float *v, float *out);
@@ -368,7 +368,7 @@ void vga3_rotate_vector_back_loop_f32(char **args, const intptr_t *dimensions, c
      out[3]  VGA3.BIVECTOR: e12, e13, e23.
    Assumes ``r ~r = 1``.
    Costs 18 mul, 12 add.
-   Where `r` stay the same for 2 elements or more: 16 mul, 13 add once, then 9 mul, 6 add for each.
+   Where `r` is the same for 2 elements or more: 16 mul, 13 add once, then 9 mul, 6 add for each element.
    Error: 1.9 ulp of the largest coefficient, 64 random inputs. */
 void vga3_rotate_bivector_f64(const double *r, const double *b, double *out);
 void vga3_rotate_bivector_f32(const float *r, const float *b, float *out);
@@ -380,10 +380,10 @@ void vga3_rotate_bivector_loop_f32(char **args, const intptr_t *dimensions, cons
      angle  SCALAR.
      out[4]  VGA3.ROTOR: 1, e12, e13, e23; unit.
    Costs 7 mul, 2 add, 1 div, 1 sqrt, 2 call.
-   Where `angle` stay the same for 2 elements or more: 1 mul, 0 add, 2 call once, then 6 mul, 2 add, 1 div, 1
-   sqrt for each.
-   Where `axis` stay the same for 2 elements or more: 3 mul, 2 add, 1 sqrt once, then 4 mul, 0 add, 1 div, 2 call
-   for each.
+   Where `angle` is the same for 2 elements or more: 1 mul, 0 add, 2 call once, then 6 mul, 2 add, 1 div, 1 sqrt
+   for each element.
+   Where `axis` is the same for 2 elements or more: 3 mul, 2 add, 1 sqrt once, then 4 mul, 0 add, 1 div, 2 call
+   for each element.
    Error: 1.2 ulp of the largest coefficient, 64 random inputs. */
 void vga3_rotor_from_axis_angle_f64(const double *axis, double angle, double *out);
 void vga3_rotor_from_axis_angle_f32(const float *axis, float angle, float *out);
@@ -451,8 +451,8 @@ void vga3_rotor_square_root_loop_f32(char **args, const intptr_t *dimensions, co
      out[4]  VGA3.ROTOR: 1, e12, e13, e23; unit.
    Assumes ``r ~r = 1``.
    Costs 8 mul, 2 add, 1 div, 1 sqrt, 3 call, 7 choice.
-   Where `r` stay the same for 2 elements or more: 3 mul, 2 add, 1 sqrt, 1 call, 5 choice once, then 5 mul, 0
-   add, 1 div, 2 call, 2 choice for each.
+   Where `r` is the same for 2 elements or more: 3 mul, 2 add, 1 sqrt, 1 call, 5 choice once, then 5 mul, 0 add,
+   1 div, 2 call, 2 choice for each element.
    Error: 2.8 ulp of the largest coefficient, 64 random inputs. */
 void vga3_rotor_power_f64(const double *r, double t, double *out);
 void vga3_rotor_power_f32(const float *r, float t, float *out);
@@ -466,8 +466,8 @@ void vga3_rotor_power_loop_f32(char **args, const intptr_t *dimensions, const in
      out[4]  VGA3.ROTOR: 1, e12, e13, e23; unit.
    Assumes ``a ~a = 1``, ``b ~b = 1``.
    Costs 16 mul, 9 add, 1 div, 1 sqrt, 3 call, 7 choice.
-   Where `a` and `b` stay the same for 2 elements or more: 5 mul, 4 add, 1 sqrt, 1 call, 5 choice once, then 11
-   mul, 5 add, 1 div, 2 call, 2 choice for each.
+   Where `a` and `b` are the same for 2 elements or more: 5 mul, 4 add, 1 sqrt, 1 call, 5 choice once, then 11
+   mul, 5 add, 1 div, 2 call, 2 choice for each element.
    Error: 3.2 ulp of the largest coefficient, 64 random inputs. */
 void vga3_interpolate_rotors_f64(const double *a, const double *b, double t, double *out);
 void vga3_interpolate_rotors_f32(const float *a, const float *b, float t, float *out);
@@ -496,12 +496,12 @@ void vga3_rotor_between_vectors_loop_f32(char **args, const intptr_t *dimensions
      yaw  SCALAR.
      out[4]  VGA3.ROTOR: 1, e12, e13, e23; unit.
    Costs 15 mul, 4 add, 6 call.
-   Where `pitch` and `yaw` stay the same for 2 elements or more: 6 mul, 0 add, 4 call once, then 9 mul, 4 add, 2
-   call for each.
-   Where `roll` and `pitch` stay the same for 2 elements or more: 2 mul, 0 add, 4 call once, then 13 mul, 4 add,
-   2 call for each.
-   Where `roll` and `yaw` stay the same for 2 elements or more: 2 mul, 0 add, 4 call once, then 13 mul, 4 add, 2
-   call for each.
+   Where `pitch` and `yaw` are the same for 2 elements or more: 6 mul, 0 add, 4 call once, then 9 mul, 4 add, 2
+   call for each element.
+   Where `roll` and `pitch` are the same for 2 elements or more: 2 mul, 0 add, 4 call once, then 13 mul, 4 add, 2
+   call for each element.
+   Where `roll` and `yaw` are the same for 2 elements or more: 2 mul, 0 add, 4 call once, then 13 mul, 4 add, 2
+   call for each element.
    Error: 1.2 ulp of the largest coefficient, 64 random inputs. */
 void vga3_rotor_from_roll_pitch_yaw_f64(double roll, double pitch, double yaw, double *out);
 void vga3_rotor_from_roll_pitch_yaw_f32(float roll, float pitch, float yaw, float *out);

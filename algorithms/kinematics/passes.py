@@ -14,6 +14,7 @@ from typing import Any
 from zlib import crc32
 
 import numpy as np
+from generated.gac_runtime.extension import Call, extension
 from numba import carray, cfunc, njit, types
 from numba.extending import overload
 
@@ -98,7 +99,7 @@ class Source:
 
     def _under_numba(self, cache: bool) -> Any:
         options = {"cache": cache, "error_model": "numpy"}
-        if pga3._extension is not None:
+        if extension is not None:
             pointers = (types.CPointer(types.float64),) * (len(self._axes) + 1)
             return cfunc(types.void(*pointers), **options)(self._function)
         run = njit(self._function, **options)
@@ -107,7 +108,7 @@ class Source:
         return run
 
 
-class Pass(pga3._Call):  # type: ignore[misc]
+class Pass(Call):  # type: ignore[misc]
     """A pass for robots of so many joints: called with a table and arrays of doubles, it gives a new one, or a number.
 
     For anything else, or as long as it is not compiled, it gives None. A table that is None belongs to a robot that
@@ -126,7 +127,7 @@ class Pass(pga3._Call):  # type: ignore[misc]
         run = self._source.compiled(arrays)
         if run is None:
             return None
-        if pga3._extension is not None:
+        if extension is not None:
             # batches are not for it: of no more than 0 elements
             bound = self._bind(self._given, (self._result,), run.address, ((0, 0, 0),) * 2, 0, 0)
             if not bound:
@@ -141,11 +142,11 @@ class Pass(pga3._Call):  # type: ignore[misc]
             return None
         return out if self._result else out[0]
 
-    if pga3._extension is None:
+    if extension is None:
         __call__ = _in_python
 
 
-if pga3._extension is not None:
+if extension is not None:
     Pass._adopt()
 
 

@@ -17,7 +17,8 @@ from functools import cache
 from pathlib import Path
 
 from ..errors import BackendError
-from .extension import STEM, extension_source
+from ..gac_runtime.extension import FLAGS as EXTENSION_FLAGS
+from ..gac_runtime.extension import FOLDER, SOURCE, extension_name, extension_path
 
 FLAGS = ("-std=c17", "-fPIC", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math")
 """No flag depends on the machine: the loops carry code for wide vectors and choose when they are loaded. By the last
@@ -31,10 +32,8 @@ compiled for SSE, as scipy's transforms are."""
 OTHER_FLAGS = ("-O3",)
 """What other compilers take instead."""
 
-FOLDER = "_build"
-"""Where libraries live, beside the module."""
-
-EXTENSION_FLAGS = ("-O2", "-std=c17", "-fPIC")
+STEM = "calls"
+"""The name of the extension; its file has a digest besides."""
 
 COMPILERS = ("cc", "gcc", "clang")
 
@@ -56,17 +55,6 @@ def library_name(module: str, c_text: str) -> str:
 
 _extensions: dict[str, Path] = {}
 """What this process has built, by file name: another folder gets a copy."""
-
-
-def extension_name() -> str:
-    """The name of the extension as Python imports it; like a library's it changes with the text and the flags."""
-    digest = hashlib.sha256("\0".join([extension_source(), *EXTENSION_FLAGS]).encode()).hexdigest()
-    return f"{STEM}_{digest[:16]}"
-
-
-def extension_path(folder: Path) -> Path:
-    """Where the extension for this very Python belongs, for modules in `folder`."""
-    return folder / FOLDER / f"{extension_name()}{sysconfig.get_config_var('EXT_SUFFIX')}"
 
 
 def library_path(c_path: Path) -> Path:
@@ -195,7 +183,7 @@ def build_extension(compiler: tuple[str, ...], folder: Path) -> Path | None:
         if known is not None and known.exists():
             shutil.copyfile(known, built)
         else:
-            source.write_text(extension_source(), encoding="utf-8")
+            shutil.copyfile(SOURCE, source)
             undefined = ["-undefined", "dynamic_lookup"] if sys.platform == "darwin" else []
             options = [*EXTENSION_FLAGS, f"-DINIT=PyInit_{extension_name()}", f"-I{include}", "-shared", *undefined]
             command = [*compiler, *options, str(source), "-o", str(built)]

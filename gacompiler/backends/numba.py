@@ -17,23 +17,20 @@ from .c_batch import named_parts
 from .printers import PYTHON, Names
 
 
-def function_text(program: Program, forms: Sequence[Uniform] = ()) -> list[str]:
-    """The lines of a kernel, and of both functions of its forms for batches with arguments that stay."""
-    lines = _one_function(program)
-    for form in forms:
-        for part in named_parts(program, form):
-            lines += ["", "", *_one_function(part)]
-    return lines
+def function_text(program: Program, forms: Sequence[Uniform] = ()) -> list[list[str]]:
+    """The lines of a kernel, and then of both functions of each of its forms."""
+    parts = [part for form in forms for part in named_parts(program, form)]
+    return [_one_function(program, program.name), *(_one_function(part, f"_{part.name}") for part in parts)]
 
 
-def _one_function(program: Program) -> list[str]:
+def _one_function(program: Program, name: str) -> list[str]:
     """The lines of one function."""
     names = Names()
     parameters = names.parameters(program)
     parameters += [names.fresh(result.name) for result in program.results]
     outputs = parameters[len(program.arguments) :]
     used = used_variables(program)
-    lines = [f"def _{program.name}({', '.join(parameters)}):"]
+    lines = [f"def {name}({', '.join(parameters)}):"]
     for argument, parameter in zip(program.arguments, parameters, strict=False):
         if argument.shape:
             lines += [

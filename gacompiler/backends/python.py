@@ -1,34 +1,32 @@
-"""The Python module of a spec: runtime, layouts, kernels, in one file that needs numpy and nothing of this package."""
+"""The Python module of a spec: layouts, kernels and values, declared to the runtime beside it."""
 
 from __future__ import annotations
 
-import ast
 import builtins
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 
 from ..errors import BackendError
-from ..ir.program import Argument, Program, Result
-from ..ir.uniform import Uniform
-from .approximations import APPROXIMATIONS, FARTHEST, coefficients, numbers
-from .build import FOLDER, extension_name, library_name
+from ..gac_runtime.kernel import result_names
+from ..gac_runtime.module import INTERFACE
+from ..ir.program import Argument, Result
+from .build import library_name
 from .c import c_source, environment
 from .c_batch import C_ENDINGS, C_HELPERS, FORM_PARTS, form_name
-from .documentation import docstring, stamp
+from .documentation import stamp
 from .module import KernelSource, LayoutText, ModuleSource
-from .named import named_lines
 from .numba import function_text
 from .values import class_text, combined_types, operator_lines, value_types
 
 PUBLIC = ("Kernel", "Layout", "Value", "backend", "kernels", "num_threads")
 """What a module offers besides its kernels and types."""
 
-_RUNTIME = (
-    *("functions", "strides", "layout", "extension", "threads", "libraries", "batches"),
-    *("llvm", "terms", "transcendental", "tiles", "movers", "loops", "intrinsics", "numba", "kernel", "value"),
-)
-"""The runtime files, each before what uses it."""
+_OWN = ("GeneratedModule", "SCALAR", "annotations", "error")
+"""Other names that the text of a module has."""
+
+RUNTIME = "gac_runtime"
+"""The folder of what modules import, here and beside them."""
 
 _WIDTH = 120
 
@@ -51,100 +49,38 @@ def python_source(module: ModuleSource) -> str:
     names = [kernel.program.name for kernel in module.kernels]
     types = value_types(module, {*taken_names(), *names})
     layouts = _layout_names(module, types)
+    declared = [_layout(name, layout) for layout, name in layouts.items() if not layout.is_scalar]
     body = (
         environment()
         .get_template("module.py.jinja")
         .render(
-            name=module.name,
             summary=_escaped(module.summary.strip()),
-            runtime=runtime_text(),
-            folder=FOLDER,
+            command=module.command,
+            interface=INTERFACE,
             library=library_name(module.name, c_source(module)),
-            layouts=[_layout(name, layout) for layout, name in layouts.items()],
-            kernels=[_kernel(kernel, layouts) for kernel in module.kernels],
-            types=["\n".join(class_text(name, layout, layouts[layout])) for name, layout in types.values()],
+            layouts=declared,
+            kernels=["\n".join(_kernel(kernel, layouts)) for kernel in module.kernels],
+            types=["\n".join(class_text(name, layouts[layout])) for name, layout in types.values()],
             operators=operator_lines(module, types),
-            combined=combined_types(types),
-            names=_tuple(names),
-            public=_list([*names, *(name for name, _ in types.values()), *PUBLIC]),
+            sums=", ".join(combined_types(types)),
+            public=_filled([_string(name) for name in (*names, *(name for name, _ in types.values()), *PUBLIC)]),
         )
     )
     return stamp(body, module, "#")
 
 
 @cache
-def runtime_text() -> str:
-    """What every module holds before its kernels: the runtime files as one, with their imports together."""
-    modules: set[str] = set()
-    names: dict[str, set[str]] = {}
-    bodies = []
-    for part in _RUNTIME:
-        text = (Path(__file__).parent / "templates" / f"runtime_{part}.py").read_text(encoding="utf-8")
-        nodes = [node for node in ast.parse(text).body if isinstance(node, (ast.Import, ast.ImportFrom))]
-        bodies.append("\n".join(text.splitlines()[nodes[-1].end_lineno or 0 :]).strip("\n"))
-        for node in nodes:
-            if isinstance(node, ast.Import):
-                modules.update(ast.unparse(node).splitlines())
-            elif not node.level and node.module != "__future__":
-                names.setdefault(str(node.module), set()).update(alias.name for alias in node.names)
-    modules.remove("import numpy as np")
-    lines = sorted(modules) + [f"from {module} import {', '.join(sorted(names[module]))}" for module in sorted(names)]
-    text = "\n".join([*lines, "", "import numpy as np", *(f"\n\n{body}" for body in bodies)])
-    values = {
-        '_EXTENSION = ""': f'"{extension_name()}"',
-        '_EXTENSION_FOLDER = ""': f'"{FOLDER}"',
-        "_FARTHEST = 0": str(FARTHEST),
-        "_CONSTANTS: dict[str, dict[str, float]] = {}": _constants(),
-        "_POLYNOMIALS: dict[str, dict[str, tuple[float, ...]]] = {}": _polynomials(),
-    }
-    for line, value in values.items():
-        text = text.replace(f"\n{line}\n", f"\n{line.partition(' = ')[0]} = {value}\n")
-    return text
-
-
-def _constants() -> str:
-    """The constants of transcendental functions, by type."""
-    return _by_type(lambda double: [f'"{name}": {value!r},' for name, value in numbers(double=double).items()])
-
-
-def _polynomials() -> str:
-    """The polynomials of transcendental functions, by type."""
-
-    def lines(double: bool) -> Iterator[str]:
-        for name in APPROXIMATIONS:
-            terms = [f"{c!r}," for c in coefficients(name, double=double)]
-            yield f'"{name}": ('
-            yield from (f"    {' '.join(terms[k : k + 4])}" for k in range(0, len(terms), 4))
-            yield "),"
-
-    return _by_type(lines)
-
-
-def _by_type(lines: Callable[[bool], Iterable[str]]) -> str:
-    text = ["{"]
-    for double, kind in ((True, "float64"), (False, "float32")):
-        text += [f'    "{kind}": {{', *(f"        {line}" for line in lines(double)), "    },"]
-    return "\n".join([*text, "}"])
-
-
-@cache
-def _runtime_names() -> frozenset[str]:
-    names: set[str] = {"backend", "kernels"}
-    for node in ast.parse(runtime_text()).body:
-        if isinstance(node, (ast.Import, ast.ImportFrom)):
-            names.update((alias.asname or alias.name).partition(".")[0] for alias in node.names)
-        elif isinstance(node, (ast.FunctionDef, ast.ClassDef)):
-            names.add(node.name)
-        elif isinstance(node, (ast.Assign, ast.AnnAssign)):
-            targets = node.targets if isinstance(node, ast.Assign) else [node.target]
-            names.update(name.id for target in targets for name in ast.walk(target) if isinstance(name, ast.Name))
-    return frozenset(names)
+def runtime_files() -> dict[str, str]:
+    """The files of the runtime, which lie beside modules: name -> text."""
+    folder = Path(__file__).parents[1] / RUNTIME
+    paths = sorted(path for ending in ("py", "typed", "c", "h") for path in folder.rglob(f"*.{ending}"))
+    return {f"{RUNTIME}/{path.relative_to(folder).as_posix()}": path.read_text(encoding="utf-8") for path in paths}
 
 
 @cache
 def taken_names() -> frozenset[str]:
     """Names that every emitted module needs for something else."""
-    return _runtime_names() | set(dir(builtins))
+    return frozenset({*PUBLIC, *_OWN, *dir(builtins)})
 
 
 def check_names(module: ModuleSource) -> None:
@@ -153,7 +89,7 @@ def check_names(module: ModuleSource) -> None:
     for kernel in module.kernels:
         name = kernel.program.name
         forms = [form_name(kernel.program, form, what) for form in kernel.uniform for what in FORM_PARTS]
-        own_names = (name, f"_{name}", *(f"{name}{ending}" for ending in C_ENDINGS), *forms)
+        own_names = (name, *(f"{name}{ending}" for ending in C_ENDINGS), *forms)
         for own in (*own_names, *(f"_{form}" for form in forms)):
             if own in taken or C_HELPERS.fullmatch(own):
                 taken.setdefault(own, "the C file itself")
@@ -167,93 +103,118 @@ def check_names(module: ModuleSource) -> None:
 
 
 def _layout_names(module: ModuleSource, types: Mapping[str, tuple[str, LayoutText]]) -> dict[LayoutText, str]:
-    """The layouts of kernels and types, once each, under short private names."""
+    """The layouts of kernels and types, once each, under the names of variables."""
+    taken = {*taken_names(), *(kernel.program.name for kernel in module.kernels), *(name for name, _ in types.values())}
     names: dict[LayoutText, str] = {}
     of_kernels = [layout for kernel in module.kernels for _, layout in kernel.layouts]
     for layout in (*of_kernels, *(layout for _, layout in types.values())):
-        if layout not in names:
-            short = "".join(c if c.isalnum() else "_" for c in layout.name.rpartition(".")[2]).upper()
-            name = f"_LAYOUT_{short}"
-            while name in names.values():
-                name += "_"
-            names[layout] = name
+        if layout in names:
+            continue
+        if layout.is_scalar:
+            names[layout] = "SCALAR"
+            continue
+        short = layout.name.rpartition(".")[2]
+        name = short.upper() if short.isidentifier() else f"LAYOUT_{len(names)}"
+        while name in taken or name in names.values():
+            name += "_"
+        names[layout] = name
     return names
 
 
 def _layout(name: str, layout: LayoutText) -> str:
-    fixed = _tuple_of(f"({_string(blade)}, {_string(value)})" for blade, value in layout.fixed)
-    lines = [f"{name} = Layout(", f"    name={_string(layout.name)},", "    blades=("]
-    line = "       "
-    for blade in layout.blades:
-        text = f" {_string(blade)},"
-        if len(line) + len(text) > _WIDTH:
-            lines.append(line)
-            line = "       "
-        line += text
-    lines += [line, "    ),"] if layout.blades else ["    ),"]
-    lines += [f"    fixed={fixed},", f"    unit={layout.unit},"]
-    if layout.implied:
-        implied = _tuple_of(f"({_string(blade)}, {_string(text)})" for blade, text in layout.implied)
-        lines.append(f"    implied={implied},")
-    return "\n".join([*lines, ")"])
-
-
-def _kernel(kernel: KernelSource, layouts: dict[LayoutText, str]) -> dict[str, object]:
-    program = kernel.program
-    return {
-        "name": program.name,
-        "function": "\n".join(function_text(program, kernel.uniform)),
-        "doc": f'"""{_escaped(docstring(kernel))}\n"""',
-        "inputs": _parts(program.arguments),
-        "outputs": _parts(program.results),
-        "layouts": [f"{_string(name)}: {layouts[layout]}" for name, layout in kernel.layouts],
-        "cost": "{" + ", ".join(f"{_string(name)}: {count}" for name, count in kernel.cost.as_dict().items()) + "}",
-        "polynomial": program.is_polynomial,
-        "ending": kernel_ending(program, kernel.uniform),
-        "named": named_lines(kernel),
+    """A layout in one line, or in more if it is long."""
+    implied = dict(layout.implied)
+    options = {
+        "fixed": _equations((blade, value) for blade, value in layout.fixed if blade not in implied),
+        "implied": _equations(layout.implied),
     }
+    parts = [_string(layout.name), _string(" ".join(layout.blades))]
+    parts += [f"{option}={_string(text)}" for option, text in options.items() if text]
+    parts += ["unit=True"] if layout.unit else []
+    return "\n".join(_call(f"{name} = _layout", parts))
 
 
-def kernel_ending(program: Program, forms: Sequence[Uniform], names: Sequence[str] = ()) -> list[str]:
-    """The last lines of a kernel object: its functions, and its forms.
-
-    A reader knows the names of the arguments only as they are printed, and gives what they are besides as `names`.
-    """
-    names = names or [argument.name for argument in program.arguments]
-    lines = [f"    functions=(_{program.name},),"]
-    if forms:
-        lines += ["    forms=(", *(f"        {_form(program, form, names)}," for form in forms), "    ),"]
-    return [*lines, ")"]
+def _equations(pairs: Iterable[tuple[str, str]]) -> str:
+    return ", ".join(f"{blade} = {value}" for blade, value in pairs)
 
 
-def _form(program: Program, form: Uniform, names: Sequence[str]) -> str:
-    """A form as the kernel object takes it: which arguments stay, from how many elements on, and its functions."""
-    each = zip(names, program.arguments, strict=True)
-    same = _tuple_of(_string(name) for name, argument in each if argument.name in form.same)
-    functions = [f"_{form_name(program, form, what)}" for what in ("prepare", "apply")]
-    return f"({same}, {form.least(program)}, {form.apply.arguments[0].shape[0]}, ({', '.join(functions)}))"
+def _kernel(kernel: KernelSource, layouts: Mapping[LayoutText, str]) -> list[str]:
+    """A kernel and its forms: the function on one element under what declares it."""
+    program, name = kernel.program, kernel.program.name
+    texts = function_text(program, kernel.uniform)
+    lines = [*declaration(kernel, [layouts[layout] for _, layout in kernel.layouts]), texts[0][0]]
+    lines += [*_documentation(kernel.summary), *texts[0][1:]]
+    for form, prepare, apply in zip(kernel.uniform, texts[1::2], texts[2::2], strict=True):
+        functions = [f"_{form_name(program, form, what)}" for what in ("prepare", "apply")]
+        once, each = form.costs
+        options = {
+            "least": str(form.least(program)),
+            "n_prepared": str(form.apply.arguments[0].shape[0]),
+            "once": _string(str(once)),
+            "each": _string(str(each)),
+        }
+        same = _string(" ".join(form.same))
+        parts = [name, same, *functions, *(f"{option}={value}" for option, value in options.items())]
+        lines += ["", "", *prepare, "", "", *apply, "", "", *_call("_module.form", parts)]
+    if kernel.result_names:
+        lines += ["", "", *_call(f"{name} = _module.named", [name, _string(" ".join(kernel.result_names))])]
+    return lines
 
 
-def _parts(parts: tuple[Argument, ...] | tuple[Result, ...]) -> list[str]:
-    return [f"({_string(part.name)}, {part.shape})" for part in parts]
+def declaration(kernel: KernelSource, layouts: Sequence[str]) -> list[str]:
+    """The decorator of a kernel."""
+    program, cost = kernel.program, kernel.cost
+    arguments, results = ([part.name for part in parts] for parts in (program.arguments, program.results))
+    signature = "->".join(",".join(map(_shape, parts)) for parts in (program.arguments, program.results))
+    counts = f"{cost}, {cost.fma} fma"
+    parts = [_string(signature), *layouts, f"cost={_string(counts)}"]
+    printed = printed_arguments(kernel)
+    parts += [f"names={_string(' '.join(arguments))}"] if printed != arguments else []
+    parts += [f"results={_string(' '.join(results))}"] if results != result_names(len(results)) else []
+    parts += [f"assumes=({', '.join(map(_string, kernel.relations))},)"] if kernel.relations else []
+    parts += [f"error={_string(kernel.error)}"] if kernel.error else []
+    return _call("@_module.kernel", parts)
 
 
-def _tuple_of(texts: Iterable[str]) -> str:
-    items = list(texts)
-    return "(" + ", ".join(items) + ("," if len(items) == 1 else "") + ")"
+def printed_arguments(kernel: KernelSource) -> list[str]:
+    """The names of the parameters of the function, which a language may not let be those of the arguments."""
+    head = function_text(kernel.program)[0][0]
+    return head.partition("(")[2].rpartition(")")[0].split(", ")[: len(kernel.program.arguments)]
+
+
+def _shape(part: Argument | Result) -> str:
+    return f"({','.join(map(str, part.shape))})"
+
+
+def _documentation(summary: str) -> list[str]:
+    """The docstring of a function: what its author wrote."""
+    text = _escaped(summary.strip())
+    first, *rest = text.splitlines() or [""]
+    lines = [f'    """{first}', *(f"    {line}" if line else "" for line in rest)]
+    return [f'{lines[0]}"""'] if not rest else [*lines, '    """']
+
+
+def _call(function: str, parts: Sequence[str]) -> list[str]:
+    """A call, in one line if it is short."""
+    line = f"{function}({', '.join(parts)})"
+    if len(line) <= _WIDTH:
+        return [line]
+    return [f"{function}(", *(f"    {line}" for line in _filled(list(parts), _WIDTH - 4)), ")"]
+
+
+def _filled(items: Sequence[str], width: int = _WIDTH - 4) -> list[str]:
+    """Items with commas after them, as many in a line as fit; an item that is longer than a line has one of its own."""
+    lines = [""]
+    for item in items:
+        if lines[-1] and len(lines[-1]) + len(item) + 2 > width:
+            lines.append("")
+        lines[-1] += f"{' ' if lines[-1] else ''}{item},"
+    return lines
 
 
 def _string(text: str) -> str:
     quoted = repr(text)
     return f'"{quoted[1:-1]}"' if quoted[0] == "'" and '"' not in quoted else quoted
-
-
-def _tuple(names: list[str]) -> str:
-    return "(\n" + "".join(f"    {_string(name)},\n" for name in names) + ")"
-
-
-def _list(names: list[str]) -> str:
-    return "[\n" + "".join(f"    {_string(name)},\n" for name in names) + "]"
 
 
 def _escaped(text: str) -> str:

@@ -15,6 +15,7 @@ from math import prod
 from typing import Any, NamedTuple
 
 from ..errors import BackendError
+from ..gac_runtime.module import shapes_in
 from ..ir.interpret import interpret
 from ..ir.program import Argument, Line, Operand, Program, Result
 from ..ir.scalar import Op
@@ -22,7 +23,6 @@ from ..ir.uniform import Uniform
 from ..ir.verify import verify
 from .c import c_body
 from .numba import function_text, indices
-from .python import kernel_ending, runtime_text
 
 Function = Callable[..., tuple[tuple[Any, ...], ...]]
 
@@ -208,65 +208,55 @@ def _form(
 
 def python_programs(text: str) -> dict[str, Read]:
     """The programs that a ``.py`` module holds."""
-    body, runtime = _body(text, "#"), runtime_text()
-    start = max(0, body.find(runtime[:80]))
-    _compare("Python text", runtime, body[start : start + len(runtime)])
-    body = body[start + len(runtime) :]
-    lines = body.splitlines()
-    programs = {}
-    for node in ast.parse(body).body:
-        if not (isinstance(node, ast.Assign) and isinstance(node.value, ast.Call)):
-            continue
-        if not (isinstance(node.value.func, ast.Name) and node.value.func.id == "Kernel"):
-            continue
-        described = {
-            str(keyword.arg): ast.literal_eval(keyword.value)
-            for keyword in node.value.keywords
-            if keyword.arg in ("name", "inputs", "outputs", "polynomial")
-        }
-        read = _python_program(lines, described)
-        expected = kernel_ending(read.program, read.forms, [name for name, _ in described["inputs"]])
-        last = lines[: node.end_lineno][-len(expected) :]
-        _compare(f"Python text of {read.program.name}", "\n".join(expected), "\n".join(last))
-        if described["polynomial"] != read.program.is_polynomial:
-            raise BackendError(f"Python text of {read.program.name}", f"polynomial={described['polynomial']}")
-        programs[read.program.name] = read
-    return programs
+    body = _body(text, "#")
+    lines, tree = body.splitlines(), ast.parse(body)
+    forms: dict[str, list[ast.Call]] = {}
+    for node in tree.body:
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Call):
+            called = node.value
+            if ast.unparse(called.func) == "_module.form":
+                forms.setdefault(ast.unparse(called.args[0]), []).append(called)
+    return {
+        node.name: _python_program(lines, node, node.decorator_list[0], forms.get(node.name, []))
+        for node in tree.body
+        if isinstance(node, ast.FunctionDef) and node.decorator_list and isinstance(node.decorator_list[0], ast.Call)
+    }
 
 
-def _python_function(lines: list[str], name: str) -> tuple[int, str, list[str], list[str]]:
-    """Where a function begins, and its name, parameters and statements."""
-    starts = [k for k, line in enumerate(lines) if line.startswith(f"def _{name}(")]
+def _python_function(lines: list[str], name: str) -> tuple[str, list[str], list[str]]:
+    """The name, parameters and statements of a function."""
+    starts = [k for k, line in enumerate(lines) if line.startswith(f"def {name}(")]
     head = re.fullmatch(r"def \w+\((.*)\):", lines[starts[0]]) if starts else None
     if head is None:
-        raise BackendError(f"Python text of {name}", "no function of that name", f"def _{name}(...)")
+        raise BackendError(f"Python text of {name}", "no function of that name", f"def {name}(...)")
     statements = [line.strip() for line in lines[starts[0] + 1 : lines.index("", starts[0])]]
-    return starts[0], name, head[1].split(", "), statements
+    return name.removeprefix("_"), head[1].split(", "), statements
 
 
-def _python_program(lines: list[str], described: dict[str, Any]) -> Read:
-    start, name, parameters, statements = _python_function(lines, described["name"])
-    parts = [*described["inputs"], *described["outputs"]]
-    if len(parameters) != len(parts):
-        raise BackendError(f"Python text of {name}", "no function of its inputs and outputs", f"def _{name}(...)")
-    n_inputs = len(described["inputs"])
+def _python_program(lines: list[str], node: ast.FunctionDef, decorator: ast.expr, forms: list[ast.Call]) -> Read:
+    assert isinstance(decorator, ast.Call)
+    name = node.name
+    shapes, out_shapes = shapes_in(ast.literal_eval(decorator.args[0]))
+    parameters = [argument.arg for argument in node.args.args]
+    if len(parameters) != len(shapes) + len(out_shapes):
+        raise BackendError(f"Python text of {name}", "no function of its inputs and outputs", f"def {name}(...)")
     shaped = [
-        _Parameter(parameter, shape, k >= n_inputs)
-        for k, (parameter, (_, shape)) in enumerate(zip(parameters, parts, strict=True))
+        _Parameter(parameter, shape, k >= len(shapes))
+        for k, (parameter, shape) in enumerate(zip(parameters, (*shapes, *out_shapes), strict=True))
     ]
+    statements = [line.strip() for line in lines[node.body[0].end_lineno : node.end_lineno]]
     program = _program(name, shaped, statements, indices)
-    # Another kernel may have a name that begins like that of a form: what belongs to this one stands before its object.
-    lines = lines[: next((k for k, line in enumerate(lines) if line == f"{name} = Kernel("), None)]
-    heads = [line[5:].partition("(")[0] for line in lines[start:] if line.startswith(f"def _{name}_prepare_")]
-    forms = []
-    for prepare in heads:
-        apply = f"{name}_apply_{prepare.removeprefix(f'{name}_prepare_')}"
-        forms.append(
-            _form(program, *_python_function(lines, prepare)[1:], *_python_function(lines, apply)[1:], indices)
-        )
-    expected = function_text(program, forms)
-    _compare(f"Python text of {name}", "\n".join(expected), "\n".join(lines[start : start + len(expected)]))
-    return Read(program, tuple(forms))
+    read = []
+    for form in forms:
+        prepare, apply = (_python_function(lines, ast.unparse(argument)) for argument in form.args[2:4])
+        read.append(_form(program, *prepare, *apply, indices))
+    expected = function_text(program, read)
+    found = [lines[node.lineno - 1], *lines[node.body[0].end_lineno : node.end_lineno]]
+    _compare(f"Python text of {name}", "\n".join(expected[0]), "\n".join(found))
+    for text in expected[1:]:
+        start = lines.index(text[0])
+        _compare(f"Python text of {name}", "\n".join(text), "\n".join(lines[start : start + len(text)]))
+    return Read(program, tuple(read))
 
 
 def _program(

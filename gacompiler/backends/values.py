@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 import keyword
-import textwrap
 from collections.abc import Collection, Mapping
 from itertools import product
 
-from .documentation import layout_text
 from .module import LayoutText, ModuleSource
-
-_WIDTH = 116
 
 
 def value_types(module: ModuleSource, taken: Collection[str]) -> dict[str, tuple[str, LayoutText]]:
@@ -74,17 +70,9 @@ def _type_name(name: str) -> str:
     return "".join(part[:1].upper() + (part[1:].lower() if part.isupper() else part[1:]) for part in name.split("_"))
 
 
-def class_text(name: str, layout: LayoutText, variable: str) -> list[str]:
+def class_text(name: str, variable: str) -> list[str]:
     """The lines of a type, with its layout under the name of a variable."""
-    about = textwrap.wrap(f'"""{layout_text(layout)}', _WIDTH, break_on_hyphens=False)
-    about = [f'{about[0]}"""'] if len(about) == 1 else [*about, '"""']
-    return [
-        f"class {name}(Value):",
-        *(f"    {line}" for line in about),
-        "",
-        "    __slots__ = ()",
-        f"    layout = {variable}",
-    ]
+    return [f"class {name}(Value):", "    __slots__ = ()", f"    layout = {variable}"]
 
 
 def operator_lines(module: ModuleSource, types: Mapping[str, tuple[str, LayoutText]]) -> list[str]:

@@ -19,9 +19,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..backends import find_compiler
-from ..backends.build import extension_name, extension_path
 from ..backends.c import kernel_text
-from ..backends.templates.runtime_extension import _loaded_extension
+from ..gac_runtime.extension import extension_path, load
 from ..generate import generated_folder
 from ..ir.program import Program
 from ..runtime import cache_folder
@@ -252,7 +251,7 @@ class _Extension:
             QUEUE.start()
 
     def _settle(self, place: Path) -> None:
-        self.found = _loaded_extension(str(place.parent), extension_name()) if is_wanted() else None
+        self.found = load(place) if is_wanted() else None
         self.is_settled = True
 
 

@@ -200,8 +200,8 @@ class Operator:
         few = dtype == np.float64 and not self._is_exact and int(np.prod(leading)) <= FEW
         if few not in self._python:
             names: dict[str, Any] = dict(LIBRARY if few else NUMPY)
-            exec("\n".join(function_text(self.program)), names)
-            self._python[few] = names[f"_{self.program.name}"]
+            exec("\n".join(function_text(self.program)[0]), names)
+            self._python[few] = names[self.program.name]
         if dtype.kind == "c" and not self.program.is_polynomial:
             raise TypeError(f"{self.definition.name}: complex numbers; expected real ones, it is no polynomial")
         parts = [

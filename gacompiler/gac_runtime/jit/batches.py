@@ -1,8 +1,6 @@
 """What runs the loop of a kernel over a batch under numba, in blocks where arrays do not lie at unit stride.
 
 The same as in the C files; free names are bound before numba compiles it.
-
-Copied into every generated module as it is, with the other ``runtime_`` files.
 """
 
 from __future__ import annotations
@@ -11,16 +9,22 @@ from typing import Any
 
 import numpy as np
 
-_ROW, _LEAST_ROW, _SPACE = 64, 16, 24 * 1024
+ROW, LEAST_ROW, SPACE = 64, 16, 24 * 1024
 """Elements of a block if its rows fit into so many bytes, and the fewest in any case."""
-_LINE, _LEAST_ALIGNED = 64, 512
+LINE, LEAST_ALIGNED = 64, 512
 """Bytes of a line of a cache, and the least number of elements for which results are stored by whole lines."""
-_HEAD, _FORM, _N_FLAGS = 3, 5, 62
+HEAD, FORM, N_FLAGS = 3, 5, 62
 """Of the table of a kernel: numbers before its parts, and of each form; how many arguments a form can have still."""
-_DONE = -1
+DONE = -1
 """What the driver returns; after an exception, such as of memory, numba's functions that C calls return 0."""
-_STILL, _AS_IT_LIES, _MOVED = 0, 1, 2
+STILL, AS_IT_LIES, MOVED = 0, 1, 2
 """How a part gets to its loop: once for all, from where it lies, or through rows of a block."""
+
+CONSTANTS = (
+    *("ROW", "LEAST_ROW", "SPACE", "LINE", "LEAST_ALIGNED", "HEAD", "FORM", "N_FLAGS", "DONE"),
+    *("STILL", "AS_IT_LIES", "MOVED"),
+)
+"""The names above, which the functions below are bound to."""
 
 # Free names of the functions that follow: the type and the width of a number, and what numba has no words for.
 _real: Any = None
@@ -41,7 +45,7 @@ _lay_rows: Any = None
 _move_block: Any = None
 
 
-def _numba_move_rows(back: int, x: int, row: int, a: int, s: int, c: int, size: int, n: int) -> None:
+def move_rows(back: int, x: int, row: int, a: int, s: int, c: int, size: int, n: int) -> None:
     """Rows at `x` of `size` components `c` bytes apart of `n` elements `s` bytes apart at `a`, or back to there."""
     done = 0
     if size == 3 and c == _w and s == 3 * _w:
@@ -68,7 +72,7 @@ def _numba_move_rows(back: int, x: int, row: int, a: int, s: int, c: int, size: 
             _copy(x + (k * row + done) * _w, _w, a + k * c + done * s, s, n - done)
 
 
-def _numba_move_part(
+def move_part(
     back: int, x: int, row: int, table: Any, at: int, a: int, s: int, strides: Any, first: int, n: int
 ) -> None:
     """All rows of a part, from the batch or back to it; axes that lie as one are moved as one."""
@@ -87,25 +91,25 @@ def _numba_move_part(
         _move_rows(back, x + k * row * _w, row, a + offset, s, step, count, n)
 
 
-def _numba_lay_rows(
+def lay_rows(
     table: Any, arrays: Any, steps: Any, hoisted: int, size: int, row: int, x: int, rows: Any, starts: Any, kinds: Any,
     cores: Any
 ) -> None:  # fmt: skip
     """How every part gets to its loop, and where those that are moved have their rows, from `x` on."""
     n_inputs, n_parts = table[0], table[1]
-    at, first = _HEAD, n_parts
+    at, first = HEAD, n_parts
     for p in range(n_parts):
         rank, step = table[at + 1], steps[p]
         rows[p] = x
-        if p < _N_FLAGS and hoisted >> p & 1 == 1:
-            kinds[p] = _STILL
+        if p < N_FLAGS and hoisted >> p & 1 == 1:
+            kinds[p] = STILL
         elif step == _w:
-            kinds[p] = _AS_IT_LIES
+            kinds[p] = AS_IT_LIES
         else:
-            kinds[p] = _MOVED
+            kinds[p] = MOVED
             starts[p] = x
             if step == 0 and p < n_inputs:
-                kinds[p] = _STILL
+                kinds[p] = STILL
                 _move_part(0, x, row, table, at, arrays[p], 0, steps, first, min(row, size))
             between = row * _w
             for axis in range(rank - 1, -1, -1):
@@ -116,31 +120,29 @@ def _numba_lay_rows(
         at += 2 + rank
 
 
-def _numba_move_block(
-    back: int, table: Any, arrays: Any, steps: Any, kinds: Any, rows: Any, row: int, i: int, n: int
-) -> None:
+def move_block(back: int, table: Any, arrays: Any, steps: Any, kinds: Any, rows: Any, row: int, i: int, n: int) -> None:
     """What is moved of `n` elements from `i` on: arguments into their rows, or results back from there."""
-    at, first = _HEAD, table[1]
+    at, first = HEAD, table[1]
     for p in range(table[1]):
-        if kinds[p] == _MOVED and (p >= table[0]) == (back == 1):
+        if kinds[p] == MOVED and (p >= table[0]) == (back == 1):
             _move_part(back, rows[p], row, table, at, arrays[p] + i * steps[p], steps[p], steps, first, n)
         first += table[at + 1]
         at += 2 + table[at + 1]
 
 
-def _numba_batch(table: Any, arrays: Any, sizes: Any, steps: Any) -> int:
+def run_batch(table: Any, arrays: Any, sizes: Any, steps: Any) -> int:
     """A kernel over a batch: at once where its loop reads and writes where the parts lie, else in blocks of rows.
 
     `table` has the numbers of arguments, of parts and of strides in an element; then the size of each part, its number
     of axes and its lengths; then forms, of which the last is the kernel itself: the arguments that stay, as bits, the
     least number of elements, how many numbers are prepared, and the loops over rows and over elements in C order.
 
-    Returns `_DONE`, or the place in the table of a loop that has to be compiled first; 0 where an error ended it.
+    Returns `DONE`, or the place in the table of a loop that has to be compiled first; 0 where an error ended it.
     """
     n_inputs, n_parts, n_cores, size = table[0], table[1], table[2], sizes[0]
-    at, first, still, ordered = _HEAD, n_parts, 0, True
+    at, first, still, ordered = HEAD, n_parts, 0, True
     for p in range(n_parts):
-        if size > 1 and p < min(n_inputs, _N_FLAGS) and steps[p] == 0:
+        if size > 1 and p < min(n_inputs, N_FLAGS) and steps[p] == 0:
             still |= 1 << p
         else:
             step = _w
@@ -151,7 +153,7 @@ def _numba_batch(table: Any, arrays: Any, sizes: Any, steps: Any) -> int:
         first += table[at + 1]
         at += 2 + table[at + 1]
     while still & table[at] != table[at] or size < table[at + 1]:
-        at += _FORM
+        at += FORM
     hoisted, n_prepared = table[at], table[at + 2]
     in_order, in_place = ordered and still == hoisted, True
     place = at + 4 if in_order else at + 3
@@ -159,14 +161,14 @@ def _numba_batch(table: Any, arrays: Any, sizes: Any, steps: Any) -> int:
     if run == 0:
         return place
     for p in range(n_parts):
-        in_place = in_place and (steps[p] == _w or size == 1 or (p < _N_FLAGS and hoisted >> p & 1 == 1))
+        in_place = in_place and (steps[p] == _w or size == 1 or (p < N_FLAGS and hoisted >> p & 1 == 1))
     # Elements before the first whose result starts a line: a vector stored across two lines takes twice the time.
     head = 0
-    if size >= _LEAST_ALIGNED and not in_order and steps[n_inputs] == _w:
-        head = (-arrays[n_inputs] & (_LINE - 1)) // _w
+    if size >= LEAST_ALIGNED and not in_order and steps[n_inputs] == _w:
+        head = (-arrays[n_inputs] & (LINE - 1)) // _w
     if (in_order or in_place) and hoisted == 0 and head == 0:
         _call(run, size, _at(arrays, 0), _at(steps, n_parts))
-        return _DONE
+        return DONE
     # Where the parts are and what is prepared, where their rows are, how they get there, and the strides in an element.
     local = np.empty(3 * n_parts + 1 + n_cores, np.intp)
     prepared = np.empty(n_prepared + 1, _real)
@@ -186,24 +188,24 @@ def _numba_batch(table: Any, arrays: Any, sizes: Any, steps: Any) -> int:
         _call(run, size - head, _place(starts), _place(cores))
         # numba frees an array after its last use, and these are used by their addresses until here.
         local[0] = prepared[0]
-        return _DONE
-    total, n_bytes, at = 0, 0, _HEAD
+        return DONE
+    total, n_bytes, at = 0, 0, HEAD
     for p in range(n_parts):
         total += table[at]
         n_bytes += abs(steps[p])
         at += 2 + table[at + 1]
-    row = _ROW if size < (1 << 24) // (n_bytes + 1) else _LEAST_ROW
-    while row > _LEAST_ROW and row * total * _w > _SPACE:
+    row = ROW if size < (1 << 24) // (n_bytes + 1) else LEAST_ROW
+    while row > LEAST_ROW and row * total * _w > SPACE:
         row //= 2
     space = np.empty(row * total, _real)
     _lay_rows(table, arrays, steps, hoisted, size, row, _place(space), rows, starts, kinds, cores)
     for i in range(0, size, row):
         n = min(row, size - i)
         for p in range(n_parts):
-            if kinds[p] == _AS_IT_LIES:
+            if kinds[p] == AS_IT_LIES:
                 starts[p] = arrays[p] + i * _w
         _move_block(0, table, arrays, steps, kinds, rows, row, i, n)
         _call(run, n, _place(starts), _place(cores))
         _move_block(1, table, arrays, steps, kinds, rows, row, i, n)
     space[0] = local[0] = prepared[0]
-    return _DONE
+    return DONE

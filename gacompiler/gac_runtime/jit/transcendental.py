@@ -1,7 +1,4 @@
-"""Sine and its kin without branches, step for step as in the C files: at most 2 ulp from the exact values.
-
-Copied into every generated module as it is, with the other ``runtime_`` files.
-"""
+"""Sine and its kin without branches, step for step as in the C files: at most 2 ulp from the exact values."""
 
 from __future__ import annotations
 
@@ -10,22 +7,41 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from .runtime_functions import _OF_ANGLES
-from .runtime_llvm import _tools
-from .runtime_terms import _Term
+from ..functions import OF_ANGLES
+from .llvm import intrinsic, widest
+from .terms import Term
 
-_CONSTANTS: dict[str, dict[str, float]] = {}
+CONSTANTS: dict[str, dict[str, float]] = {
+    "float64": {
+        "quarter_inverse": 0.6366197723675814,
+        "log_inverse": 1.4426950408889634,
+        "quarter_0": 1.5707963267948966,
+        "quarter_1": 6.123233995736766e-17,
+        "quarter_2": -1.4973849048591698e-33,
+        "log_0": 0.6931471805599453,
+        "log_1": 2.3190468138462996e-17,
+    },
+    "float32": {
+        "quarter_inverse": 0.6366197466850281,
+        "log_inverse": 1.4426950216293335,
+        "quarter_0": 1.5707963705062866,
+        "quarter_1": -4.371138828673793e-08,
+        "quarter_2": -1.7151245100058819e-15,
+        "log_0": 0.6931471824645996,
+        "log_1": -1.9046542121259336e-09,
+    },
+}
 """Of the transcendental functions, in parts, for each type."""
-_FARTHEST = 0
+FARTHEST = 65536
 """Sines and cosines of larger arguments are those of the C library."""
 
 
 class _Format:
     """Of the numbers of a type."""
 
-    def __init__(self, x: _Term) -> None:
+    def __init__(self, x: Term) -> None:
         double = x.is_double
-        self.constants = _CONSTANTS[x.type_name]
+        self.constants = CONSTANTS[x.type_name]
         self.width, self.fraction, self.bias = (64, 52, 1023) if double else (32, 23, 127)
         """Bits of a number and of its fraction, and what is added to exponents."""
         self.shift = 1.5 * 2**self.fraction
@@ -38,11 +54,11 @@ class _Format:
         """1 and the root of 1/2 as words."""
 
 
-def _is_far(x: _Term) -> _Term:
-    return x.absolute() > _FARTHEST
+def _is_far(x: Term) -> Term:
+    return x.absolute() > FARTHEST
 
 
-def _quarters_of(x: _Term) -> tuple[_Term, _Term]:
+def _quarters_of(x: Term) -> tuple[Term, Term]:
     """How many quarter turns an angle has, modulo 4, and what is left, up to an eighth of a turn.
 
     The first difference is exact, so what the three parts of a quarter turn leave is rounded where it is small.
@@ -55,29 +71,29 @@ def _quarters_of(x: _Term) -> tuple[_Term, _Term]:
     return shifted.bits(), rest
 
 
-def _sin_of_rest(x: _Term) -> _Term:
+def _sin_of_rest(x: Term) -> Term:
     z = x * x
     return (x * z).fused(z.polynomial("sin"), x)
 
 
-def _cos_of_rest(x: _Term) -> _Term:
+def _cos_of_rest(x: Term) -> Term:
     z = x * x
     return z.fused(z.fused(z.polynomial("cos"), -0.5), 1)
 
 
-def _sin_of(x: _Term) -> _Term:
+def _sin_of(x: Term) -> Term:
     n, rest = _quarters_of(x.absolute())
     y = n.is_odd().chosen(_cos_of_rest(rest), _sin_of_rest(rest))
     return y.flipped_by(x.bits() ^ (n << (_Format(x).width - 2)))
 
 
-def _cos_of(x: _Term) -> _Term:
+def _cos_of(x: Term) -> Term:
     n, rest = _quarters_of(x.absolute())
     y = n.is_odd().chosen(_sin_of_rest(rest), _cos_of_rest(rest))
     return y.flipped_by((n + 1) << (_Format(x).width - 2))
 
 
-def _exp_of(x: _Term) -> _Term:
+def _exp_of(x: Term) -> Term:
     """The power of 2 comes in two factors, so that the largest and the smallest results are reached."""
     form = _Format(x)
     known, bias, fraction, shift = form.constants, form.bias, form.fraction, x.like(form.shift)
@@ -91,7 +107,7 @@ def _exp_of(x: _Term) -> _Term:
     return (z * z).fused(z.polynomial("exp"), z).fused(a, a) * b
 
 
-def _log_of(x: _Term) -> _Term:
+def _log_of(x: Term) -> Term:
     """``x = 2^k (1 + f)``, ``1 + f`` between the roots of 1/2 and 2; numbers below the normal ones are scaled first."""
     form = _Format(x)
     known, fraction = form.constants, form.fraction
@@ -110,7 +126,7 @@ def _log_of(x: _Term) -> _Term:
     return (positive & (x < math.inf)).chosen(finite, other)
 
 
-def _atan2_of(y: _Term, x: _Term) -> _Term:
+def _atan2_of(y: Term, x: Term) -> Term:
     known = _Format(x).constants
     u, v = x.absolute(), y.absolute()
     swapped, left = v > u, x.is_negative()
@@ -124,7 +140,7 @@ def _atan2_of(y: _Term, x: _Term) -> _Term:
     return quarters.fused(known["quarter_0"], quarters.fused(known["quarter_1"], turned)).flipped_by(y.bits())
 
 
-def _acos_of(x: _Term) -> _Term:
+def _acos_of(x: Term) -> Term:
     known = _Format(x).constants
     u = x.absolute()
     large = u > 0.5
@@ -137,7 +153,7 @@ def _acos_of(x: _Term) -> _Term:
     return large.chosen((x < 0).chosen(left, right), middle)
 
 
-_FORMULAS: dict[str, Callable[..., _Term]] = {
+_FORMULAS: dict[str, Callable[..., Term]] = {
     "sin": _sin_of,
     "cos": _cos_of,
     "exp": _exp_of,
@@ -148,14 +164,13 @@ _FORMULAS: dict[str, Callable[..., _Term]] = {
 
 
 @functools.cache
-def _numba_transcendental(near: bool) -> dict[str, Any]:
+def transcendental_functions(near: bool) -> dict[str, Any]:
     """The functions under numba.
 
     Near sines and cosines take an array too, behind which they write 1 where an angle is too far for them.
     """
-    tools = _tools()
 
-    def exact(name: str, context: Any, builder: Any, real: Any, x: _Term, found: _Term) -> Any:
+    def exact(name: str, context: Any, builder: Any, real: Any, x: Term, found: Term) -> Any:
         before = builder.block
         with builder.if_then(_is_far(x).value, likely=False):
             library = context.get_function(getattr(math, name), real(real))(builder, [x.value])
@@ -165,18 +180,18 @@ def _numba_transcendental(near: bool) -> dict[str, Any]:
         chosen.add_incoming(library, inside)
         return chosen
 
-    def note(context: Any, builder: Any, kind: Any, value: Any, x: _Term) -> None:
+    def note(context: Any, builder: Any, kind: Any, value: Any, x: Term) -> None:
         array = context.make_array(kind)(context, builder, value)
         place = builder.gep(array.data, [array.nitems])
-        noted = _is_far(x).chosen(1, _Term(builder, builder.load(place)))
+        noted = _is_far(x).chosen(1, Term(builder, builder.load(place)))
         builder.store(noted.value, place)
 
-    def made(name: str, formula: Callable[..., _Term]) -> Any:
-        is_turn = name in _OF_ANGLES
+    def made(name: str, formula: Callable[..., Term]) -> Any:
+        is_turn = name in OF_ANGLES
 
         def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             values = arguments[:1] if is_turn else arguments
-            terms = [_Term(builder, value) for value in values]
+            terms = [Term(builder, value) for value in values]
             found = formula(*terms)
             if is_turn and near:
                 note(context, builder, signature.args[1], arguments[1], terms[0])
@@ -185,16 +200,16 @@ def _numba_transcendental(near: bool) -> dict[str, Any]:
             return found.value
 
         def one(typing: Any, x: Any) -> Any:
-            real = tools.widest([x])
+            real = widest([x])
             return real(real), code
 
         def two(typing: Any, y: Any, x: Any) -> Any:
-            real = tools.widest([y, x])
+            real = widest([y, x])
             return real(real, real), code
 
         def noting(typing: Any, x: Any, noted: Any) -> Any:
             return noted.dtype(noted.dtype, noted), code
 
-        return tools.intrinsic(noting if is_turn and near else two if name == "atan2" else one)
+        return intrinsic(noting if is_turn and near else two if name == "atan2" else one)
 
     return {name: made(name, formula) for name, formula in _FORMULAS.items()}

@@ -1,7 +1,4 @@
-"""Arguments and batches: which elements there are, where they lie, and what overlaps.
-
-Copied into every generated module as it is, with the other ``runtime_`` files.
-"""
+"""Arguments and batches: which elements there are, where they lie, and what overlaps."""
 
 from __future__ import annotations
 
@@ -11,40 +8,12 @@ from typing import Any
 
 import numpy as np
 
-_ndarray, _float32, _float64 = np.ndarray, np.float32, np.float64
-_FLOAT32, _FLOAT64 = np.dtype(np.float32), np.dtype(np.float64)
+from .definition import Definition
+
+FLOAT32, FLOAT64 = np.dtype(np.float32), np.dtype(np.float64)
 
 
-def _converted(values: tuple[Any, ...]) -> list[Any] | None:
-    """Numbers, lists and arrays of both precisions as arrays of one; None if they are anything else.
-
-    They are doubles where one of them is, Python's own numbers apart, and where there are no others.
-    """
-    arrays, own = [], []
-    for value in values:
-        if type(value) is _float64 or type(value) is float:
-            array = np.array(value, _FLOAT64)
-        elif type(value) is _float32:
-            array = np.array(value, _FLOAT32)
-        elif type(value) in (list, tuple, int):
-            try:
-                array = np.array(value)
-            except ValueError:
-                return None
-            if array.dtype.kind in "biu":
-                array = array.astype(_FLOAT64)
-        else:
-            array = value
-        if type(array) is not _ndarray or (array.dtype is not _FLOAT64 and array.dtype is not _FLOAT32):
-            return None
-        if type(value) is not float and type(value) is not int:
-            own.append(array.dtype)
-        arrays.append(array)
-    dtype = _FLOAT32 if own and _FLOAT64 not in own else _FLOAT64
-    return [array.astype(dtype, copy=False) for array in arrays]
-
-
-def _as_array(kernel: Any, name: str, value: Any) -> np.ndarray[Any, Any]:
+def as_array(definition: Definition, name: str, value: Any) -> np.ndarray[Any, Any]:
     """An argument of a kernel as an array of numbers that it takes.
 
     Integers and truth values are cast as numpy's functions cast them: to the smallest type that holds them all.
@@ -53,50 +22,54 @@ def _as_array(kernel: Any, name: str, value: Any) -> np.ndarray[Any, Any]:
     try:
         array = np.asarray(value)
     except ValueError as error:
-        raise ValueError(f"{kernel.name}: argument {name} is not an array of numbers ({error})") from None
+        raise ValueError(f"{definition.name}: argument {name} is not an array of numbers ({error})") from None
     if array.dtype.kind in "biu":
-        array = array.astype(np.result_type(array.dtype, _FLOAT32) if given else _FLOAT64)
+        array = array.astype(np.result_type(array.dtype, FLOAT32) if given else FLOAT64)
     if array.dtype.kind not in "fc" or array.dtype.itemsize not in ((4, 8) if array.dtype.kind == "f" else (8, 16)):
         raise TypeError(
-            f"{kernel.name}: argument {name} has dtype {array.dtype}; expected float32, float64"
-            + (", complex64 or complex128" if kernel._polynomial else "")
+            f"{definition.name}: argument {name} has dtype {array.dtype}; expected float32, float64"
+            + (", complex64 or complex128" if definition.is_polynomial else "")
             + f"; convert it with {name}.astype(float)"
         )
     return array
 
 
-def _leading(kernel: Any, operands: list[Any]) -> tuple[int, ...]:
+def leading_shape(definition: Definition, operands: list[Any]) -> tuple[int, ...]:
     """The shape of the batch that arguments make together."""
     shapes = [
-        operand.shape[: operand.ndim - len(shape)] for operand, shape in zip(operands, kernel._shapes, strict=True)
+        operand.shape[: operand.ndim - len(shape)] for operand, shape in zip(operands, definition.shapes, strict=True)
     ]
-    longest = max(shapes, key=len)
+    longest = max(shapes, key=len, default=())
     if all(shape == longest or not shape for shape in shapes):
         return tuple(longest)
     try:
         return np.broadcast_shapes(*shapes)
     except ValueError:
         text = ", ".join(
-            f"{name} {tuple(operand.shape)}" for (name, _), operand in zip(kernel._inputs, operands, strict=True)
+            f"{name} {tuple(operand.shape)}" for (name, _), operand in zip(definition.inputs, operands, strict=True)
         )
-        raise ValueError(f"{kernel.name}: leading axes do not broadcast: {text}; expected {kernel.signature}") from None
+        raise ValueError(
+            f"{definition.name}: leading axes do not broadcast: {text}; expected {definition.signature}"
+        ) from None
 
 
-def _checked_outs(kernel: Any, out: Any, leading: tuple[int, ...], dtype: np.dtype[Any]) -> list[Any] | None:
+def checked_outs(definition: Definition, out: Any, leading: tuple[int, ...], dtype: np.dtype[Any]) -> list[Any] | None:
     """What a caller gave to be written, one array for each result; None where nothing was given."""
     if out is None:
         return None
-    outs = [out] if len(kernel._outputs) == 1 and not isinstance(out, tuple) else out
-    if not isinstance(outs, (list, tuple)) or len(outs) != len(kernel._outputs):
-        names = ", ".join(name for name, _ in kernel._outputs)
+    outs = [out] if len(definition.outputs) == 1 and not isinstance(out, tuple) else out
+    if not isinstance(outs, (list, tuple)) or len(outs) != len(definition.outputs):
+        names = ", ".join(name for name, _ in definition.outputs)
         found = f"{len(outs)} arrays" if isinstance(outs, (list, tuple)) else type(out).__name__
-        raise TypeError(f"{kernel.name}: out is {found}; expected a tuple of {len(kernel._outputs)} arrays ({names})")
-    for (name, shape), target in zip(kernel._outputs, outs, strict=True):
-        place = f"{kernel.name}: out" if len(outs) == 1 else f"{kernel.name}: out {name}"
+        raise TypeError(
+            f"{definition.name}: out is {found}; expected a tuple of {len(definition.outputs)} arrays ({names})"
+        )
+    for (name, shape), target in zip(definition.outputs, outs, strict=True):
+        place = f"{definition.name}: out" if len(outs) == 1 else f"{definition.name}: out {name}"
         if not isinstance(target, np.ndarray):
             raise TypeError(f"{place} is {type(target).__name__}; expected an array")
         if target.shape != leading + shape:
-            raise ValueError(f"{place} has shape {target.shape}; expected {leading + shape}{kernel._blades(name)}")
+            raise ValueError(f"{place} has shape {target.shape}; expected {leading + shape}{definition.blades(name)}")
         if target.dtype != dtype:
             raise TypeError(f"{place} has dtype {target.dtype}; expected {dtype}, the type of the arguments")
         if not target.flags.writeable:
@@ -104,13 +77,13 @@ def _checked_outs(kernel: Any, out: Any, leading: tuple[int, ...], dtype: np.dty
     return list(outs)
 
 
-def _usable(array: Any, dtype: np.dtype[Any]) -> Any:
+def usable(array: Any, dtype: np.dtype[Any]) -> Any:
     if array.dtype is dtype and array.flags.aligned:
         return array
     return np.require(array, dtype, "A")
 
 
-def _overlap(array: Any, out: Any, n_axes: int) -> bool:
+def overlaps(array: Any, out: Any, n_axes: int) -> bool:
     """Whether writing an output would change an element of an argument that is still to be read.
 
     It may be where the argument is, if that has all axes of the batch: `n_axes` with those of its elements.
@@ -119,11 +92,11 @@ def _overlap(array: Any, out: Any, n_axes: int) -> bool:
         array.ndim == n_axes
         and array.shape == out.shape
         and array.strides == out.strides
-        and _address(array) == _address(out)
+        and address_of(array) == address_of(out)
     )
 
 
-def _steps(array: Any, leading: tuple[int, ...], shape: tuple[int, ...]) -> tuple[int, ...]:
+def steps_of(array: Any, leading: tuple[int, ...], shape: tuple[int, ...]) -> tuple[int, ...]:
     """Bytes from element to element along each leading axis, then along the axes of one element."""
     strides: tuple[int, ...] = array.strides
     missing = len(leading) + len(shape) - len(strides)
@@ -135,7 +108,7 @@ def _steps(array: Any, leading: tuple[int, ...], shape: tuple[int, ...]) -> tupl
     return (*(0 for _ in range(missing)), *outer, *strides[len(outer) :])
 
 
-def _coalesced(leading: tuple[int, ...], steps: list[tuple[int, ...]]) -> tuple[list[int], list[tuple[int, ...]]]:
+def coalesced(leading: tuple[int, ...], steps: list[tuple[int, ...]]) -> tuple[list[int], list[tuple[int, ...]]]:
     """The fewest loops over the same elements: neighbouring axes become one where every array allows it."""
     depth = len(leading)
     if depth == 1:
@@ -156,7 +129,7 @@ def _coalesced(leading: tuple[int, ...], steps: list[tuple[int, ...]]) -> tuple[
     return sizes, [(*(strides[k] for strides in kept), *step[depth:]) for k, step in enumerate(steps)]
 
 
-def _offsets(sizes: list[int], steps: list[tuple[int, ...]], inner: int) -> list[list[int]]:
+def outer_offsets(sizes: list[int], steps: list[tuple[int, ...]], inner: int) -> list[list[int]]:
     """Where the inner loop starts in every array, once for each turn of the outer loops."""
     outer = [axis for axis in range(len(sizes)) if axis != inner]
     return [
@@ -165,21 +138,17 @@ def _offsets(sizes: list[int], steps: list[tuple[int, ...]], inner: int) -> list
     ]
 
 
-def _address(array: Any) -> int:
+def address_of(array: Any) -> int:
     return int(array.__array_interface__["data"][0])
 
 
-def _returned(results: list[Any]) -> Any:
+def as_returned(results: list[Any]) -> Any:
     """Results as a call gives them: one or a tuple, and numbers where there is no axis."""
     results = [result if result.ndim else result[()] for result in results]
     return results[0] if len(results) == 1 else tuple(results)
 
 
-def _shape_text(shape: tuple[int, ...]) -> str:
-    return f"({', '.join(['...', *map(str, shape)])})"
-
-
-def _parsed(signature: str) -> list[list[tuple[int, ...]]] | None:
+def parsed_signature(signature: str) -> list[list[tuple[int, ...]]] | None:
     """The shapes of arguments and of results in ``(8),(3,3),()->(3)``; None if it is no such text."""
     shape = r"\((?:[1-9]\d*(?:,[1-9]\d*)*)?\)"
     text = signature.replace(" ", "")

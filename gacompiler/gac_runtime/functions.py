@@ -1,7 +1,4 @@
-"""What the free names of a kernel's text mean: on numbers, and on arrays of any namespace.
-
-Copied into every generated module as it is, with the other ``runtime_`` files.
-"""
+"""What the free names of a kernel's text mean: on numbers, and on arrays of any namespace."""
 
 from __future__ import annotations
 
@@ -15,6 +12,8 @@ from types import FunctionType
 from typing import Any
 
 import numpy as np
+
+from .definition import Definition
 
 
 def _minimum(a: Any, b: Any) -> Any:
@@ -41,7 +40,7 @@ def _select(condition: Any, a: Any, b: Any) -> Any:
     return a if condition != 0 else b
 
 
-_SCALAR: dict[str, Callable[..., Any]] = {
+SCALAR_FUNCTIONS: dict[str, Callable[..., Any]] = {
     "sqrt": math.sqrt,
     "sin": math.sin,
     "cos": math.cos,
@@ -59,11 +58,11 @@ _SCALAR: dict[str, Callable[..., Any]] = {
 }
 
 
-_OF_ANGLES = frozenset({"sin", "cos"})
+OF_ANGLES = frozenset({"sin", "cos"})
 """Functions of angles: vectors compute them for angles that are not too far."""
 
 
-def _bound(function: Callable[..., None], names: dict[str, Any]) -> Any:
+def bound(function: Callable[..., None], names: dict[str, Any]) -> Any:
     """`function` with its free names bound to `names`."""
     assert isinstance(function, FunctionType)
     bound = FunctionType(function.__code__, {"__builtins__": builtins, **names}, function.__name__)
@@ -71,7 +70,7 @@ def _bound(function: Callable[..., None], names: dict[str, Any]) -> Any:
     return bound
 
 
-def _namespace(arrays: tuple[Any, ...]) -> Any:
+def namespace_of(arrays: tuple[Any, ...]) -> Any:
     """The module whose functions work on these arrays."""
     for array in arrays:
         root = type(array).__module__.partition(".")[0]
@@ -82,15 +81,15 @@ def _namespace(arrays: tuple[Any, ...]) -> Any:
     return np
 
 
-def _namespace_operands(namespace: Any, arrays: tuple[Any, ...]) -> list[Any]:
+def namespace_operands(namespace: Any, arrays: tuple[Any, ...]) -> list[Any]:
     """Arguments as arrays of `namespace`, where the first such array is; numbers and lists widen nothing."""
-    own = [array for array in arrays if _namespace((array,)) is namespace]
+    own = [array for array in arrays if namespace_of((array,)) is namespace]
     found = functools.reduce(namespace.promote_types, [array.dtype for array in own])
     floating = (namespace.zeros((), dtype=found) + 0.5).dtype
     place = {"device": own[0].device} if namespace.__name__ == "torch" else {}
     moved = []
     for array in arrays:
-        if _namespace((array,)) is namespace:
+        if namespace_of((array,)) is namespace:
             moved.append(array)
         elif isinstance(array, (np.ndarray, np.generic)):
             # A copy, since torch takes neither arrays that are read-only nor steps backwards.
@@ -115,7 +114,7 @@ def _array_functions(namespace: Any) -> dict[str, Callable[..., Any]]:
 
     names = {"atan2": "arctan2", "acos": "arccos"}
     functions: dict[str, Callable[..., Any]] = {
-        name: lifted(names.get(name, name), _SCALAR[name])
+        name: lifted(names.get(name, name), SCALAR_FUNCTIONS[name])
         for name in ("sqrt", "sin", "cos", "atan2", "acos", "exp", "log", "abs")
     }
 
@@ -167,21 +166,20 @@ def _stacked(namespace: Any, parts: list[Any], shape: tuple[int, ...]) -> Any:
     return stacked if len(shape) == 1 else stacked.reshape((*stacked.shape[:-1], *shape))
 
 
-def _evaluate(kernel: Any, namespace: Any, operands: list[Any], leading: tuple[int, ...]) -> list[Any]:
+def evaluate(definition: Definition, namespace: Any, operands: list[Any], leading: tuple[int, ...]) -> list[Any]:
     """The results by array expressions on whole components."""
     parts = [
         _components(operand, shape) if shape else operand
-        for operand, shape in zip(operands, kernel._shapes, strict=True)
+        for operand, shape in zip(operands, definition.shapes, strict=True)
     ]
-    results: list[dict[Any, Any]] = [{} for _ in kernel._outputs]
+    results: list[dict[Any, Any]] = [{} for _ in definition.outputs]
     with np.errstate(all="ignore"):
-        _bound(kernel._functions[0], _array_functions(namespace))(*parts, *results)
-    first = operands[0][(..., *(0 for _ in kernel._shapes[0]))] if kernel._shapes[0] else operands[0]
-    like = namespace.zeros_like(namespace.broadcast_to(first, leading))
-    for operand, shape in zip(operands[1:], kernel._shapes[1:], strict=True):
+        bound(definition.function, _array_functions(namespace))(*parts, *results)
+    like = namespace.zeros(leading)
+    for k, (operand, shape) in enumerate(zip(operands, definition.shapes, strict=True)):
         part = operand[(..., *(0 for _ in shape))] if shape else operand
-        like = like + namespace.zeros_like(part)
+        like = namespace.zeros_like(part if k else namespace.broadcast_to(part, leading)) + (like if k else 0)
     return [
         _stacked(namespace, [_like(namespace, part, like) for part in result.values()], shape)
-        for result, shape in zip(results, kernel._out_shapes, strict=True)
+        for result, shape in zip(results, definition.out_shapes, strict=True)
     ]

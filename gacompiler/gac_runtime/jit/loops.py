@@ -1,7 +1,4 @@
-"""The loop of a kernel over a block, as LLVM has it.
-
-Copied into every generated module as it is, with the other ``runtime_`` files.
-"""
+"""The loop of a kernel over a block, as LLVM has it."""
 
 from __future__ import annotations
 
@@ -10,8 +7,8 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple
 
-from .runtime_llvm import _Element, _tools
-from .runtime_tiles import _Tile
+from .llvm import Element, applied, cgutils, intp, intrinsic, ll, number, one_by_one, parallel, pointer, typed, types
+from .tiles import Tile
 
 _WIDEST = 5
 """The most numbers in an element that LLVM loads and turns well from C order by itself."""
@@ -19,18 +16,18 @@ _TILES = 2
 """How many tiles a loop with sines does before it looks whether an angle was too far."""
 
 
-class _Loop(NamedTuple):
+class Loop(NamedTuple):
     """A loop of a kernel, or that of a form, which without elements prepares: for less than no elements."""
 
     shapes: Sequence[tuple[int, ...]]
     out_shapes: Sequence[tuple[int, ...]]
     real: Any
-    function: _Element
-    near: _Element | None
+    function: Element
+    near: Element | None
     """Of a function with sines or cosines, the one for angles that are not too far for it."""
     still: tuple[int, ...]
     """Which arguments the form has prepared."""
-    prepare: tuple[_Element, int] | None
+    prepare: tuple[Element, int] | None
     """What prepares, and how many numbers."""
     dense: bool
     """Whether elements lie in C order; else those at unit stride."""
@@ -41,15 +38,14 @@ class _Loop(NamedTuple):
         return [k for k in range(len(self.shapes)) if k not in self.still]
 
 
-def _numba_loop_over(loop: _Loop) -> Any:
+def loop_over(loop: Loop) -> Any:
     """The loop under numba, a function of a number of elements, of where parts are and of strides in their elements."""
-    tools = _tools()
-    types, typed, real = tools.types, tools.typed, loop.real
+    real = loop.real
     n_prepared = loop.prepare[1] if loop.prepare else 0
     prepared = [(n_prepared,)] if loop.prepare else []
     own = [*prepared, *(loop.shapes[k] for k in loop.changing)]
 
-    @tools.intrinsic
+    @intrinsic
     def run(typing: Any, size: Any, starts: Any, cores: Any) -> Any:
         elements = [loop.function, loop.near] if loop.near else [loop.function]
         signatures = {element: typed(typing, element, own, loop.out_shapes, real) for element in elements}
@@ -57,8 +53,8 @@ def _numba_loop_over(loop: _Loop) -> Any:
         once = typed(typing, loop.prepare[0], first, prepared, real) if loop.prepare else None
 
         def code(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
-            def apply(element: _Element, values: Sequence[Any]) -> Any:
-                return tools.applied(context, builder, element, signatures[element], own, loop.out_shapes, values)
+            def apply(element: Element, values: Sequence[Any]) -> Any:
+                return applied(context, builder, element, signatures[element], own, loop.out_shapes, values)
 
             size, starts, cores = arguments
             writer = _Writer(loop, context.get_value_type(real), builder, starts, cores, apply)
@@ -66,10 +62,10 @@ def _numba_loop_over(loop: _Loop) -> Any:
                 writer.run(size)
                 return context.get_dummy_value()
             beginning, going, done = map(builder.append_basic_block, ("prepare", "run", "done"))
-            builder.cbranch(builder.icmp_signed("<", size, tools.number(0)), beginning, going)
+            builder.cbranch(builder.icmp_signed("<", size, number(0)), beginning, going)
             builder.position_at_end(beginning)
             values = [writer.loaded(writer.part(k)) for k in loop.still]
-            (found,) = tools.applied(context, builder, loop.prepare[0], once, first, prepared, values)
+            (found,) = applied(context, builder, loop.prepare[0], once, first, prepared, values)
             writer.store(found, writer.prepared(n_prepared))
             builder.branch(done)
             builder.position_at_end(going)
@@ -90,13 +86,11 @@ def _as_it_is(instruction: Any) -> Any:
 class _Writer:
     """Writes a loop into a function."""
 
-    def __init__(self, loop: _Loop, kind: Any, builder: Any, starts: Any, cores: Any, apply: Any) -> None:
-        tools = _tools()
+    def __init__(self, loop: Loop, kind: Any, builder: Any, starts: Any, cores: Any, apply: Any) -> None:
         self._loop, self._kind, self._builder, self._apply = loop, kind, builder, apply
-        self._number, self._pointer, self._intp = tools.number, tools.pointer, tools.intp
         self._width = loop.real.bitwidth // 8
-        self._tile = _Tile(builder, kind, self._width)
-        self._starts, self._cores = (tools.pointer(builder, table, tools.intp) for table in (starts, cores))
+        self._tile = Tile(builder, kind, self._width)
+        self._starts, self._cores = (pointer(builder, table, intp) for table in (starts, cores))
         self._every = [*loop.shapes, *loop.out_shapes]
         self._first_core = [0, *itertools.accumulate(map(len, self._every))]
 
@@ -110,8 +104,8 @@ class _Writer:
         for index in itertools.product(*map(range, shape)):
             address = start
             for n, step in zip(index, steps, strict=True):
-                address = self._builder.add(address, self._builder.mul(step, self._number(n)))
-            found.append(self._pointer(self._builder, address, self._kind))
+                address = self._builder.add(address, self._builder.mul(step, number(n)))
+            found.append(pointer(self._builder, address, self._kind))
         return found
 
     def prepared(self, count: int) -> list[Any]:
@@ -140,20 +134,20 @@ class _Writer:
         def body(i: Any, mark: Any) -> None:
             self._element(self._loop.function, before, self._at(inputs, i), self._at(outputs, i), mark)
 
-        _tools().parallel(self._builder, size, body)
+        parallel(self._builder, size, body)
 
     def _tiles(self, size: Any, before: list[Any], inputs: list[Any], outputs: list[Any]) -> None:
         """Elements some tiles at a time, in C order turned; the last ones alone, and those beside a far angle.
 
         Results stay in registers until it is known that no angle was too far: they may be written over arguments.
         """
-        tools, builder, near, dense = _tools(), self._builder, self._loop.near, self._loop.dense
+        builder, near, dense = self._builder, self._loop.near, self._loop.dense
         tile = self._tile
         span = tile.lanes * (_TILES if near else 1)
         rows_in = [self._rows(len(part), span) for part in inputs] if dense else []
         rows_out = [self._rows(len(part), span) for part in outputs]
-        bits = tools.ll.IntType(self._loop.real.bitwidth)
-        far = tools.cgutils.alloca_once(builder, bits)
+        bits = ll.IntType(self._loop.real.bitwidth)
+        far = cgutils.alloca_once(builder, bits)
 
         def alone(i: Any) -> None:
             self._element(self._loop.function, before, self._at(inputs, i), self._at(outputs, i), _as_it_is)
@@ -166,11 +160,11 @@ class _Writer:
                     builder.store(builder.or_(builder.load(far), builder.bitcast(one, bits)), far)
 
             builder.store(bits(0), far)
-            tools.parallel(builder, self._number(span), lane, span)
+            parallel(builder, number(span), lane, span)
 
         def by_tile(parts: Any, rows: Any, first: Any) -> Iterator[tuple[list[Any], list[Any]]]:
             """Where the components of the first element of each tile are, and its rows."""
-            for k in map(self._number, range(0, span, tile.lanes)):
+            for k in map(number, range(0, span, tile.lanes)):
                 yield from zip(self._at(parts, builder.add(first, k)), self._rows_at(rows, k), strict=True)
 
         def store(first: Any) -> None:
@@ -191,16 +185,16 @@ class _Writer:
             is_far = builder.icmp_unsigned("!=", builder.load(far), bits(0))
             with builder.if_else(is_far, likely=False) as (then, otherwise):
                 with then:
-                    tools.one_by_one(builder, first, builder.add(first, self._number(span)), 1, alone)
+                    one_by_one(builder, first, builder.add(first, number(span)), 1, alone)
                 with otherwise:
                     store(first)
 
-        in_tiles = builder.and_(size, self._number(-span))
-        tools.one_by_one(builder, self._number(0), in_tiles, span, whole)
-        tools.one_by_one(builder, in_tiles, size, 1, alone)
+        in_tiles = builder.and_(size, number(-span))
+        one_by_one(builder, number(0), in_tiles, span, whole)
+        one_by_one(builder, in_tiles, size, 1, alone)
 
     def _element(
-        self, element: _Element, before: list[Any], inputs: Sequence[Any], outputs: Sequence[Any], mark: Any
+        self, element: Element, before: list[Any], inputs: Sequence[Any], outputs: Sequence[Any], mark: Any
     ) -> Any:
         """The kernel on components at these places; what it notes besides, if it does."""
         found = self._apply(element, [*before, *(self.loaded(places, mark) for places in inputs)])
@@ -212,26 +206,25 @@ class _Writer:
         """Where the components of element `i` are, from those of the first."""
 
         def after(place: Any, size: int) -> Any:
-            count = self._builder.mul(i, self._number(size), flags=["nsw"]) if self._loop.dense else i
+            count = self._builder.mul(i, number(size), flags=["nsw"]) if self._loop.dense else i
             return self._tile.after(place, count)
 
         return [[after(place, len(part)) for place in part] for part in parts]
 
     def _rows(self, size: int, length: int) -> list[Any]:
         """Room for rows of this length among the local variables; LLVM keeps it in registers."""
-        tools = _tools()
-        room = tools.cgutils.alloca_once(self._builder, tools.ll.ArrayType(self._kind, size * length))
+        room = cgutils.alloca_once(self._builder, ll.ArrayType(self._kind, size * length))
         start = self._builder.bitcast(room, self._kind.as_pointer())
-        return [self._tile.after(start, self._number(k * length)) for k in range(size)]
+        return [self._tile.after(start, number(k * length)) for k in range(size)]
 
     def _rows_at(self, parts: Sequence[Sequence[Any]], j: Any) -> list[list[Any]]:
         """Where the numbers of element `j` are in the rows of some parts."""
         return [[self._tile.after(row, j) for row in rows] for rows in parts]
 
     def _entry(self, table: Any, k: int) -> Any:
-        place = self._builder.gep(table, [self._number(k)], source_etype=self._intp)
-        return self._builder.load(place, typ=self._intp)
+        place = self._builder.gep(table, [number(k)], source_etype=intp)
+        return self._builder.load(place, typ=intp)
 
     def _following(self, address: Any, count: int) -> list[Any]:
-        start = self._pointer(self._builder, address, self._kind)
-        return [self._tile.after(start, self._number(k)) for k in range(count)]
+        start = pointer(self._builder, address, self._kind)
+        return [self._tile.after(start, number(k)) for k in range(count)]

@@ -1,27 +1,21 @@
-"""Kernels on one element, as LLVM has them.
-
-Copied into every generated module as it is, with the other ``runtime_`` files.
-"""
+"""Kernels on one element, as LLVM has them."""
 
 from __future__ import annotations
 
 import itertools
 from typing import Any
 
-from .runtime_llvm import _tools
+from ..definition import Definition
+from .llvm import applied, cgutils, errors, flat, intrinsic, nested, number, packed, typed, types, widest
 
 
-def _numba_call_on_one(kernel: Any, function: Any) -> Any:
+def call_on_one(definition: Definition, function: Any) -> Any:
     """A kernel on one element: from arrays and tuples to a tuple, or into arrays."""
-    tools = _tools()
-    types, cgutils, errors, intrinsic = tools.types, tools.cgutils, tools.errors, tools.intrinsic
-    widest, number, nested, typed = tools.widest, tools.number, tools.nested, tools.typed
-    flat, packed, applied = tools.flat, tools.packed, tools.applied
-    shapes, out_shapes = kernel._shapes, kernel._out_shapes
-    names = [name for name, _ in (*kernel._inputs, *kernel._outputs)]
+    shapes, out_shapes = definition.shapes, definition.out_shapes
+    names = [name for name, _ in (*definition.inputs, *definition.outputs)]
 
     def fail(k: int, found: Any, expected: str) -> None:
-        raise errors.TypingError(f"{kernel.name}: argument {names[k]} is {found}; expected {expected}")
+        raise errors.TypingError(f"{definition.name}: argument {names[k]} is {found}; expected {expected}")
 
     def check(k: int, found: Any, shape: tuple[int, ...]) -> None:
         if not shape:
@@ -41,7 +35,7 @@ def _numba_call_on_one(kernel: Any, function: Any) -> Any:
         n_inputs = len(shapes)
         if len(given) not in (n_inputs, len(names)):
             raise errors.TypingError(
-                f"{kernel.name}: {len(given)} arguments; expected {n_inputs}, and {len(out_shapes)} arrays for the "
+                f"{definition.name}: {len(given)} arguments; expected {n_inputs}, and {len(out_shapes)} arrays for the "
                 f"results or none ({', '.join(names)})"
             )
         for k, (found, shape) in enumerate(zip(given, shapes, strict=False)):
@@ -56,7 +50,7 @@ def _numba_call_on_one(kernel: Any, function: Any) -> Any:
 
         def numbers(context: Any, builder: Any, kind: Any, value: Any, shape: tuple[int, ...]) -> list[Any]:
             if not isinstance(kind, types.Array):
-                return flat(context, builder, kind, value, real)  # type: ignore[no-any-return]
+                return flat(context, builder, kind, value, real)
             array = context.make_array(kind)(context, builder, value)
             indices = itertools.product(*map(range, shape))
             places = [entry(context, builder, kind, array, index) for index in indices]

@@ -1,7 +1,4 @@
-"""One element of a layout as a Python object: immutable, with operators where the module has kernels for them.
-
-Copied into every generated module as it is, with the other ``runtime_`` files.
-"""
+"""One element of a layout as a Python object: immutable, with operators where the module has kernels for them."""
 
 from __future__ import annotations
 
@@ -13,19 +10,36 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from .runtime_extension import _extension
-from .runtime_kernel import Kernel
-from .runtime_layout import Layout
-from .runtime_libraries import _c_address
-from .runtime_strides import _FLOAT64
+from .arrays import FLOAT64
+from .documentation import layout_text
+from .extension import extension
+from .kernel import Kernel
+from .layout import Layout
 
 _next_index = itertools.count().__next__
 _NUMBERS = (int, float, np.integer, np.floating)
 """What values are multiplied by."""
-_OPERATORS: dict[tuple[str, tuple[type, ...]], tuple[Kernel, Any, bool]] = {}
-"""Symbol and types of the operands -> kernel, type of the result, and whether it takes them the other way round."""
-_COMBINED: list[Any] = []
-"""The types of sums and multiples, of which any coefficients are elements; those with fewer coefficients first."""
+
+
+class Family:
+    """The types of one module, and what their operators are.
+
+    Attributes
+    ----------
+    operators : dict
+        From an operator's symbol and the types of its operands to the kernel, the type of the result, and whether the
+        kernel takes the operands in reverse order.
+    sums : list of type
+        The types of sums and multiples, those with fewer coefficients first: any coefficients are an element of them.
+    """
+
+    def __init__(self) -> None:
+        self.operators: dict[tuple[str, tuple[type, ...]], tuple[Kernel, Any, bool]] = {}
+        self.sums: list[Any] = []
+
+
+families: dict[str, Family] = {}
+"""By the name of the module."""
 
 
 def _two(symbol: str) -> tuple[Callable[[Any, Any], Any], Callable[[Any, Any], Any]]:
@@ -96,7 +110,7 @@ class _PythonValue:
         return _operate("-", self)
 
 
-_Value: Any = _PythonValue if _extension is None else _extension.Value
+_Value: Any = _PythonValue if extension is None else extension.Value
 
 
 class Value(_Value):  # type: ignore[misc]
@@ -110,11 +124,14 @@ class Value(_Value):  # type: ignore[misc]
     __slots__ = ()
     __array_ufunc__ = None
     layout: Layout
+    family: Family
 
     def __init_subclass__(cls) -> None:
         (base, *_) = cls.__bases__
         if base is not Value:
             raise TypeError(f"{base.__name__} cannot be subclassed")
+        cls.family = families.setdefault(cls.__module__, Family())
+        cls.__doc__ = cls.__doc__ or layout_text(*cls.layout[:4])
         names = tuple(map(_field, cls.layout.blades))
         cls._adopt(_next_index(), names, _operate, _coefficients)
         for blade, text in cls.layout.fixed:
@@ -123,8 +140,8 @@ class Value(_Value):  # type: ignore[misc]
                 setattr(cls, _field(blade), int(top) / int(bottom or 1))
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray[Any, Any]:
-        array = np.frombuffer(self) if _extension is not None else self._array.view()
-        if copy or (dtype is not None and dtype != _FLOAT64):
+        array = np.frombuffer(self) if extension is not None else self._array.view()
+        if copy or (dtype is not None and dtype != FLOAT64):
             return np.array(array, dtype)
         return array
 
@@ -160,28 +177,28 @@ def _coefficients(cls: Any, arguments: tuple[Any, ...]) -> np.ndarray[Any, Any]:
         raise TypeError(f"{name}: coefficients have dtype {array.dtype}; expected real numbers")
     if array.shape != (size,):
         raise ValueError(f"{name}: coefficients have shape {array.shape}; expected ({size},): {wanted}")
-    return np.array(array, _FLOAT64)
+    return np.array(array, FLOAT64)
 
 
 def _operate(symbol: str, *operands: Any) -> Any:
-    """An operator by its kernel; NotImplemented for types that may know what to do."""
+    """Apply an operator by its kernel; NotImplemented for types that may know what to do."""
     types = tuple(map(type, operands))
-    found = _OPERATORS.get((symbol, types))
+    family = next(operand.family for operand in operands if isinstance(operand, Value))
+    found = family.operators.get((symbol, types))
     if found is None:
         combined = None if symbol == "()" else _sum_or_multiple(symbol, *operands)
         if combined is not None:
             return combined
         if all(isinstance(x, (Value, int, float, complex, np.ndarray, np.generic, list, tuple)) for x in operands):
-            raise _unknown(symbol, types)
+            raise _unknown(family, symbol, types)
         if symbol == "()":
-            raise _unknown(symbol, types)
+            raise _unknown(family, symbol, types)
         return NotImplemented
     kernel, result, swapped = found
     arrays = [operand.__array__() for operand in operands]
     value = kernel(*(reversed(arrays) if swapped else arrays))
-    if _extension is not None and kernel._element is not None:
-        address = _c_address(f"{kernel.name}_f64")
-        _extension.bind_operator(symbol, types, None if result is float else result, address, swapped)
+    if extension is not None and kernel.element_address:
+        extension.bind_operator(symbol, types, None if result is float else result, kernel.element_address, swapped)
     return result(value)
 
 
@@ -207,7 +224,8 @@ def _sum_or_multiple(symbol: str, a: Any, b: Any = None) -> Any:
     # Weights that are the same cancel, those of two points for one: then the result is a direction.
     total = {blade: x for blade, x in total.items() if x or blade in stored}
     algebras = {value.layout.name.rpartition(".")[0] for value in values}
-    for result in (*(type(x) for x in values if type(x) in _COMBINED), *_COMBINED):
+    sums = values[0].family.sums
+    for result in (*(type(x) for x in values if type(x) in sums), *sums):
         blades = result.layout.blades
         if total.keys() <= set(blades) and algebras == {result.layout.name.rpartition(".")[0]}:
             return result(*(total.get(blade, 0.0) for blade in blades))
@@ -231,15 +249,16 @@ def _terms(x: Any) -> dict[str, float]:
     return terms
 
 
-def _unknown(symbol: str, types: tuple[type, ...]) -> TypeError:
+def _unknown(family: Family, symbol: str, types: tuple[type, ...]) -> TypeError:
     """What to raise where no kernel does this, with what there is instead."""
     like = [
         f"{_expression(symbol, each)} ({kernel.name})"
-        for (other, each), (kernel, _, _) in _OPERATORS.items()
+        for (other, each), (kernel, _, _) in family.operators.items()
         if other == symbol and (symbol == "()" or len(each) == len(types))
     ]
     there = ", ".join(like)
-    return TypeError(f"{_expression(symbol, types)}: no kernel of {__name__} does that; there is {there or 'none'}")
+    module = next(each.__module__ for each in types if issubclass(each, Value))
+    return TypeError(f"{_expression(symbol, types)}: no kernel of {module} does that; there is {there or 'none'}")
 
 
 def _expression(symbol: str, types: tuple[type, ...]) -> str:
@@ -247,14 +266,3 @@ def _expression(symbol: str, types: tuple[type, ...]) -> str:
     if symbol == "()":
         return f"{first}({', '.join(others)})"
     return f"{first} {symbol} {others[0]}" if others else f"{symbol}{first}"
-
-
-def _let_operate(rows: tuple[tuple[Any, ...], ...]) -> None:
-    """Take the module's operators: symbol, types of the operands, result, kernel, and the order it takes them in."""
-    for symbol, types, result, kernel, swapped in rows:
-        _OPERATORS[symbol, types] = kernel, result, swapped
-
-
-def _let_combine(types: tuple[Any, ...]) -> None:
-    """Take the types that sums and multiples may have, those with fewer coefficients first."""
-    _COMBINED.extend(types)

@@ -1,7 +1,4 @@
-"""Batches in pieces, on several threads: the loops hold no lock of Python's.
-
-Copied into every generated module as it is, with the other ``runtime_`` files.
-"""
+"""Batches on several threads, in pieces: the loops hold no lock of Python's."""
 
 from __future__ import annotations
 
@@ -11,41 +8,43 @@ from collections.abc import Callable
 from typing import Any
 
 _PIECE = 64
-"""Pieces are multiples of so many elements, so that none shares a cache line of results with another."""
-_LEAST_WORK = 1 << 23
-"""Bytes and operations, in bytes, of a batch that is worth waking threads for: about a tenth of a millisecond."""
+"""Pieces are multiples of this many elements, so that no two share a cache line of results."""
+LEAST_WORK = 1 << 23
+"""Work (bytes, and operations as so many bytes) that justifies waking threads: about a tenth of a millisecond."""
 _LARGE_WORK = 1 << 27
-"""The same of a batch of which each thread has one piece, as large as can be: loops write past the caches what these
-do not hold."""
-_TURNS = 4
-"""Pieces for each thread of other batches. Threads wake late, and whoever is awake takes the next."""
+"""Work from which on each thread gets one piece, as large as possible: loops write past the caches what they do not
+hold."""
+_PIECES_EACH = 4
+"""Pieces for each thread of smaller batches: threads wake late, and whichever is awake takes the next piece."""
 
 
-def _threads_wanted() -> int:
+def default_threads() -> int:
+    """How many threads share the elements of a large batch where nothing else says so: 1, or GAC_NUM_THREADS.
+
+    Raises
+    ------
+    ImportError
+        When GAC_NUM_THREADS is not a positive number.
+    """
     text = os.environ.get("GAC_NUM_THREADS", "1")
     if not text.isdecimal() or int(text) < 1:
         raise ImportError(f"GAC_NUM_THREADS: {text!r}; expected a positive number")
     return int(text)
 
 
-num_threads = _threads_wanted()
-"""How many threads share the elements of a large batch where a call does not say; 1 unless GAC_NUM_THREADS does."""
-
 _pools: dict[int, Any] = {}
 
 
-def _checked_threads(name: str, wanted: Any) -> int:
-    """How many threads a call is to use."""
-    if wanted is None:
-        wanted = num_threads
+def checked_threads(name: str, wanted: Any) -> int:
+    """A number of threads that somebody asked for; `name` is for the error."""
     if isinstance(wanted, bool) or not hasattr(wanted, "__index__") or int(wanted) < 1:
         raise ValueError(f"{name}: num_threads is {wanted!r}; expected a positive integer")
     return int(wanted)
 
 
-def _in_threads(piece: Callable[[int, int], None], size: int, n_threads: int, work: int) -> None:
+def in_threads(piece: Callable[[int, int], None], size: int, n_threads: int, work: int) -> None:
     """Run ``piece(first, count)`` over a batch of so much work, on this thread and on others."""
-    share = -(-size // (n_threads if work > _LARGE_WORK else n_threads * _TURNS))
+    share = -(-size // (n_threads if work > _LARGE_WORK else n_threads * _PIECES_EACH))
     share += -share % _PIECE
     if n_threads == 1 or share >= size:
         piece(0, size)

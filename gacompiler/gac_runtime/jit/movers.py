@@ -1,21 +1,15 @@
-"""What moves numbers between orders in memory, as LLVM has it.
-
-Copied into every generated module as it is, with the other ``runtime_`` files.
-"""
+"""What moves numbers between orders in memory, as LLVM has it."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from .runtime_llvm import _tools
-from .runtime_tiles import _TILE, _Tile
+from .llvm import ll, number, parallel, pointer, simple
+from .tiles import TILE, Tile
 
 
-def _numba_movers(real: Any) -> dict[str, Any]:
+def movers_of(real: Any) -> dict[str, Any]:
     """What moves numbers of one type."""
-    tools = _tools()
-    ll, number, pointer, parallel = tools.ll, tools.number, tools.pointer, tools.parallel
-    simple = tools.simple
     width = 8 if isinstance(real, ll.DoubleType) else 4
 
     @simple(5)
@@ -52,7 +46,7 @@ def _numba_movers(real: Any) -> dict[str, Any]:
         three(builder, x, row, a, size, True)
 
     def block(builder: Any, x: Any, row: Any, a: Any, step: Any, back: bool) -> None:
-        tile = _Tile(builder, real, width)
+        tile = Tile(builder, real, width)
 
         def places(start: Any, between: Any, count: int) -> list[Any]:
             found = [builder.add(start, builder.mul(between, number(k))) for k in range(count)]
@@ -74,4 +68,4 @@ def _numba_movers(real: Any) -> dict[str, Any]:
         block(builder, x, row, a, step, True)
 
     moves = {"_copy": copy, "_spread": spread, "_gather": gather, "_turn_in": turn_in, "_turn_out": turn_out}
-    return moves | {"_LANES": _TILE // width, "_HALF": _TILE // width // 2}
+    return moves | {"_LANES": TILE // width, "_HALF": TILE // width // 2}

@@ -1,26 +1,22 @@
-"""Elements in C order turned into rows in registers, and back, as LLVM has it.
-
-Copied into every generated module as it is, with the other ``runtime_`` files.
-"""
+"""Elements in C order turned into rows in registers, and back, as LLVM has it."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import Any
 
-from .runtime_llvm import _tools
+from .llvm import ll, number
 
-_TILE = 32
+TILE = 32
 """Bytes of a vector. A tile has as many elements as a vector has numbers."""
 
 
-class _Tile:
+class Tile:
     """The code of a tile of elements of numbers of one type."""
 
     def __init__(self, builder: Any, real: Any, width: int) -> None:
         self._builder, self._real, self._width = builder, real, width
-        self._ll, self._number = _tools().ll, _tools().number
-        self.lanes = _TILE // width
+        self.lanes = TILE // width
         self.half = self.lanes // 2
         """Numbers of an element that are turned together."""
 
@@ -28,12 +24,12 @@ class _Tile:
         """Rows of the elements that begin at `start`."""
         size = len(rows)
         if size == 1 or size < self.half:
-            found = [self._vector(self.after(start, self._number(k * self.lanes))) for k in range(size)]
+            found = [self._vector(self.after(start, number(k * self.lanes))) for k in range(size)]
             for k, row in enumerate(rows):
                 self._put(self._picked(found, [i * size + k for i in range(self.lanes)]), row)
             return
         for k in self._blocks(size):
-            self.load_block([self.after(start, self._number(i * size + k)) for i in range(self.lanes)], rows[k:])
+            self.load_block([self.after(start, number(i * size + k)) for i in range(self.lanes)], rows[k:])
 
     def store(self, rows: Sequence[Any], start: Any) -> None:
         """Elements from rows, beginning at `start`."""
@@ -42,10 +38,10 @@ class _Tile:
             found = [self._vector(row) for row in rows]
             for k in range(size):
                 places = [n % size * self.lanes + n // size for n in range(k * self.lanes, (k + 1) * self.lanes)]
-                self._put(self._picked(found, places), self.after(start, self._number(k * self.lanes)))
+                self._put(self._picked(found, places), self.after(start, number(k * self.lanes)))
             return
         for k in self._blocks(size):
-            self.store_block(rows[k:], [self.after(start, self._number(i * size + k)) for i in range(self.lanes)])
+            self.store_block(rows[k:], [self.after(start, number(i * size + k)) for i in range(self.lanes)])
 
     def copy(self, rows: Sequence[Any], places: Sequence[Any]) -> None:
         """Rows to where each component of neighbouring elements is."""
@@ -76,14 +72,14 @@ class _Tile:
         return [min(k, size - self.half) for k in range(0, size, self.half)]
 
     def _vector(self, place: Any, count: int = 0) -> Any:
-        kind = self._ll.VectorType(self._real, count or self.lanes)
+        kind = ll.VectorType(self._real, count or self.lanes)
         return self._builder.load(self._builder.bitcast(place, kind.as_pointer()), typ=kind, align=self._width)
 
     def _put(self, value: Any, place: Any) -> None:
         self._builder.store(value, self._builder.bitcast(place, value.type.as_pointer()), self._width)
 
     def _shuffle(self, a: Any, b: Any, *places: int) -> Any:
-        mask = self._ll.Constant(self._ll.VectorType(self._ll.IntType(32), len(places)), list(places))
+        mask = ll.Constant(ll.VectorType(ll.IntType(32), len(places)), list(places))
         return self._builder.shuffle_vector(a, b, mask)
 
     def _picked(self, vectors: Sequence[Any], places: Sequence[int]) -> Any:

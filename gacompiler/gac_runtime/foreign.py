@@ -1,0 +1,90 @@
+"""Calls of compiled loops by their address, and how a loop is run over a batch of any shape."""
+
+from __future__ import annotations
+
+import importlib.util
+import math
+import threading
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from .arrays import address_of, outer_offsets
+from .threads import in_threads
+
+LOCK = threading.RLock()
+"""Held while something is compiled or loaded."""
+
+Loop = Callable[[Any, Any, Any], Any]
+"""The loop of a kernel: called with pointers to the arrays, with lengths, and with strides."""
+
+_ffi: Any = None
+
+
+class _Ctypes:
+    """As much of cffi as loops need, where it is not installed."""
+
+    def new(self, kind: str, values: Sequence[int]) -> Any:
+        import ctypes
+
+        return (ctypes.c_ssize_t * len(values))(*values)
+
+    def cast(self, kind: str, address: int) -> Any:
+        import ctypes
+
+        if kind == "void *":
+            return address
+        result = ctypes.c_ssize_t if kind.startswith("intptr_t") else None
+        return ctypes.CFUNCTYPE(result, *[ctypes.c_void_p] * (kind.count(",") + 1))(address)
+
+
+def foreign() -> Any:
+    """What calls functions at an address: cffi, or ctypes where it is not installed."""
+    global _ffi
+    if _ffi is None:
+        if importlib.util.find_spec("_cffi_backend"):
+            # This FFI is the one that cffi's compiled modules use; it reads C types without loading a C parser.
+            import _cffi_backend  # type: ignore[import-untyped]
+
+            _ffi = _cffi_backend.FFI()
+        else:
+            _ffi = _Ctypes()
+    return _ffi
+
+
+def run_over_batch(
+    loop: Loop, arrays: list[Any], sizes: list[int], steps: list[tuple[int, ...]], n_threads: int, work: int
+) -> None:
+    """Run a loop over a batch, along its longest axis inside and along the others outside.
+
+    Parameters
+    ----------
+    loop : callable
+        The loop of a kernel.
+    arrays : list of array
+        Arguments and results.
+    sizes : list of int
+        Lengths of the axes of the batch.
+    steps : list of tuple of int
+        For each array, bytes from element to element along each of these axes, and then along those of one element.
+    n_threads : int
+        How many threads share the elements.
+    work : int
+        Bytes and operations of one element.
+    """
+    new, integers = foreign().new, "intptr_t[]"
+    depth = len(sizes)
+    inner = max(range(depth), key=lambda axis: (sizes[axis], axis)) if depth > 1 else 0
+    flat = [step[inner] for step in steps]
+    for step in steps:
+        flat += step[depth:]
+    strides = new(integers, flat)
+    addresses = [address_of(array) for array in arrays]
+
+    def piece(first: int, count: int) -> None:
+        dimensions = new(integers, (count,))
+        starts = [address + first * step for address, step in zip(addresses, flat, strict=False)]
+        for offsets in outer_offsets(sizes, steps, inner):
+            moved = [start + offset for start, offset in zip(starts, offsets, strict=True)]
+            loop(new(integers, moved), dimensions, strides)
+
+    in_threads(piece, sizes[inner], n_threads, math.prod(sizes) * work)

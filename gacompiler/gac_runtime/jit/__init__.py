@@ -1,0 +1,1 @@
+"""Kernels under numba, for machines without a C compiler and for functions of users. Loaded when first needed."""

@@ -1,0 +1,242 @@
+"""Kernels under numba: functions for loops of others, and batches as fast as a C compiler makes them.
+
+A batch is run as in the C files: what lies at unit stride is used where it lies, everything else is moved through rows
+of a block, and the loop over a block is vectorised. LLVM does not do that by itself, since it would have to compare the
+place of every component of a result with every other. So that loop is not printed, but written as LLVM has it, with the
+promise that no element reads what another one writes; who calls it has made copies where that would not hold.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+import zlib
+from collections.abc import Callable
+from pathlib import Path
+from types import FunctionType
+from typing import Any, NamedTuple
+
+import numba
+import numpy as np
+
+from ..arrays import address_of
+from ..definition import Definition
+from ..foreign import LOCK, foreign
+from ..functions import OF_ANGLES, SCALAR_FUNCTIONS, bound
+from . import batches, llvm
+from .batches import DONE, FORM, N_FLAGS, lay_rows, move_block, move_part, move_rows, run_batch
+from .elements import call_on_one
+from .llvm import Element
+from .loops import Loop, loop_over
+from .movers import movers_of
+from .transcendental import transcendental_functions
+
+_run_rows: Any = None
+_apply: Any = None
+
+
+def _numba_rows(size: int, starts: int, cores: int) -> None:
+    """The loop of a kernel over a block, under the kernel's name."""
+    _run_rows(size, starts, cores)
+
+
+def _numba_jit(*values: Any) -> Any:
+    """A kernel on one element."""
+    return _apply(values)
+
+
+_scalar_names: dict[str, Any] = {}
+
+
+@functools.cache
+def _mark() -> str:
+    """A checksum of this package."""
+    texts = sorted(Path(__file__).parents[1].rglob("*.py"))
+    return f"{zlib.crc32(b''.join(text.read_bytes() for text in texts)):08x}"
+
+
+def _kept(decorate: Callable[..., Any], function: Any, **options: Any) -> Any:
+    """`function` under numba, kept on disk beside its file or in the user's cache if either can be written.
+
+    numba keeps machine code under the name of a function and the time of its file, so that name has to change with
+    whatever else goes into the code: the text of this package.
+    """
+    function.__qualname__ += f"_{_mark()}"
+    try:
+        decorated = decorate(cache=True, **options)(function)
+    except (RuntimeError, ImportError, AttributeError):
+        return decorate(**options)(function)
+    # What is kept knows this module by its name, and cannot be read where a program knows the same file by another.
+    kept = decorated._cache
+    load = kept.load_overload
+
+    def load_or_compile(*wanted: Any) -> Any:
+        try:
+            return load(*wanted)
+        except (ImportError, AttributeError):
+            return None
+
+    kept.load_overload = load_or_compile
+    return decorated
+
+
+_INNER = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+"""For functions that only others under numba call."""
+
+
+def _parameters(function: Any) -> tuple[str, ...]:
+    names: tuple[str, ...] = function.__code__.co_varnames
+    return names[: function.__code__.co_argcount]
+
+
+def _numba_element(function: Callable[..., None], near: bool) -> Any:
+    """A kernel's text under numba: rounding as written, inf and nan instead of exceptions, inlined where it is used."""
+    options = {"error_model": "numpy", "forceinline": True}
+    with LOCK:
+        if not _scalar_names:
+            for name, scalar in SCALAR_FUNCTIONS.items():
+                plain = isinstance(scalar, FunctionType)
+                copy = bound(scalar, {}) if plain else None
+                compiled = _kept(numba.njit, copy, pipeline_class=llvm.Compiler, **options) if plain else scalar
+                _scalar_names[name] = compiled
+    chosen = bound(function, {"__name__": __name__, **_scalar_names, **transcendental_functions(near)})
+    if near:
+        chosen.__qualname__ += "_near"
+    compiler = llvm.NotingCompiler if near else llvm.Compiler
+    return _kept(numba.njit, chosen, pipeline_class=compiler, **_INNER, **options)
+
+
+def scalar_kernel(definition: Definition) -> Any:
+    """What a kernel has for other functions under numba."""
+    apply = call_on_one(definition, _main_element(definition))
+    chosen = bound(_numba_jit, {"__name__": __name__, "_apply": apply})
+    chosen.__name__ = chosen.__qualname__ = definition.name
+    return numba.njit(chosen, error_model="numpy", forceinline=True)
+
+
+def _main_element(definition: Definition) -> Element:
+    """The function of a kernel, generated or not."""
+    return (_element_of if definition.is_generated else _element_of_user)(definition.function)
+
+
+_elements: dict[tuple[Callable[..., None], bool], Element] = {}
+
+
+def _element_of(function: Callable[..., None], near: bool = False) -> Element:
+    """A kernel's text under numba; if `near`, where angles are too far for vectors it only notes that."""
+    with LOCK:
+        if (function, near) not in _elements:
+            _elements[function, near] = Element(_numba_element(function, near), notes=near)
+        return _elements[function, near]
+
+
+def _element_of_user(function: Any) -> Element:
+    """A function that was not generated, and is not kept on disk: another one may have its name."""
+    return Element(numba.njit(getattr(function, "py_func", function), error_model="numpy", forceinline=True), True)
+
+
+def _callback(function: Any, signature: Any, name: str, names: dict[str, Any], kept: bool = True) -> Any:
+    """A function that C can call."""
+    chosen = bound(function, {"__name__": __name__, "range": range, "min": min, "abs": abs, "np": np, **names})
+    chosen.__qualname__ = name
+    decorate = functools.partial(numba.cfunc, signature, error_model="numpy")
+    return _kept(decorate, chosen) if kept else decorate()(chosen)
+
+
+_drivers: dict[str, tuple[Any, Any]] = {}
+
+
+def _numba_driver(dtype: np.dtype[Any]) -> Any:
+    """What runs the loops of all kernels over batches of one type: a callable, and the function behind it."""
+    real = numba.from_dtype(dtype)
+    with LOCK:
+        if str(real) not in _drivers:
+            kind = llvm.ll.DoubleType() if dtype.itemsize == 8 else llvm.ll.FloatType()
+            names = {"_w": dtype.itemsize, "_real": real, "_call": llvm.call, "_place": llvm.place, "_at": llvm.at}
+            names |= {name: getattr(batches, name) for name in batches.CONSTANTS} | movers_of(kind)
+            plain = {"__name__": __name__, "range": range, "min": min, "abs": abs}
+            integer, integers = numba.types.intp, numba.types.CPointer(numba.types.intp)
+            types = dict.fromkeys(("table", "arrays", "steps", "strides"), integers)
+            types |= dict.fromkeys(("starts", "rows", "kinds", "cores"), integer[::1])
+            for function in (move_rows, move_part, lay_rows, move_block):
+                chosen = bound(function, {**plain, **names})
+                chosen.__qualname__ = f"{function.__name__}_{real}"
+                # Of that signature only: numba would make one more for each number that it sees.
+                kinds = [types.get(part, integer) for part in _parameters(function)]
+                decorate = functools.partial(numba.njit, numba.types.void(*kinds))
+                names[f"_{function.__name__}"] = _kept(decorate, chosen, error_model="numpy", **_INNER)
+            batch = _callback(run_batch, integer(*[integers] * 4), f"_batch_{real}", names)
+            call = foreign().cast("intptr_t(*)(void *, void *, void *, void *)", batch.address)
+            _drivers[str(real)] = call, batch
+        return _drivers[str(real)]
+
+
+class _Steps(NamedTuple):
+    """How a batch is run: a form of the kernel, or the kernel itself, a form in which nothing is prepared."""
+
+    same: tuple[str, ...]
+    least: int
+    n_prepared: int
+    prepare: Callable[..., Any] | None
+    apply: Callable[..., Any]
+
+
+class Loops:
+    """The loops of a kernel over batches of one type, compiled when they are first needed.
+
+    Called with pointers to places, lengths and strides, as the loop of a kernel in C is.
+
+    Attributes
+    ----------
+    addresses : tuple of int
+        As the extension takes them: no loop, the driver, and the table of this kernel.
+    """
+
+    def __init__(self, definition: Definition, dtype: np.dtype[Any]) -> None:
+        names = [name for name, _ in definition.inputs]
+        shapes = [*definition.shapes, *definition.out_shapes]
+        table = [len(names), len(shapes), sum(map(len, shapes))]
+        for shape in shapes:
+            table += [math.prod(shape), len(shape), *shape]
+        self._definition, self._dtype, self._first_form = definition, dtype, len(table)
+        flagged = names[:N_FLAGS]
+        forms = [form for form in definition.forms if all(name in flagged for name in form.same)]
+        self._steps = [_Steps(form.same, form.least, form.n_prepared, form.prepare, form.apply) for form in forms]
+        self._steps.append(_Steps((), 0, 0, None, definition.function))
+        for step in self._steps:
+            table += [sum(1 << names.index(name) for name in step.same), step.least, step.n_prepared, 0, 0]
+        self._table = np.array(table, np.intp)
+        self._driver, function = _numba_driver(dtype)
+        self._compiled: list[Any] = [function]
+        self.addresses = 0, function.address, address_of(self._table)
+
+    def __call__(self, starts: Any, dimensions: Any, steps: Any) -> None:
+        table = foreign().cast("void *", address_of(self._table))
+        while (missing := self._driver(table, starts, dimensions, steps)) != DONE:
+            if missing == 0:
+                raise MemoryError(f"{self._definition.name}: no memory for blocks of elements")
+            self._compile(missing)
+
+    def _compile(self, place: int) -> None:
+        with LOCK:
+            if self._table[place]:
+                return
+            definition, real = self._definition, numba.from_dtype(self._dtype)
+            which, entry = divmod(place - self._first_form, FORM)
+            step, dense = self._steps[which], entry == FORM - 1
+            fixed = tuple(k for k, (name, _) in enumerate(definition.inputs) if name in step.same)
+            exact = _element_of(step.apply) if definition.is_generated else _element_of_user(step.apply)
+            near = _element_of(step.apply, near=True) if definition.is_generated and _has_angles(step.apply) else None
+            prepare = (_element_of(step.prepare), step.n_prepared) if step.prepare else None
+            loop = Loop(definition.shapes, definition.out_shapes, real, exact, near, fixed, prepare, dense)
+            rows = loop_over(loop)
+            name = f"{step.apply.__name__}_{'dense' if dense else 'rows'}_{real}"
+            signature = numba.types.void(*[numba.types.intp] * 3)
+            function = _callback(_numba_rows, signature, name, {"_run_rows": rows}, definition.is_generated)
+            self._compiled.append(function)
+            self._table[place] = function.address
+
+
+def _has_angles(function: Callable[..., Any]) -> bool:
+    """Whether a function has sines or cosines, which vectors compute for angles that are not too far."""
+    return not OF_ANGLES.isdisjoint(function.__code__.co_names)

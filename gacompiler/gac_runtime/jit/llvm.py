@@ -1,0 +1,324 @@
+"""What kernels need of numba and LLVM: numbers of one type, components in registers, loops in any order.
+
+This is the only file that uses what numba does not promise to keep (`numba.core`).
+"""
+
+from __future__ import annotations
+
+import inspect
+import itertools
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import numba
+import numpy as np
+from numba.core import cgutils as cgutils
+from numba.core import errors as errors
+from numba.core.compiler import CompilerBase, DefaultPassBuilder
+from numba.core.compiler_machinery import FunctionPass, register_pass
+from numba.core.untyped_passes import IRProcessing
+from numba.extending import intrinsic as intrinsic
+from numba.np.arrayobj import populate_array
+
+from ..functions import OF_ANGLES
+
+
+class Element(NamedTuple):
+    """A function on one element under numba: of arrays, the last ones for its results, or of tuples and to tuples."""
+
+    function: Any
+    tuples: bool = False
+    notes: bool = False
+    """Whether it writes 1 behind its last result if it met an angle that is too far for it."""
+
+
+ll: Any = cgutils.ir
+types: Any = numba.types
+intp = ll.IntType(types.intp.bitwidth)
+
+
+def widest(found: Sequence[Any]) -> Any:
+    """The widest type of real numbers among the types of arguments; double for what is none."""
+    types_found = []
+    for one in found:
+        if isinstance(one, types.BaseTuple):
+            types_found.append(widest(list(one)))
+        else:
+            one = getattr(one, "dtype", one)
+            types_found.append(one if isinstance(one, types.Float) else types.float64)
+    return types.float64 if types.float64 in types_found or not types_found else types.float32
+
+
+@register_pass(mutates_CFG=False, analysis_only=False)
+class Constants(FunctionPass):  # type: ignore[misc]
+    """Numbers take the type of the arguments, as in C and with numpy: twice a float32 is a float32."""
+
+    _name = "gac_constants"
+
+    def __init__(self) -> None:
+        super().__init__()
+
+    def run_pass(self, state: Any) -> bool:
+        real = getattr(np, str(widest(state.args)))
+        ir = numba.core.ir
+        for block in state.func_ir.blocks.values():
+            places = {node.index.name for node in block.body if isinstance(node, ir.SetItem)}
+            nodes = [node for node in block.body if isinstance(node, ir.Assign)]
+            places |= {node.value.index.name for node in nodes if getattr(node.value, "op", "") == "getitem"}
+            tuples = (node.value.items for node in nodes if getattr(node.value, "op", "") == "build_tuple")
+            places |= {item.name for items in tuples for item in items}
+            for node in nodes:
+                found = node.value.value if isinstance(node.value, ir.Const) else None
+                if type(found) in (int, float) and node.target.name not in places:
+                    node.value = ir.Const(real(found), node.value.loc)
+        return True
+
+
+@register_pass(mutates_CFG=False, analysis_only=False)
+class Notes(FunctionPass):  # type: ignore[misc]
+    """Sines and cosines take the last array of a kernel too, behind which they note what is too far for them."""
+
+    _name = "gac_notes"
+
+    def __init__(self) -> None:
+        super().__init__()
+
+    def run_pass(self, state: Any) -> bool:
+        ir, known = numba.core.ir, state.func_ir
+        nodes = [node for block in known.blocks.values() for node in block.body if isinstance(node, ir.Assign)]
+        last = len(known.arg_names) - 1
+        (array,) = (one.target for one in nodes if isinstance(one.value, ir.Arg) and one.value.index == last)
+        named = [one for one in nodes if isinstance(one.value, ir.Global)]
+        turns = {one.target.name for one in named if one.value.name in OF_ANGLES}
+        for node in nodes:
+            if getattr(node.value, "op", "") == "call" and node.value.func.name in turns:
+                node.value.args = [*node.value.args, array]
+        return True
+
+
+class Compiler(CompilerBase):  # type: ignore[misc]
+    """numba's own, and `Constants`."""
+
+    added: tuple[Any, ...] = (Constants,)
+
+    def define_pipelines(self) -> list[Any]:
+        passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
+        for one in self.added:
+            passes.add_pass_after(one, IRProcessing)
+        passes.finalize()
+        return [passes]
+
+
+class NotingCompiler(Compiler):
+    """numba's own, `Constants` and `Notes`."""
+
+    added = Constants, Notes
+
+
+class Distinct(ll.MDValue):  # type: ignore[misc]
+    """A metadata node that is equal to no other; `itself` is its first operand where LLVM wants that."""
+
+    def __init__(self, module: Any, operands: Sequence[Any] = (), itself: bool = False) -> None:
+        super().__init__(module, operands, str(len(module.metadata)))
+        self.operands: tuple[Any, ...] = (self, *operands) if itself else tuple(operands)
+
+    def descr(self, buf: Any) -> None:
+        buf += ("distinct !{", ", ".join(operand.get_reference() for operand in self.operands), "}\n")
+
+    __hash__ = object.__hash__
+
+    def __eq__(self, other: object) -> bool:
+        return self is other
+
+
+def number(value: int) -> Any:
+    return ll.Constant(intp, value)
+
+
+def pointer(builder: Any, address: Any, kind: Any) -> Any:
+    return builder.inttoptr(address, kind.as_pointer())
+
+
+def loop(
+    builder: Any, first: Any, last: Any, step: int, body: Callable[[Any], None], hints: Sequence[Sequence[Any]]
+) -> None:
+    """A loop, and what LLVM is told of it."""
+    before = builder.block
+    turn, after = builder.append_basic_block("turn"), builder.append_basic_block("after")
+    builder.cbranch(builder.icmp_signed("<", first, last), turn, after)
+    builder.position_at_end(turn)
+    i = builder.phi(intp)
+    i.add_incoming(first, before)
+    body(i)
+    following = builder.add(i, number(step), flags=["nsw", "nuw"])
+    i.add_incoming(following, builder.block)
+    branch = builder.cbranch(builder.icmp_signed("<", following, last), turn, after)
+    told = [builder.module.add_metadata(hint) for hint in hints]
+    branch.set_metadata("llvm.loop", Distinct(builder.module, told, itself=True))
+    builder.position_at_end(after)
+
+
+def hint(what: str, value: int) -> list[Any]:
+    return [f"llvm.loop.{what}", ll.Constant(ll.IntType(32), value)]
+
+
+def one_by_one(builder: Any, first: Any, last: Any, step: int, body: Callable[[Any], None]) -> None:
+    """A loop that LLVM leaves as it is."""
+    loop(builder, first, last, step, body, [hint("vectorize.width", 1), ["llvm.loop.unroll.disable"]])
+
+
+def parallel(builder: Any, size: Any, body: Callable[[Any, Callable[[Any], Any]], None], lanes: int = 0) -> None:
+    """A loop whose turns LLVM may do in any order, or so many lanes of one vector.
+
+    `body` marks what it loads and stores.
+    """
+    group = Distinct(builder.module)
+
+    def mark(instruction: Any) -> Any:
+        instruction.set_metadata("llvm.access.group", group)
+        return instruction
+
+    hints = [["llvm.loop.parallel_accesses", group]]
+    if lanes:
+        # Unrolled before it is vectorised, it would not be.
+        hints += [hint("vectorize.width", lanes), hint("interleave.count", 1), ["llvm.loop.unroll.disable"]]
+        hints.append(["llvm.loop.vectorize.enable", ll.Constant(ll.IntType(1), 1)])
+    loop(builder, number(0), size, 1, lambda i: body(i, mark), hints)
+
+
+def simple(n_arguments: int) -> Callable[[Callable[..., None]], Any]:
+    """A statement on integers, from how LLVM has it."""
+
+    def decorate(write: Callable[..., Any]) -> Any:
+        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            write(builder, *arguments)
+            return context.get_dummy_value()
+
+        def typed(typing: Any, *arguments: Any) -> Any:
+            return types.void(*[types.intp] * n_arguments), code
+
+        names = ("typing", *(f"a{k}" for k in range(n_arguments)))
+        parameters = [inspect.Parameter(name, inspect.Parameter.POSITIONAL_OR_KEYWORD) for name in names]
+        typed.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+        return intrinsic(typed)
+
+    return decorate
+
+
+@intrinsic
+def place(typing: Any, array: Any) -> Any:
+    """The address of an array."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
+        return builder.ptrtoint(data, intp)
+
+    return types.intp(array), code
+
+
+@intrinsic
+def at(typing: Any, table: Any, k: Any) -> Any:
+    """The address of an entry of a table of integers."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return builder.ptrtoint(builder.gep(arguments[0], [arguments[1]], source_etype=intp), intp)
+
+    return types.intp(table, types.intp), code
+
+
+@simple(4)
+def call(builder: Any, run: Any, *values: Any) -> None:
+    """A call of a loop at an address."""
+    kind = ll.FunctionType(ll.VoidType(), [intp] * len(values))
+    builder.call(builder.inttoptr(run, kind.as_pointer()), values)
+
+
+def nested(kind: Any, shape: tuple[int, ...]) -> Any:
+    return types.UniTuple(nested(kind, shape[1:]), shape[0]) if shape else kind
+
+
+def typed(typing: Any, element: Element, shapes: Sequence[Any], out_shapes: Sequence[Any], real: Any) -> Any:
+    """The signature of a kernel on arrays that lie in order, or on tuples, and on numbers."""
+    function = types.Dispatcher(element.function)
+    if not element.tuples:
+        arrays = [types.Array(real, len(shape), "C") if shape else real for shape in shapes]
+        arrays += [types.Array(real, max(1, len(shape)), "C") for shape in out_shapes]
+        return typing.resolve_function_type(function, tuple(arrays), {})
+    signature = typing.resolve_function_type(function, tuple(nested(real, shape) for shape in shapes), {})
+    found = [signature.return_type] if len(out_shapes) == 1 else list(signature.return_type)
+    if len(found) != len(out_shapes) or not all(map(fits, found, out_shapes)):
+        name = element.function.__name__
+        expected = ", ".join(f"({', '.join(map(str, shape))})" for shape in out_shapes)
+        raise errors.TypingError(f"{name} returns {signature.return_type}; expected numbers in shape {expected}")
+    return signature
+
+
+def fits(found: Any, shape: tuple[int, ...]) -> bool:
+    """Whether a type is a number, or tuples of numbers of that shape."""
+    if not shape or not isinstance(found, types.BaseTuple):
+        return not shape and isinstance(found, types.Number)
+    return len(found) == shape[0] and all(fits(entry, shape[1:]) for entry in found)
+
+
+def flat(context: Any, builder: Any, kind: Any, value: Any, real: Any) -> list[Any]:
+    """The numbers in tuples, or one number."""
+    if not isinstance(kind, types.BaseTuple):
+        return [context.cast(builder, value, kind, real)]
+    parts = [flat(context, builder, one, builder.extract_value(value, k), real) for k, one in enumerate(kind)]
+    return list(itertools.chain.from_iterable(parts))
+
+
+def packed(context: Any, builder: Any, kind: Any, values: Sequence[Any]) -> Any:
+    """Numbers as tuples of a type, or one number."""
+    if not isinstance(kind, types.BaseTuple):
+        return values[0]
+    size = len(values) // len(kind)
+    parts = [packed(context, builder, one, values[k * size : (k + 1) * size]) for k, one in enumerate(kind)]
+    return context.make_tuple(builder, kind, parts)
+
+
+def array_in_order(context: Any, builder: Any, kind: Any, shape: Any, values: Sequence[Any]) -> tuple[Any, Any]:
+    """An array among the local variables that holds `values`, and where, with room for a number behind it.
+
+    LLVM keeps it in registers.
+    """
+    shape = shape or (1,)
+    real = context.get_value_type(kind.dtype)
+    size, width = math.prod(shape), real.get_abi_size(context.target_data)
+    data = cgutils.alloca_once(builder, ll.ArrayType(real, size + 1))
+    data = builder.bitcast(data, real.as_pointer())
+    for k, value in enumerate(values):
+        builder.store(value, builder.gep(data, [number(k)], source_etype=real))
+    array = context.make_array(kind)(context, builder)
+    strides = [width * math.prod(shape[axis + 1 :]) for axis in range(len(shape))]
+    populate_array(array, data, list(map(number, shape)), list(map(number, strides)), number(width), None)
+    return array._getvalue(), data
+
+
+def applied(
+    context: Any, builder: Any, element: Element, signature: Any, shapes: Any, out_shapes: Any, values: Any
+) -> Any:
+    """The components of the results of a kernel, from those of its arguments; last what it notes, if it does."""
+    call = context.get_function(types.Dispatcher(element.function), signature)
+    if element.tuples:
+        tuples = [packed(context, builder, *one) for one in zip(signature.args, values, strict=True)]
+        found, kind, real = call(builder, tuples), signature.return_type, widest(signature.args)
+        if len(out_shapes) == 1:
+            return [flat(context, builder, kind, found, real)]
+        parts = [builder.extract_value(found, k) for k in range(len(kind))]
+        return [flat(context, builder, one, part, real) for one, part in zip(kind, parts, strict=True)]
+    arguments, outs, real = [], [], context.get_value_type(signature.args[-1].dtype)
+    for kind, shape, value in zip(signature.args, shapes, values, strict=False):
+        arguments.append(array_in_order(context, builder, kind, shape, value)[0] if shape else value[0])
+    for kind, shape in zip(signature.args[len(shapes) :], out_shapes, strict=True):
+        array, data = array_in_order(context, builder, kind, shape, ())
+        arguments.append(array)
+        places = [builder.gep(data, [number(k)], source_etype=real) for k in range(math.prod(shape) + 1)]
+        *found, behind = places
+        outs.append(found)
+    if element.notes:
+        builder.store(ll.Constant(real, 0), behind)
+        outs.append([behind])
+    call(builder, arguments)
+    return [[builder.load(place, typ=real) for place in places] for places in outs]

@@ -1,0 +1,157 @@
+"""Arguments and batches: which elements there are, where they lie, and what overlaps."""
+
+from __future__ import annotations
+
+import itertools
+import re
+from typing import Any
+
+import numpy as np
+
+from .definition import Definition
+
+FLOAT32, FLOAT64 = np.dtype(np.float32), np.dtype(np.float64)
+
+
+def as_array(definition: Definition, name: str, value: Any) -> np.ndarray[Any, Any]:
+    """An argument of a kernel as an array of numbers that it takes.
+
+    Integers and truth values are cast as numpy's functions cast them: to the smallest type that holds them all.
+    """
+    given = isinstance(value, (np.ndarray, np.generic))
+    try:
+        array = np.asarray(value)
+    except ValueError as error:
+        raise ValueError(f"{definition.name}: argument {name} is not an array of numbers ({error})") from None
+    if array.dtype.kind in "biu":
+        array = array.astype(np.result_type(array.dtype, FLOAT32) if given else FLOAT64)
+    if array.dtype.kind not in "fc" or array.dtype.itemsize not in ((4, 8) if array.dtype.kind == "f" else (8, 16)):
+        raise TypeError(
+            f"{definition.name}: argument {name} has dtype {array.dtype}; expected float32, float64"
+            + (", complex64 or complex128" if definition.is_polynomial else "")
+            + f"; convert it with {name}.astype(float)"
+        )
+    return array
+
+
+def leading_shape(definition: Definition, operands: list[Any]) -> tuple[int, ...]:
+    """The shape of the batch that arguments make together."""
+    shapes = [
+        operand.shape[: operand.ndim - len(shape)] for operand, shape in zip(operands, definition.shapes, strict=True)
+    ]
+    longest = max(shapes, key=len, default=())
+    if all(shape == longest or not shape for shape in shapes):
+        return tuple(longest)
+    try:
+        return np.broadcast_shapes(*shapes)
+    except ValueError:
+        text = ", ".join(
+            f"{name} {tuple(operand.shape)}" for (name, _), operand in zip(definition.inputs, operands, strict=True)
+        )
+        raise ValueError(
+            f"{definition.name}: leading axes do not broadcast: {text}; expected {definition.signature}"
+        ) from None
+
+
+def checked_outs(definition: Definition, out: Any, leading: tuple[int, ...], dtype: np.dtype[Any]) -> list[Any] | None:
+    """What a caller gave to be written, one array for each result; None where nothing was given."""
+    if out is None:
+        return None
+    outs = [out] if len(definition.outputs) == 1 and not isinstance(out, tuple) else out
+    if not isinstance(outs, (list, tuple)) or len(outs) != len(definition.outputs):
+        names = ", ".join(name for name, _ in definition.outputs)
+        found = f"{len(outs)} arrays" if isinstance(outs, (list, tuple)) else type(out).__name__
+        raise TypeError(
+            f"{definition.name}: out is {found}; expected a tuple of {len(definition.outputs)} arrays ({names})"
+        )
+    for (name, shape), target in zip(definition.outputs, outs, strict=True):
+        place = f"{definition.name}: out" if len(outs) == 1 else f"{definition.name}: out {name}"
+        if not isinstance(target, np.ndarray):
+            raise TypeError(f"{place} is {type(target).__name__}; expected an array")
+        if target.shape != leading + shape:
+            raise ValueError(f"{place} has shape {target.shape}; expected {leading + shape}{definition.blades(name)}")
+        if target.dtype != dtype:
+            raise TypeError(f"{place} has dtype {target.dtype}; expected {dtype}, the type of the arguments")
+        if not target.flags.writeable:
+            raise ValueError(f"{place} is read-only; expected an array that can be written")
+    return list(outs)
+
+
+def usable(array: Any, dtype: np.dtype[Any]) -> Any:
+    if array.dtype is dtype and array.flags.aligned:
+        return array
+    return np.require(array, dtype, "A")
+
+
+def overlaps(array: Any, out: Any, n_axes: int) -> bool:
+    """Whether writing an output would change an element of an argument that is still to be read.
+
+    It may be where the argument is, if that has all axes of the batch: `n_axes` with those of its elements.
+    """
+    return np.may_share_memory(array, out) and not (
+        array.ndim == n_axes
+        and array.shape == out.shape
+        and array.strides == out.strides
+        and address_of(array) == address_of(out)
+    )
+
+
+def steps_of(array: Any, leading: tuple[int, ...], shape: tuple[int, ...]) -> tuple[int, ...]:
+    """Bytes from element to element along each leading axis, then along the axes of one element."""
+    strides: tuple[int, ...] = array.strides
+    missing = len(leading) + len(shape) - len(strides)
+    if not missing and array.shape[: len(leading)] == leading:
+        return strides
+    outer = [
+        step if size > 1 else 0 for step, size in zip(strides, array.shape[: len(leading) - missing], strict=False)
+    ]
+    return (*(0 for _ in range(missing)), *outer, *strides[len(outer) :])
+
+
+def coalesced(leading: tuple[int, ...], steps: list[tuple[int, ...]]) -> tuple[list[int], list[tuple[int, ...]]]:
+    """The fewest loops over the same elements: neighbouring axes become one where every array allows it."""
+    depth = len(leading)
+    if depth == 1:
+        return list(leading), steps
+    axes = [axis for axis in range(depth) if leading[axis] > 1]
+    axes.sort(key=lambda axis: [-abs(step[axis]) for step in reversed(steps)])
+    sizes: list[int] = []
+    kept: list[list[int]] = []
+    for axis in axes:
+        strides = [step[axis] for step in steps]
+        if kept and all(outer == stride * leading[axis] for outer, stride in zip(kept[-1], strides, strict=True)):
+            kept[-1], sizes[-1] = strides, sizes[-1] * leading[axis]
+        else:
+            kept.append(strides)
+            sizes.append(leading[axis])
+    if not sizes:
+        sizes, kept = [1], [[0] * len(steps)]
+    return sizes, [(*(strides[k] for strides in kept), *step[depth:]) for k, step in enumerate(steps)]
+
+
+def outer_offsets(sizes: list[int], steps: list[tuple[int, ...]], inner: int) -> list[list[int]]:
+    """Where the inner loop starts in every array, once for each turn of the outer loops."""
+    outer = [axis for axis in range(len(sizes)) if axis != inner]
+    return [
+        [sum(step[axis] * turn for axis, turn in zip(outer, turns, strict=True)) for step in steps]
+        for turns in itertools.product(*(range(sizes[axis]) for axis in outer))
+    ]
+
+
+def address_of(array: Any) -> int:
+    return int(array.__array_interface__["data"][0])
+
+
+def as_returned(results: list[Any]) -> Any:
+    """Results as a call gives them: one or a tuple, and numbers where there is no axis."""
+    results = [result if result.ndim else result[()] for result in results]
+    return results[0] if len(results) == 1 else tuple(results)
+
+
+def parsed_signature(signature: str) -> list[list[tuple[int, ...]]] | None:
+    """The shapes of arguments and of results in ``(8),(3,3),()->(3)``; None if it is no such text."""
+    shape = r"\((?:[1-9]\d*(?:,[1-9]\d*)*)?\)"
+    text = signature.replace(" ", "")
+    if not re.fullmatch(f"{shape}(?:,{shape})*->{shape}(?:,{shape})*", text):
+        return None
+    return [[tuple(map(int, re.findall(r"\d+", one))) for one in re.findall(shape, part)] for part in text.split("->")]

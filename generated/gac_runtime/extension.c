@@ -1,0 +1,1760 @@
+/* From Python to a kernel as short as a call can be: on one element, on a batch, and values with operators.
+
+   One extension serves every generated module beside it. It knows no kernel: modules hand it the addresses of theirs.
+   Whatever it does not recognise at once (other types, shapes, orders, wrong arguments) it leaves to the module's
+   Python, which says what is wrong. */
+
+#define PY_SSIZE_T_CLEAN
+#include <Python.h>
+#include <structmember.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define MAX_ARRAYS 16
+#define MAX_AXES 3
+#define MAX_LEADING 8
+#define N_SYMBOLS 11
+
+typedef void (*Function)(void);
+
+/* How a kernel is called: it takes every array as a pointer and every number by value. */
+typedef void (*Invoke)(Function function, double *const *arrays, const double *numbers);
+
+static void invoke_ar(Function function, double *const *arrays, const double *numbers)
+{
+    (void)numbers;
+    typedef void (*Kernel)(const double *, double *);
+    ((Kernel)function)(arrays[0], arrays[1]);
+}
+
+static void invoke_arr(Function function, double *const *arrays, const double *numbers)
+{
+    (void)numbers;
+    typedef void (*Kernel)(const double *, double *, double *);
+    ((Kernel)function)(arrays[0], arrays[1], arrays[2]);
+}
+
+static void invoke_nr(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(double, double *);
+    ((Kernel)function)(numbers[0], arrays[0]);
+}
+
+static void invoke_nrr(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(double, double *, double *);
+    ((Kernel)function)(numbers[0], arrays[0], arrays[1]);
+}
+
+static void invoke_aar(Function function, double *const *arrays, const double *numbers)
+{
+    (void)numbers;
+    typedef void (*Kernel)(const double *, const double *, double *);
+    ((Kernel)function)(arrays[0], arrays[1], arrays[2]);
+}
+
+static void invoke_aarr(Function function, double *const *arrays, const double *numbers)
+{
+    (void)numbers;
+    typedef void (*Kernel)(const double *, const double *, double *, double *);
+    ((Kernel)function)(arrays[0], arrays[1], arrays[2], arrays[3]);
+}
+
+static void invoke_anr(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(const double *, double, double *);
+    ((Kernel)function)(arrays[0], numbers[0], arrays[1]);
+}
+
+static void invoke_anrr(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(const double *, double, double *, double *);
+    ((Kernel)function)(arrays[0], numbers[0], arrays[1], arrays[2]);
+}
+
+static void invoke_nar(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(double, const double *, double *);
+    ((Kernel)function)(numbers[0], arrays[0], arrays[1]);
+}
+
+static void invoke_narr(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(double, const double *, double *, double *);
+    ((Kernel)function)(numbers[0], arrays[0], arrays[1], arrays[2]);
+}
+
+static void invoke_nnr(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(double, double, double *);
+    ((Kernel)function)(numbers[0], numbers[1], arrays[0]);
+}
+
+static void invoke_nnrr(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(double, double, double *, double *);
+    ((Kernel)function)(numbers[0], numbers[1], arrays[0], arrays[1]);
+}
+
+static void invoke_aaar(Function function, double *const *arrays, const double *numbers)
+{
+    (void)numbers;
+    typedef void (*Kernel)(const double *, const double *, const double *, double *);
+    ((Kernel)function)(arrays[0], arrays[1], arrays[2], arrays[3]);
+}
+
+static void invoke_aaarr(Function function, double *const *arrays, const double *numbers)
+{
+    (void)numbers;
+    typedef void (*Kernel)(const double *, const double *, const double *, double *, double *);
+    ((Kernel)function)(arrays[0], arrays[1], arrays[2], arrays[3], arrays[4]);
+}
+
+static void invoke_aanr(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(const double *, const double *, double, double *);
+    ((Kernel)function)(arrays[0], arrays[1], numbers[0], arrays[2]);
+}
+
+static void invoke_aanrr(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(const double *, const double *, double, double *, double *);
+    ((Kernel)function)(arrays[0], arrays[1], numbers[0], arrays[2], arrays[3]);
+}
+
+static void invoke_anar(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(const double *, double, const double *, double *);
+    ((Kernel)function)(arrays[0], numbers[0], arrays[1], arrays[2]);
+}
+
+static void invoke_anarr(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(const double *, double, const double *, double *, double *);
+    ((Kernel)function)(arrays[0], numbers[0], arrays[1], arrays[2], arrays[3]);
+}
+
+static void invoke_annr(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(const double *, double, double, double *);
+    ((Kernel)function)(arrays[0], numbers[0], numbers[1], arrays[1]);
+}
+
+static void invoke_annrr(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(const double *, double, double, double *, double *);
+    ((Kernel)function)(arrays[0], numbers[0], numbers[1], arrays[1], arrays[2]);
+}
+
+static void invoke_naar(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(double, const double *, const double *, double *);
+    ((Kernel)function)(numbers[0], arrays[0], arrays[1], arrays[2]);
+}
+
+static void invoke_naarr(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(double, const double *, const double *, double *, double *);
+    ((Kernel)function)(numbers[0], arrays[0], arrays[1], arrays[2], arrays[3]);
+}
+
+static void invoke_nanr(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(double, const double *, double, double *);
+    ((Kernel)function)(numbers[0], arrays[0], numbers[1], arrays[1]);
+}
+
+static void invoke_nanrr(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(double, const double *, double, double *, double *);
+    ((Kernel)function)(numbers[0], arrays[0], numbers[1], arrays[1], arrays[2]);
+}
+
+static void invoke_nnar(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(double, double, const double *, double *);
+    ((Kernel)function)(numbers[0], numbers[1], arrays[0], arrays[1]);
+}
+
+static void invoke_nnarr(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(double, double, const double *, double *, double *);
+    ((Kernel)function)(numbers[0], numbers[1], arrays[0], arrays[1], arrays[2]);
+}
+
+static void invoke_nnnr(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(double, double, double, double *);
+    ((Kernel)function)(numbers[0], numbers[1], numbers[2], arrays[0]);
+}
+
+static void invoke_nnnrr(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(double, double, double, double *, double *);
+    ((Kernel)function)(numbers[0], numbers[1], numbers[2], arrays[0], arrays[1]);
+}
+
+static void invoke_aaaar(Function function, double *const *arrays, const double *numbers)
+{
+    (void)numbers;
+    typedef void (*Kernel)(const double *, const double *, const double *, const double *, double *);
+    ((Kernel)function)(arrays[0], arrays[1], arrays[2], arrays[3], arrays[4]);
+}
+
+static void invoke_aaaarr(Function function, double *const *arrays, const double *numbers)
+{
+    (void)numbers;
+    typedef void (*Kernel)(const double *, const double *, const double *, const double *, double *, double *);
+    ((Kernel)function)(arrays[0], arrays[1], arrays[2], arrays[3], arrays[4], arrays[5]);
+}
+
+static void invoke_aaanr(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(const double *, const double *, const double *, double, double *);
+    ((Kernel)function)(arrays[0], arrays[1], arrays[2], numbers[0], arrays[3]);
+}
+
+static void invoke_aaanrr(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(const double *, const double *, const double *, double, double *, double *);
+    ((Kernel)function)(arrays[0], arrays[1], arrays[2], numbers[0], arrays[3], arrays[4]);
+}
+
+static void invoke_aanar(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(const double *, const double *, double, const double *, double *);
+    ((Kernel)function)(arrays[0], arrays[1], numbers[0], arrays[2], arrays[3]);
+}
+
+static void invoke_aanarr(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(const double *, const double *, double, const double *, double *, double *);
+    ((Kernel)function)(arrays[0], arrays[1], numbers[0], arrays[2], arrays[3], arrays[4]);
+}
+
+static void invoke_aannr(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(const double *, const double *, double, double, double *);
+    ((Kernel)function)(arrays[0], arrays[1], numbers[0], numbers[1], arrays[2]);
+}
+
+static void invoke_aannrr(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(const double *, const double *, double, double, double *, double *);
+    ((Kernel)function)(arrays[0], arrays[1], numbers[0], numbers[1], arrays[2], arrays[3]);
+}
+
+static void invoke_anaar(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(const double *, double, const double *, const double *, double *);
+    ((Kernel)function)(arrays[0], numbers[0], arrays[1], arrays[2], arrays[3]);
+}
+
+static void invoke_anaarr(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(const double *, double, const double *, const double *, double *, double *);
+    ((Kernel)function)(arrays[0], numbers[0], arrays[1], arrays[2], arrays[3], arrays[4]);
+}
+
+static void invoke_ananr(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(const double *, double, const double *, double, double *);
+    ((Kernel)function)(arrays[0], numbers[0], arrays[1], numbers[1], arrays[2]);
+}
+
+static void invoke_ananrr(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(const double *, double, const double *, double, double *, double *);
+    ((Kernel)function)(arrays[0], numbers[0], arrays[1], numbers[1], arrays[2], arrays[3]);
+}
+
+static void invoke_annar(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(const double *, double, double, const double *, double *);
+    ((Kernel)function)(arrays[0], numbers[0], numbers[1], arrays[1], arrays[2]);
+}
+
+static void invoke_annarr(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(const double *, double, double, const double *, double *, double *);
+    ((Kernel)function)(arrays[0], numbers[0], numbers[1], arrays[1], arrays[2], arrays[3]);
+}
+
+static void invoke_annnr(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(const double *, double, double, double, double *);
+    ((Kernel)function)(arrays[0], numbers[0], numbers[1], numbers[2], arrays[1]);
+}
+
+static void invoke_annnrr(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(const double *, double, double, double, double *, double *);
+    ((Kernel)function)(arrays[0], numbers[0], numbers[1], numbers[2], arrays[1], arrays[2]);
+}
+
+static void invoke_naaar(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(double, const double *, const double *, const double *, double *);
+    ((Kernel)function)(numbers[0], arrays[0], arrays[1], arrays[2], arrays[3]);
+}
+
+static void invoke_naaarr(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(double, const double *, const double *, const double *, double *, double *);
+    ((Kernel)function)(numbers[0], arrays[0], arrays[1], arrays[2], arrays[3], arrays[4]);
+}
+
+static void invoke_naanr(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(double, const double *, const double *, double, double *);
+    ((Kernel)function)(numbers[0], arrays[0], arrays[1], numbers[1], arrays[2]);
+}
+
+static void invoke_naanrr(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(double, const double *, const double *, double, double *, double *);
+    ((Kernel)function)(numbers[0], arrays[0], arrays[1], numbers[1], arrays[2], arrays[3]);
+}
+
+static void invoke_nanar(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(double, const double *, double, const double *, double *);
+    ((Kernel)function)(numbers[0], arrays[0], numbers[1], arrays[1], arrays[2]);
+}
+
+static void invoke_nanarr(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(double, const double *, double, const double *, double *, double *);
+    ((Kernel)function)(numbers[0], arrays[0], numbers[1], arrays[1], arrays[2], arrays[3]);
+}
+
+static void invoke_nannr(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(double, const double *, double, double, double *);
+    ((Kernel)function)(numbers[0], arrays[0], numbers[1], numbers[2], arrays[1]);
+}
+
+static void invoke_nannrr(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(double, const double *, double, double, double *, double *);
+    ((Kernel)function)(numbers[0], arrays[0], numbers[1], numbers[2], arrays[1], arrays[2]);
+}
+
+static void invoke_nnaar(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(double, double, const double *, const double *, double *);
+    ((Kernel)function)(numbers[0], numbers[1], arrays[0], arrays[1], arrays[2]);
+}
+
+static void invoke_nnaarr(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(double, double, const double *, const double *, double *, double *);
+    ((Kernel)function)(numbers[0], numbers[1], arrays[0], arrays[1], arrays[2], arrays[3]);
+}
+
+static void invoke_nnanr(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(double, double, const double *, double, double *);
+    ((Kernel)function)(numbers[0], numbers[1], arrays[0], numbers[2], arrays[1]);
+}
+
+static void invoke_nnanrr(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(double, double, const double *, double, double *, double *);
+    ((Kernel)function)(numbers[0], numbers[1], arrays[0], numbers[2], arrays[1], arrays[2]);
+}
+
+static void invoke_nnnar(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(double, double, double, const double *, double *);
+    ((Kernel)function)(numbers[0], numbers[1], numbers[2], arrays[0], arrays[1]);
+}
+
+static void invoke_nnnarr(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(double, double, double, const double *, double *, double *);
+    ((Kernel)function)(numbers[0], numbers[1], numbers[2], arrays[0], arrays[1], arrays[2]);
+}
+
+static void invoke_nnnnr(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(double, double, double, double, double *);
+    ((Kernel)function)(numbers[0], numbers[1], numbers[2], numbers[3], arrays[0]);
+}
+
+static void invoke_nnnnrr(Function function, double *const *arrays, const double *numbers)
+{
+    typedef void (*Kernel)(double, double, double, double, double *, double *);
+    ((Kernel)function)(numbers[0], numbers[1], numbers[2], numbers[3], arrays[0], arrays[1]);
+}
+
+static const struct {
+    const char *kinds;
+    Invoke invoke;
+} INVOKERS[] = {
+    {"ar", invoke_ar},
+    {"arr", invoke_arr},
+    {"nr", invoke_nr},
+    {"nrr", invoke_nrr},
+    {"aar", invoke_aar},
+    {"aarr", invoke_aarr},
+    {"anr", invoke_anr},
+    {"anrr", invoke_anrr},
+    {"nar", invoke_nar},
+    {"narr", invoke_narr},
+    {"nnr", invoke_nnr},
+    {"nnrr", invoke_nnrr},
+    {"aaar", invoke_aaar},
+    {"aaarr", invoke_aaarr},
+    {"aanr", invoke_aanr},
+    {"aanrr", invoke_aanrr},
+    {"anar", invoke_anar},
+    {"anarr", invoke_anarr},
+    {"annr", invoke_annr},
+    {"annrr", invoke_annrr},
+    {"naar", invoke_naar},
+    {"naarr", invoke_naarr},
+    {"nanr", invoke_nanr},
+    {"nanrr", invoke_nanrr},
+    {"nnar", invoke_nnar},
+    {"nnarr", invoke_nnarr},
+    {"nnnr", invoke_nnnr},
+    {"nnnrr", invoke_nnnrr},
+    {"aaaar", invoke_aaaar},
+    {"aaaarr", invoke_aaaarr},
+    {"aaanr", invoke_aaanr},
+    {"aaanrr", invoke_aaanrr},
+    {"aanar", invoke_aanar},
+    {"aanarr", invoke_aanarr},
+    {"aannr", invoke_aannr},
+    {"aannrr", invoke_aannrr},
+    {"anaar", invoke_anaar},
+    {"anaarr", invoke_anaarr},
+    {"ananr", invoke_ananr},
+    {"ananrr", invoke_ananrr},
+    {"annar", invoke_annar},
+    {"annarr", invoke_annarr},
+    {"annnr", invoke_annnr},
+    {"annnrr", invoke_annnrr},
+    {"naaar", invoke_naaar},
+    {"naaarr", invoke_naaarr},
+    {"naanr", invoke_naanr},
+    {"naanrr", invoke_naanrr},
+    {"nanar", invoke_nanar},
+    {"nanarr", invoke_nanarr},
+    {"nannr", invoke_nannr},
+    {"nannrr", invoke_nannrr},
+    {"nnaar", invoke_nnaar},
+    {"nnaarr", invoke_nnaarr},
+    {"nnanr", invoke_nnanr},
+    {"nnanrr", invoke_nnanrr},
+    {"nnnar", invoke_nnnar},
+    {"nnnarr", invoke_nnnarr},
+    {"nnnnr", invoke_nnnnr},
+    {"nnnnrr", invoke_nnnnrr},
+};
+
+/* What numpy promises about arrays (ndarraytypes.h), so that building this needs no numpy. `prepare` checks it. */
+typedef struct {
+    PyObject_HEAD
+    char *data;
+    int n_axes;
+    Py_ssize_t *shape;
+    Py_ssize_t *strides;
+    PyObject *base;
+    PyObject *dtype;
+    int flags;
+} Array;
+
+typedef struct {
+    PyObject_HEAD
+    PyTypeObject *scalar;
+    char kind, letter, order, unused;
+    int number;
+} DataType;
+
+#define IN_C_ORDER 0x001
+#define ALIGNED 0x100
+#define WRITEABLE 0x400
+#define VERSION_FUNCTION 0
+#define NEW_FUNCTION 94
+
+typedef PyObject *(*NewArray)(
+    PyTypeObject *type, PyObject *dtype, int n_axes, const Py_ssize_t *shape, const Py_ssize_t *strides, void *data,
+    int flags, PyObject *like
+);
+
+/* A number of numpy in single precision. Its doubles begin like Python's numbers, which they inherit. */
+typedef struct {
+    PyObject_HEAD
+    float value;
+} Single;
+
+static PyTypeObject *array_type, *number_type, *single_type;
+/* The numbers beside values of objects: a subclass of float that adds methods and no data. NULL without one. */
+static PyTypeObject *scalar_type;
+static PyObject *double_type, *float_type;
+static NewArray new_array;
+static PyObject *word_out, *word_in_python, *word_kind;
+static PyObject *symbols[N_SYMBOLS];
+
+enum {
+    SYMBOL_MULTIPLY,
+    SYMBOL_XOR,
+    SYMBOL_AND,
+    SYMBOL_OR,
+    SYMBOL_ADD,
+    SYMBOL_SUBTRACT,
+    SYMBOL_TRUE_DIVIDE,
+    SYMBOL_RSHIFT,
+    SYMBOL_CALL,
+    SYMBOL_INVERT,
+    SYMBOL_NEGATIVE,
+};
+
+static const Py_ssize_t N_OPERANDS[] = { 2, 2, 2, 2, 2, 2, 2, 2, 2, 1, 1 };
+
+/* Arguments that are taken as they are: numbers, and arrays of one shape in C order. */
+
+static inline int is_number(PyObject *object, double *number)
+{
+    if (PyFloat_CheckExact(object) || Py_TYPE(object) == number_type || Py_TYPE(object) == scalar_type) {
+        *number = PyFloat_AS_DOUBLE(object);
+        return 1;
+    }
+    if (PyLong_CheckExact(object)) {
+        int overflow;
+        const long long whole = PyLong_AsLongLongAndOverflow(object, &overflow);
+        *number = (double)whole;
+        return !overflow;
+    }
+    return 0;
+}
+
+static inline int is_single(PyObject *object, double *number)
+{
+    if (Py_TYPE(object) != single_type)
+        return 0;
+    *number = ((Single *)object)->value;
+    return 1;
+}
+
+/* Numbers as kernels return them. */
+
+static PyObject *new_number(double x)
+{
+    PyObject *number = number_type->tp_alloc(number_type, 0);
+    if (number != NULL)
+        ((PyFloatObject *)number)->ob_fval = x;
+    return number;
+}
+
+static PyObject *new_single(float x)
+{
+    PyObject *number = single_type->tp_alloc(single_type, 0);
+    if (number != NULL)
+        ((Single *)number)->value = x;
+    return number;
+}
+
+typedef struct {
+    int n_axes;
+    Py_ssize_t axes[MAX_AXES];
+} Shape;
+
+/* `double_type` or `float_type` where the array's is that: itself, or a copy such as unpickled arrays have; or NULL. */
+static inline PyObject *real_type(const Array *array)
+{
+    PyObject *dtype = array->dtype;
+    if (dtype == double_type || dtype == float_type)
+        return dtype;
+    if (((const DataType *)dtype)->order != '=')
+        return NULL;
+    return Py_TYPE(dtype) == Py_TYPE(double_type) ? double_type
+           : Py_TYPE(dtype) == Py_TYPE(float_type) ? float_type : NULL;
+}
+
+static inline int is_dense(PyObject *object, const Shape *shape, int flags)
+{
+    const Array *array = (const Array *)object;
+    if (Py_TYPE(object) != array_type || real_type(array) != double_type || (array->flags & flags) != flags ||
+        array->n_axes != shape->n_axes)
+        return 0;
+    for (int k = 0; k < shape->n_axes; k++)
+        if (array->shape[k] != shape->axes[k])
+            return 0;
+    return 1;
+}
+
+/* Values: the coefficients of one element, inside the object. */
+
+typedef struct Kind Kind;
+
+typedef struct {
+    Function function;
+    Kind *result; /* NULL where the result is a number: of `scalar_type` where that is set, else a float. */
+    int swapped;
+    int is_scalar;
+} Operation;
+
+/* Room of values that are gone is kept for the next: of so many of each kind, as loops leave them behind. */
+#ifdef Py_GIL_DISABLED
+enum { MOST_SPARE = 0, SPARE_ROOM = 1 };
+#else
+enum { MOST_SPARE = 8, SPARE_ROOM = MOST_SPARE };
+#endif
+
+/* A layout as values of one type have it. Kinds of one module share `operate`, the module's way to do it in Python. */
+struct Kind {
+    PyTypeObject *type;
+    Py_ssize_t size;
+    Py_ssize_t index;
+    PyObject *operate;
+    PyObject *coefficients;
+    PyMemberDef *fields;
+    Operation *operations[N_SYMBOLS];
+    Py_ssize_t n_operations[N_SYMBOLS];
+    int n_spares;
+    PyObject *spares[SPARE_ROOM];
+};
+
+typedef struct {
+    PyObject_VAR_HEAD
+    vectorcallfunc vectorcall;
+    Kind *kind;
+    double x[];
+} Value;
+
+static Py_hash_t value_hash(PyObject *self);
+static PyObject *value_vectorcall(PyObject *self, PyObject *const *args, size_t n, PyObject *names);
+
+static inline int is_value(PyObject *object)
+{
+    return Py_TYPE(object)->tp_hash == value_hash;
+}
+
+static Value *new_value(Kind *kind)
+{
+    Value *value;
+    if (kind->n_spares > 0) {
+        value = (Value *)kind->spares[--kind->n_spares];
+    } else {
+        value = PyObject_Malloc(offsetof(Value, x) + (size_t)kind->size * sizeof(double));
+        if (value == NULL)
+            return (Value *)PyErr_NoMemory();
+        value->vectorcall = value_vectorcall;
+        value->kind = kind;
+    }
+    PyObject_InitVar((PyVarObject *)value, kind->type, kind->size);
+    return value;
+}
+
+static void value_dealloc(PyObject *self)
+{
+    PyTypeObject *type = Py_TYPE(self);
+    Kind *kind = ((Value *)self)->kind;
+    if (kind->n_spares < MOST_SPARE)
+        kind->spares[kind->n_spares++] = self;
+    else
+        PyObject_Free(self);
+    Py_DECREF(type);
+}
+
+static Kind *kind_of(PyTypeObject *type)
+{
+    PyObject *capsule = type->tp_dict == NULL ? NULL : PyDict_GetItemWithError(type->tp_dict, word_kind);
+    if (capsule == NULL) {
+        if (!PyErr_Occurred())
+            PyErr_Format(PyExc_TypeError, "%s has no coefficients; use a type with a layout", type->tp_name);
+        return NULL;
+    }
+    return PyCapsule_GetPointer(capsule, "Kind");
+}
+
+static int copied(Value *value, PyObject *object)
+{
+    const Shape shape = {1, {value->kind->size}};
+    if (!is_dense(object, &shape, IN_C_ORDER | ALIGNED))
+        return 0;
+    memcpy(value->x, ((Array *)object)->data, (size_t)value->kind->size * sizeof(double));
+    return 1;
+}
+
+static int fill(Value *value, PyObject *const *args, Py_ssize_t n)
+{
+    const Kind *kind = value->kind;
+    Py_ssize_t filled = 0;
+    if (n == kind->size)
+        while (filled < n && is_number(args[filled], &value->x[filled]))
+            filled++;
+    if (filled == kind->size || (n == 1 && copied(value, args[0])))
+        return 0;
+    PyObject *tuple = PyTuple_New(n);
+    if (tuple == NULL)
+        return -1;
+    for (Py_ssize_t k = 0; k < n; k++)
+        PyTuple_SET_ITEM(tuple, k, Py_NewRef(args[k]));
+    PyObject *array = PyObject_CallFunctionObjArgs(kind->coefficients, (PyObject *)kind->type, tuple, NULL);
+    Py_DECREF(tuple);
+    if (array != NULL && !copied(value, array))
+        PyErr_SetString(PyExc_SystemError, "the coefficients of a value are no array of its size");
+    Py_XDECREF(array);
+    return PyErr_Occurred() ? -1 : 0;
+}
+
+static PyObject *make_value(PyTypeObject *type, PyObject *const *args, Py_ssize_t n, int named)
+{
+    Kind *kind = kind_of(type);
+    if (kind == NULL)
+        return NULL;
+    if (named)
+        return PyErr_Format(PyExc_TypeError, "%s() takes no keyword arguments", type->tp_name);
+    Value *value = new_value(kind);
+    if (value != NULL && fill(value, args, n) < 0)
+        Py_CLEAR(value);
+    return (PyObject *)value;
+}
+
+static PyObject *type_vectorcall(PyObject *type, PyObject *const *args, size_t n, PyObject *names)
+{
+    return make_value(
+        (PyTypeObject *)type, args, PyVectorcall_NARGS(n), names != NULL && PyTuple_GET_SIZE(names) > 0
+    );
+}
+
+static PyObject *value_new(PyTypeObject *type, PyObject *args, PyObject *names)
+{
+    return make_value(
+        type, ((PyTupleObject *)args)->ob_item, PyTuple_GET_SIZE(args), names != NULL && PyDict_GET_SIZE(names) > 0
+    );
+}
+
+/* Operators. */
+
+/* The kind of numbers beside values, NULL without one: a float is then an operand as values of this kind are. */
+static Kind *number_kind;
+
+PyDoc_STRVAR(
+    set_number_doc,
+    "set_number(type, scalar)\n--\n\n"
+    "Take Python's numbers for values of this type where they stand beside values of its module.\n\n"
+    "Numbers that operators give may be of the class `scalar`, a subclass of float without data of its own."
+);
+
+static PyObject *set_number(PyObject *Py_UNUSED(module), PyObject *args)
+{
+    PyTypeObject *type, *scalar;
+    if (!PyArg_ParseTuple(args, "O!O!", &PyType_Type, &type, &PyType_Type, &scalar))
+        return NULL;
+    Kind *kind = kind_of(type);
+    if (kind == NULL)
+        return NULL;
+    if (!PyType_IsSubtype(scalar, &PyFloat_Type) || scalar->tp_basicsize != PyFloat_Type.tp_basicsize)
+        return PyErr_Format(PyExc_TypeError, "%s is no subclass of float, or has data of its own", scalar->tp_name);
+    number_kind = kind;
+    Py_XSETREF(scalar_type, (PyTypeObject *)Py_NewRef((PyObject *)scalar));
+    Py_RETURN_NONE;
+}
+
+static PyObject *new_scalar(double x)
+{
+    PyObject *number = scalar_type->tp_alloc(scalar_type, 0);
+    if (number != NULL)
+        ((PyFloatObject *)number)->ob_fval = x;
+    return number;
+}
+
+/* The kind of an operand, and its coefficients; NULL for what is no value and no number. */
+static inline const Kind *operand(PyObject *object, const double **x, double *number)
+{
+    if (is_value(object)) {
+        *x = ((Value *)object)->x;
+        return ((Value *)object)->kind;
+    }
+    *x = number;
+    return number_kind != NULL && is_number(object, number) ? number_kind : NULL;
+}
+
+static PyObject *run_operation(const Operation *operation, const double *a, const double *b)
+{
+    double number;
+    Value *result = NULL;
+    double *out = &number;
+    if (operation->result != NULL) {
+        result = new_value(operation->result);
+        if (result == NULL)
+            return NULL;
+        out = result->x;
+    }
+    if (b == NULL)
+        ((void (*)(const double *, double *))operation->function)(a, out);
+    else
+        ((void (*)(const double *, const double *, double *))operation->function)(a, b, out);
+    if (result != NULL)
+        return (PyObject *)result;
+    return operation->is_scalar ? new_scalar(number) : PyFloat_FromDouble(number);
+}
+
+static PyObject *operate_two(int symbol, PyObject *a, PyObject *b)
+{
+    const double *x, *y;
+    double numbers[2];
+    const Kind *left = operand(a, &x, &numbers[0]), *right = operand(b, &y, &numbers[1]);
+    const int known = left != NULL && right != NULL && left->operate == right->operate;
+    if (known && right->index < left->n_operations[symbol]) {
+        const Operation *operation = &left->operations[symbol][right->index];
+        if (operation->function != NULL)
+            return operation->swapped ? run_operation(operation, y, x) : run_operation(operation, x, y);
+    }
+    const int is_left = is_value(a);
+    if (!is_left && !is_value(b))
+        Py_RETURN_NOTIMPLEMENTED;
+    return PyObject_CallFunctionObjArgs(((Value *)(is_left ? a : b))->kind->operate, symbols[symbol], a, b, NULL);
+}
+
+static PyObject *operate_one(int symbol, PyObject *a)
+{
+    const Kind *kind = ((Value *)a)->kind;
+    if (kind->n_operations[symbol] && kind->operations[symbol][0].function != NULL)
+        return run_operation(&kind->operations[symbol][0], ((Value *)a)->x, NULL);
+    return PyObject_CallFunctionObjArgs(kind->operate, symbols[symbol], a, NULL);
+}
+
+static PyObject *value_multiply(PyObject *a, PyObject *b)
+{
+    return operate_two(SYMBOL_MULTIPLY, a, b);
+}
+
+static PyObject *value_xor(PyObject *a, PyObject *b)
+{
+    return operate_two(SYMBOL_XOR, a, b);
+}
+
+static PyObject *value_and(PyObject *a, PyObject *b)
+{
+    return operate_two(SYMBOL_AND, a, b);
+}
+
+static PyObject *value_or(PyObject *a, PyObject *b)
+{
+    return operate_two(SYMBOL_OR, a, b);
+}
+
+static PyObject *value_add(PyObject *a, PyObject *b)
+{
+    return operate_two(SYMBOL_ADD, a, b);
+}
+
+static PyObject *value_subtract(PyObject *a, PyObject *b)
+{
+    return operate_two(SYMBOL_SUBTRACT, a, b);
+}
+
+static PyObject *value_true_divide(PyObject *a, PyObject *b)
+{
+    return operate_two(SYMBOL_TRUE_DIVIDE, a, b);
+}
+
+static PyObject *value_rshift(PyObject *a, PyObject *b)
+{
+    return operate_two(SYMBOL_RSHIFT, a, b);
+}
+
+static PyObject *value_invert(PyObject *a)
+{
+    return operate_one(SYMBOL_INVERT, a);
+}
+
+static PyObject *value_negative(PyObject *a)
+{
+    return operate_one(SYMBOL_NEGATIVE, a);
+}
+
+static PyObject *value_vectorcall(PyObject *self, PyObject *const *args, size_t nargsf, PyObject *names)
+{
+    const Py_ssize_t n = PyVectorcall_NARGS(nargsf);
+    if (names != NULL && PyTuple_GET_SIZE(names) > 0)
+        return PyErr_Format(PyExc_TypeError, "%s takes no keyword arguments", Py_TYPE(self)->tp_name);
+    if (n == 1)
+        return operate_two(SYMBOL_CALL, self, args[0]);
+    PyObject *all = PyTuple_New(n + 2);
+    if (all == NULL)
+        return NULL;
+    PyTuple_SET_ITEM(all, 0, Py_NewRef(symbols[SYMBOL_CALL]));
+    PyTuple_SET_ITEM(all, 1, Py_NewRef(self));
+    for (Py_ssize_t k = 0; k < n; k++)
+        PyTuple_SET_ITEM(all, k + 2, Py_NewRef(args[k]));
+    PyObject *result = PyObject_Call(((Value *)self)->kind->operate, all, NULL);
+    Py_DECREF(all);
+    return result;
+}
+
+static PyObject *value_compare(PyObject *a, PyObject *b, int how)
+{
+    if ((how != Py_EQ && how != Py_NE) || !is_value(a) || !is_value(b) || ((Value *)a)->kind != ((Value *)b)->kind)
+        Py_RETURN_NOTIMPLEMENTED;
+    int same = 1;
+    for (Py_ssize_t k = 0; k < Py_SIZE(a); k++)
+        same &= ((Value *)a)->x[k] == ((Value *)b)->x[k];
+    return PyBool_FromLong(same == (how == Py_EQ));
+}
+
+static Py_hash_t value_hash(PyObject *self)
+{
+    PyObject *tuple = PyTuple_New(Py_SIZE(self));
+    if (tuple == NULL)
+        return -1;
+    for (Py_ssize_t k = 0; k < Py_SIZE(self); k++) {
+        /* The hash of a nan is that of the object, but a value makes new objects of its coefficients every time. */
+        const double x = ((Value *)self)->x[k];
+        PyObject *number = PyFloat_FromDouble(x == x ? x : 0);
+        if (number == NULL) {
+            Py_DECREF(tuple);
+            return -1;
+        }
+        PyTuple_SET_ITEM(tuple, k, number);
+    }
+    const Py_hash_t hash = PyObject_Hash(tuple);
+    Py_DECREF(tuple);
+    return hash;
+}
+
+static Py_ssize_t value_length(PyObject *self) { return Py_SIZE(self); }
+
+static PyObject *value_item(PyObject *self, Py_ssize_t k)
+{
+    if (k >= 0 && k < Py_SIZE(self))
+        return PyFloat_FromDouble(((Value *)self)->x[k]);
+    return PyErr_Format(PyExc_IndexError, "%s has %zd coefficients", Py_TYPE(self)->tp_name, Py_SIZE(self));
+}
+
+static int value_buffer(PyObject *self, Py_buffer *view, int flags)
+{
+    static Py_ssize_t stride = sizeof(double);
+    view->obj = NULL;
+    if (flags & PyBUF_WRITABLE) {
+        PyErr_SetString(PyExc_BufferError, "a value cannot be changed");
+        return -1;
+    }
+    view->obj = Py_NewRef(self);
+    view->buf = ((Value *)self)->x;
+    view->len = Py_SIZE(self) * stride;
+    view->readonly = 1;
+    view->itemsize = stride;
+    view->format = flags & PyBUF_FORMAT ? "d" : NULL;
+    view->ndim = 1;
+    view->shape = flags & PyBUF_ND ? &((Value *)self)->kind->size : NULL;
+    view->strides = (flags & PyBUF_STRIDES) == PyBUF_STRIDES ? &stride : NULL;
+    view->suboffsets = NULL;
+    view->internal = NULL;
+    return 0;
+}
+
+static void free_kind(PyObject *capsule)
+{
+    Kind *kind = PyCapsule_GetPointer(capsule, "Kind");
+    for (int k = 0; k < N_SYMBOLS; k++)
+        PyMem_Free(kind->operations[k]);
+    while (kind->n_spares > 0)
+        PyObject_Free(kind->spares[--kind->n_spares]);
+    PyMem_Free(kind->fields);
+    Py_XDECREF(kind->operate);
+    Py_XDECREF(kind->coefficients);
+    PyMem_Free(kind);
+}
+
+PyDoc_STRVAR(
+    adopt_doc,
+    "_adopt(index, names, operate, coefficients)\n--\n\n"
+    "Make this class the type of values with a coefficient for each name, the `index`-th of its module."
+);
+
+static PyObject *value_adopt(PyObject *cls, PyObject *args)
+{
+    PyTypeObject *type = (PyTypeObject *)cls;
+    Py_ssize_t index;
+    PyObject *names, *operate, *coefficients;
+    if (!PyArg_ParseTuple(args, "nO!OO", &index, &PyTuple_Type, &names, &operate, &coefficients))
+        return NULL;
+    const Py_ssize_t size = PyTuple_GET_SIZE(names);
+    Kind *kind = PyMem_Calloc(1, sizeof(Kind));
+    if (kind == NULL)
+        return PyErr_NoMemory();
+    kind->type = type;
+    kind->size = size;
+    kind->index = index;
+    kind->operate = Py_NewRef(operate);
+    kind->coefficients = Py_NewRef(coefficients);
+    PyObject *capsule = PyCapsule_New(kind, "Kind", free_kind);
+    kind->fields = PyMem_Calloc((size_t)size, sizeof(PyMemberDef));
+    int failed = capsule == NULL || kind->fields == NULL || PyObject_SetAttr(cls, word_kind, capsule) < 0;
+    Py_XDECREF(capsule);
+    for (Py_ssize_t k = 0; k < size && !failed; k++) {
+        PyMemberDef *field = &kind->fields[k];
+        /* The name lives as long as the tuple, which the class keeps in its layout. */
+        field->name = PyUnicode_AsUTF8(PyTuple_GET_ITEM(names, k));
+        field->type = T_DOUBLE;
+        field->offset = (Py_ssize_t)(offsetof(Value, x) + (size_t)k * sizeof(double));
+        field->flags = READONLY;
+        PyObject *descriptor = field->name == NULL ? NULL : PyDescr_NewMember(type, field);
+        failed = descriptor == NULL || PyObject_SetAttr(cls, PyTuple_GET_ITEM(names, k), descriptor) < 0;
+        Py_XDECREF(descriptor);
+    }
+    if (failed)
+        return NULL;
+    /* A class made by Python does not take short calls from its base before Python 3.12, and lets its objects be
+       collected, for which they would need a header; numbers refer to nothing. No class is derived from this one. */
+    type->tp_flags = (type->tp_flags | Py_TPFLAGS_HAVE_VECTORCALL) & ~(unsigned long)Py_TPFLAGS_HAVE_GC;
+    type->tp_vectorcall = type_vectorcall;
+    type->tp_dealloc = value_dealloc;
+    type->tp_free = PyObject_Free;
+    type->tp_traverse = NULL;
+    type->tp_clear = NULL;
+    PyType_Modified(type);
+    Py_RETURN_NONE;
+}
+
+PyDoc_STRVAR(
+    bind_operator_doc,
+    "bind_operator(symbol, operands, result, address, swapped)\n--\n\n"
+    "Let an operator on values of these types run the kernel at an address; the result is of a type of values, of the\n"
+    "class of numbers that `set_number` has set, or a float where that is None."
+);
+
+static PyObject *bind_operator(PyObject *Py_UNUSED(module), PyObject *args)
+{
+    PyObject *word, *operands, *result;
+    unsigned long long address;
+    int swapped;
+    if (!PyArg_ParseTuple(args, "UO!OKp", &word, &PyTuple_Type, &operands, &result, &address, &swapped))
+        return NULL;
+    int symbol = 0;
+    const Py_ssize_t n = PyTuple_GET_SIZE(operands);
+    while (symbol < N_SYMBOLS && (N_OPERANDS[symbol] != n || PyUnicode_Compare(symbols[symbol], word) != 0))
+        symbol++;
+    if (symbol == N_SYMBOLS)
+        return PyErr_Format(PyExc_ValueError, "no operator %R of %zd operands", word, n);
+    Kind *kinds[2] = {NULL, NULL}, *result_kind = NULL;
+    for (Py_ssize_t k = 0; k < n; k++) {
+        kinds[k] = kind_of((PyTypeObject *)PyTuple_GET_ITEM(operands, k));
+        if (kinds[k] == NULL)
+            return NULL;
+    }
+    const int is_scalar = scalar_type != NULL && result == (PyObject *)scalar_type;
+    if (result != Py_None && !is_scalar && (result_kind = kind_of((PyTypeObject *)result)) == NULL)
+        return NULL;
+    const Py_ssize_t index = n == 2 ? kinds[1]->index : 0;
+    Kind *left = kinds[0];
+    if (index >= left->n_operations[symbol]) {
+        Operation *more = PyMem_Realloc(left->operations[symbol], (size_t)(index + 1) * sizeof(Operation));
+        if (more == NULL)
+            return PyErr_NoMemory();
+        const Py_ssize_t known = left->n_operations[symbol];
+        memset(more + known, 0, (size_t)(index + 1 - known) * sizeof(Operation));
+        left->operations[symbol] = more;
+        left->n_operations[symbol] = index + 1;
+    }
+    left->operations[symbol][index] = (Operation){(Function)(uintptr_t)address, result_kind, swapped, is_scalar};
+    Py_RETURN_NONE;
+}
+
+static PyMethodDef value_methods[] = {
+    {"_adopt", value_adopt, METH_VARARGS | METH_CLASS, adopt_doc},
+    {NULL, NULL, 0, NULL},
+};
+
+static PyMemberDef value_members[] = {
+    {"__vectorcalloffset__", T_PYSSIZET, offsetof(Value, vectorcall), READONLY, NULL},
+    {NULL, 0, 0, 0, NULL},
+};
+
+static PyType_Slot value_slots[] = {
+    {Py_tp_doc, "The coefficients of one element, inside the object."},
+    {Py_tp_new, value_new},
+    {Py_tp_dealloc, value_dealloc},
+    {Py_tp_call, PyVectorcall_Call},
+    {Py_tp_richcompare, value_compare},
+    {Py_tp_hash, value_hash},
+    {Py_tp_methods, value_methods},
+    {Py_tp_members, value_members},
+    {Py_sq_length, value_length},
+    {Py_sq_item, value_item},
+    {Py_bf_getbuffer, value_buffer},
+    {Py_nb_multiply, value_multiply},
+    {Py_nb_xor, value_xor},
+    {Py_nb_and, value_and},
+    {Py_nb_or, value_or},
+    {Py_nb_add, value_add},
+    {Py_nb_subtract, value_subtract},
+    {Py_nb_true_divide, value_true_divide},
+    {Py_nb_rshift, value_rshift},
+    {Py_nb_invert, value_invert},
+    {Py_nb_negative, value_negative},
+    {0, NULL},
+};
+
+static PyType_Spec value_spec = {
+    "calls.Value",
+    offsetof(Value, x),
+    sizeof(double),
+    Py_TPFLAGS_DEFAULT | Py_TPFLAGS_BASETYPE | Py_TPFLAGS_HAVE_VECTORCALL,
+    value_slots,
+};
+
+/* Batches: what a call on arrays with leading axes hands to the loop of its library. */
+
+typedef void (*Loop)(char **starts, const intptr_t *dimensions, const intptr_t *steps);
+
+/* What runs the loops of kernels under numba, from the table of one; DONE, or not. */
+#define DONE -1
+typedef intptr_t (*Driver)(const void *table, char **starts, const intptr_t *dimensions, const intptr_t *steps);
+
+/* How a kernel is run over batches of one type: by its loop, or by a driver, or not yet. */
+typedef struct {
+    Loop loop;
+    Driver driver;
+    const void *table;
+} Way;
+
+/* A kernel: what its calls are checked against, and how they are run. */
+typedef struct {
+    PyObject_HEAD
+    vectorcallfunc vectorcall;
+    Function function; /* On one element of doubles; NULL where only a loop does it. */
+    Invoke invoke;
+    Way ways[2]; /* Of doubles and of floats. */
+    Py_ssize_t most; /* Larger batches of one row may be worth threads, which are the module's. */
+    Py_ssize_t patience; /* Larger batches let other threads of Python run meanwhile. */
+    int n_inputs; /* 0 until the kernel can be run. */
+    int n_outputs;
+    Shape shapes[MAX_ARRAYS];
+    intptr_t steps[MAX_ARRAYS * (1 + MAX_AXES)]; /* Of one element in C order. */
+} Call;
+
+/* Whether that was done. */
+static inline int go(const Way *way, char **starts, const intptr_t *dimensions, const intptr_t *steps)
+{
+    if (way->loop == NULL)
+        return way->driver != NULL && way->driver(way->table, starts, dimensions, steps) == DONE;
+    way->loop(starts, dimensions, steps);
+    return 1;
+}
+
+typedef union {
+    double f64;
+    float f32;
+} Number;
+
+typedef struct {
+    PyObject *dtype;
+    Py_ssize_t width; /* Bytes of one number. */
+    int n_axes; /* Those before the axes of an element. */
+    Py_ssize_t axes[MAX_LEADING + MAX_AXES]; /* The last of them end at MAX_LEADING. */
+    Number numbers[MAX_ARRAYS];
+    char *starts[MAX_ARRAYS];
+    intptr_t strides[MAX_ARRAYS][MAX_LEADING]; /* From element to element, along the last `n_axes`. */
+    intptr_t steps[MAX_ARRAYS * (1 + MAX_AXES)]; /* From element to element of a row, and then inside of elements. */
+    intptr_t *inner;
+} Batch;
+
+/* Axes as a loop runs over them, the innermost first. */
+typedef struct {
+    int n_axes;
+    Py_ssize_t lengths[MAX_LEADING];
+    intptr_t strides[MAX_ARRAYS][MAX_LEADING];
+} Rows;
+
+/* Rows of at least so many elements are not exchanged for longer ones that lie apart. */
+#define LONG_ROW 64
+
+/* Whether an array ends in the axes of an element, and begins with axes that go with those of the batch, by numpy's
+   rules: these are made wider by it. */
+static int take_axes(Batch *batch, const Array *array, const Shape *shape)
+{
+    const int n_axes = array->n_axes - shape->n_axes;
+    if (n_axes < 0 || n_axes > MAX_LEADING)
+        return 0;
+    for (int k = 0; k < shape->n_axes; k++)
+        if (array->shape[n_axes + k] != shape->axes[k])
+            return 0;
+    for (; batch->n_axes < n_axes; batch->n_axes++)
+        batch->axes[MAX_LEADING - 1 - batch->n_axes] = 1;
+    Py_ssize_t *axes = batch->axes + MAX_LEADING - n_axes;
+    for (int k = 0; k < n_axes; k++) {
+        if (axes[k] == 1)
+            axes[k] = array->shape[k];
+        else if (array->shape[k] != 1 && array->shape[k] != axes[k])
+            return 0;
+    }
+    return 1;
+}
+
+/* Where an array is; along axes that it has not, or of length 1, it is the same. */
+static void take_array(Batch *batch, int p, const Array *array, const Shape *shape)
+{
+    const int n_axes = array->n_axes - shape->n_axes;
+    intptr_t *strides = batch->strides[p] + MAX_LEADING - n_axes;
+    batch->starts[p] = array->data;
+    for (int k = n_axes; k < batch->n_axes; k++)
+        batch->strides[p][MAX_LEADING - 1 - k] = 0;
+    for (int k = 0; k < n_axes; k++)
+        strides[k] = array->shape[k] == 1 ? 0 : array->strides[k];
+    for (int k = 0; k < shape->n_axes; k++)
+        *batch->inner++ = array->strides[n_axes + k];
+}
+
+static void take_once(Batch *batch, int p, char *start)
+{
+    batch->starts[p] = start;
+    for (int k = 0; k < batch->n_axes; k++)
+        batch->strides[p][MAX_LEADING - 1 - k] = 0;
+}
+
+/* The axes of a batch, neighbours as one where all arrays have them so. */
+static void take_rows(const Batch *batch, int n_arrays, Rows *rows)
+{
+    rows->n_axes = 0;
+    for (int k = MAX_LEADING; k-- > MAX_LEADING - batch->n_axes;) {
+        const int last = rows->n_axes - 1;
+        int joined = last >= 0;
+        if (batch->axes[k] == 1)
+            continue;
+        for (int p = 0; p < n_arrays && joined; p++)
+            joined = batch->strides[p][k] == rows->strides[p][last] * rows->lengths[last];
+        if (joined) {
+            rows->lengths[last] *= batch->axes[k];
+            continue;
+        }
+        for (int p = 0; p < n_arrays; p++)
+            rows->strides[p][rows->n_axes] = batch->strides[p][k];
+        rows->lengths[rows->n_axes++] = batch->axes[k];
+    }
+    int longest = 0;
+    for (int k = 1; k < rows->n_axes; k++)
+        longest = rows->lengths[k] > rows->lengths[longest] ? k : longest;
+    if (longest == 0 || rows->lengths[0] >= LONG_ROW)
+        return;
+    const Py_ssize_t length = rows->lengths[0];
+    rows->lengths[0] = rows->lengths[longest];
+    rows->lengths[longest] = length;
+    for (int p = 0; p < n_arrays; p++) {
+        const intptr_t stride = rows->strides[p][0];
+        rows->strides[p][0] = rows->strides[p][longest];
+        rows->strides[p][longest] = stride;
+    }
+}
+
+/* Where the bytes of an array begin and end. */
+static void bounds(const Array *array, Py_ssize_t width, char **first, char **last)
+{
+    *first = array->data;
+    *last = array->data + width;
+    for (int k = 0; k < array->n_axes; k++) {
+        const Py_ssize_t reach = (array->shape[k] - 1) * array->strides[k];
+        *(reach < 0 ? first : last) += reach;
+    }
+}
+
+/* Whether a result may be written where it belongs: no input is there, unless it is the very same array, whose elements
+   are then read before they are replaced. */
+static int is_apart(const Array *out, int n_leading, const Call *call, PyObject *const *inputs, Py_ssize_t width)
+{
+    char *first, *last, *begin, *end;
+    bounds(out, width, &first, &last);
+    for (int k = 0; k < call->n_inputs; k++) {
+        if (Py_TYPE(inputs[k]) != array_type ||
+            ((const Array *)inputs[k] == out && out->n_axes == n_leading + call->shapes[k].n_axes))
+            continue;
+        bounds((const Array *)inputs[k], width, &begin, &end);
+        if (begin < last && first < end)
+            return 0;
+    }
+    return 1;
+}
+
+static int take_inputs(Batch *batch, const Call *call, PyObject *const *args)
+{
+    for (int k = 0; k < call->n_inputs; k++) {
+        const Array *array = (const Array *)args[k];
+        if (Py_TYPE(args[k]) != array_type)
+            continue;
+        if (batch->dtype == NULL)
+            batch->dtype = real_type(array);
+        if (batch->dtype == NULL || real_type(array) != batch->dtype || !(array->flags & ALIGNED) ||
+            !take_axes(batch, array, &call->shapes[k]))
+            return 0;
+    }
+    for (int k = 0; k < call->n_inputs && batch->dtype == NULL; k++)
+        if (Py_TYPE(args[k]) == single_type)
+            batch->dtype = float_type;
+    if (batch->dtype == NULL)
+        return 0;
+    batch->width = batch->dtype == double_type ? sizeof(double) : sizeof(float);
+    for (int k = 0; k < call->n_inputs; k++) {
+        const Shape *shape = &call->shapes[k];
+        PyObject *input = args[k];
+        double number;
+        if (Py_TYPE(input) == array_type) {
+            take_array(batch, k, (const Array *)input, shape);
+        } else if (!shape->n_axes && (is_number(input, &number) || is_single(input, &number))) {
+            /* Python's numbers take the type of the arrays; numpy's have their own. */
+            if (batch->dtype == double_type)
+                batch->numbers[k].f64 = number;
+            else if (Py_TYPE(input) != number_type)
+                batch->numbers[k].f32 = (float)number;
+            else
+                return 0;
+            take_once(batch, k, (char *)&batch->numbers[k]);
+        } else if (batch->dtype == double_type && shape->n_axes == 1 && is_value(input) &&
+                   Py_SIZE(input) == shape->axes[0]) {
+            take_once(batch, k, (char *)((Value *)input)->x);
+            *batch->inner++ = sizeof(double);
+        } else {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+/* Whether a result may be written to an array: it has the axes of the batch, and no input is where it is. */
+static int take_out(Batch *batch, const Call *call, PyObject *const *args, PyObject *out)
+{
+    const Array *array = (const Array *)out;
+    const Shape *shape = &call->shapes[call->n_inputs];
+    const int usable = ALIGNED | WRITEABLE;
+    if (call->n_outputs != 1 || Py_TYPE(out) != array_type || real_type(array) != batch->dtype ||
+        (array->flags & usable) != usable || array->n_axes != batch->n_axes + shape->n_axes)
+        return 0;
+    memcpy(batch->axes + MAX_LEADING, shape->axes, (size_t)shape->n_axes * sizeof(Py_ssize_t));
+    for (int k = 0; k < array->n_axes; k++)
+        if (array->shape[k] != batch->axes[MAX_LEADING - batch->n_axes + k])
+            return 0;
+    if (!is_apart(array, batch->n_axes, call, args, batch->width))
+        return 0;
+    take_array(batch, call->n_inputs, array, shape);
+    return 1;
+}
+
+static PyObject *new_result(Batch *batch, const Shape *shape)
+{
+    memcpy(batch->axes + MAX_LEADING, shape->axes, (size_t)shape->n_axes * sizeof(Py_ssize_t));
+    return new_array(
+        array_type, Py_NewRef(batch->dtype), batch->n_axes + shape->n_axes, batch->axes + MAX_LEADING - batch->n_axes,
+        NULL, NULL, 0, NULL
+    );
+}
+
+/* Whether that was done; else nothing was. */
+static int run(const Call *call, Batch *batch, Py_ssize_t size)
+{
+    const Way way = call->ways[batch->dtype == float_type]; /* Others may bind while this thread has no lock. */
+    const int n_arrays = call->n_inputs + call->n_outputs;
+    Py_ssize_t places[MAX_LEADING] = {0};
+    Rows rows;
+    take_rows(batch, n_arrays, &rows);
+    const intptr_t dimensions[] = {rows.n_axes ? rows.lengths[0] : 1};
+    for (int p = 0; p < n_arrays; p++)
+        batch->steps[p] = rows.n_axes ? rows.strides[p][0] : 0;
+    PyThreadState *state = size > call->patience ? PyEval_SaveThread() : NULL;
+    int done = 1;
+    for (int k = 0; k < rows.n_axes || k == 0;) {
+        /* Rows are alike, so that only the first can lack its loop. */
+        done = go(&way, batch->starts, dimensions, batch->steps);
+        if (!done)
+            break;
+        for (k = 1; k < rows.n_axes; k++) {
+            const int more = ++places[k] < rows.lengths[k];
+            for (int p = 0; p < n_arrays; p++)
+                batch->starts[p] += more ? rows.strides[p][k] : -(rows.lengths[k] - 1) * rows.strides[p][k];
+            if (more)
+                break;
+            places[k] = 0;
+        }
+    }
+    if (state != NULL)
+        PyEval_RestoreThread(state);
+    return done;
+}
+
+/* What a call gives back: the only result, or a tuple of all; where not all is done, nothing is kept. */
+static inline PyObject *returned(PyObject **made, int n, int done)
+{
+    if (n == 1 && done)
+        return made[0];
+    PyObject *tuple = done ? PyTuple_New(n) : NULL;
+    for (int k = 0; k < n; k++) {
+        if (tuple != NULL)
+            PyTuple_SET_ITEM(tuple, k, made[k]);
+        else
+            Py_XDECREF(made[k]);
+    }
+    return tuple;
+}
+
+/* The results of a batch, row by row; NULL without an error where that is not all that there is to do. */
+static PyObject *call_on_batch(const Call *call, PyObject *const *args, PyObject *out)
+{
+    Batch batch;
+    const int n_inputs = call->n_inputs;
+    const Shape *shapes = call->shapes + n_inputs;
+    PyObject *made[MAX_ARRAYS];
+    Number results[MAX_ARRAYS];
+    Py_ssize_t size = 1;
+    batch.dtype = NULL;
+    batch.n_axes = 0;
+    batch.inner = batch.steps + n_inputs + call->n_outputs;
+    if (!take_inputs(&batch, call, args))
+        return NULL;
+    for (int k = MAX_LEADING - batch.n_axes; k < MAX_LEADING; k++)
+        size *= batch.axes[k];
+    if (size == 0 || (out != NULL && !take_out(&batch, call, args, out)))
+        return NULL;
+    if (size > call->most) {
+        Rows rows;
+        take_rows(&batch, n_inputs + (out != NULL), &rows);
+        if (rows.n_axes < 2 || rows.lengths[0] > call->most)
+            return NULL;
+    }
+    if (out != NULL)
+        return run(call, &batch, size) ? Py_NewRef(out) : NULL;
+    for (int k = 0; k < call->n_outputs; k++) {
+        made[k] = NULL;
+        if (!batch.n_axes && !shapes[k].n_axes) {
+            take_once(&batch, n_inputs + k, (char *)&results[k]);
+            continue;
+        }
+        made[k] = new_result(&batch, &shapes[k]);
+        if (made[k] == NULL) {
+            while (k--)
+                Py_XDECREF(made[k]);
+            return NULL;
+        }
+        take_array(&batch, n_inputs + k, (const Array *)made[k], &shapes[k]);
+    }
+    int done = run(call, &batch, size);
+    for (int k = 0; k < call->n_outputs && done; k++) {
+        if (made[k] == NULL)
+            made[k] = batch.dtype == double_type ? new_number(results[k].f64) : new_single(results[k].f32);
+        done = made[k] != NULL;
+    }
+    return returned(made, call->n_outputs, done);
+}
+
+/* Calls: what a kernel object inherits. */
+
+static PyObject *call_in_python(PyObject *self, PyObject *const *args, size_t nargsf, PyObject *names)
+{
+    const Py_ssize_t n = PyVectorcall_NARGS(nargsf) + (names == NULL ? 0 : PyTuple_GET_SIZE(names));
+    PyObject *few[MAX_ARRAYS];
+    PyObject **all = n + 1 <= MAX_ARRAYS ? few : PyMem_Malloc((size_t)(n + 1) * sizeof(PyObject *));
+    if (all == NULL)
+        return PyErr_NoMemory();
+    all[0] = self;
+    memcpy(all + 1, args, (size_t)n * sizeof(PyObject *));
+    PyObject *result = PyObject_VectorcallMethod(
+        word_in_python, all, (size_t)PyVectorcall_NARGS(nargsf) + 1, names
+    );
+    if (all != few)
+        PyMem_Free(all);
+    return result;
+}
+
+static PyObject *new_dense(const Shape *shape)
+{
+    return new_array(array_type, Py_NewRef(double_type), shape->n_axes, shape->axes, NULL, NULL, 0, NULL);
+}
+
+/* Whether the kernel was run on one element of doubles: its arrays, those of its results, and its numbers. */
+static inline int apply(const Call *call, double **arrays, double *numbers)
+{
+    if (call->function != NULL) {
+        call->invoke(call->function, arrays, numbers);
+        return 1;
+    }
+    const intptr_t dimensions[] = {1};
+    char *starts[MAX_ARRAYS];
+    for (int k = 0; k < call->n_inputs + call->n_outputs; k++) {
+        const int is_array = k >= call->n_inputs || call->shapes[k].n_axes;
+        starts[k] = is_array ? (char *)*arrays++ : (char *)numbers++;
+    }
+    return go(&call->ways[0], starts, dimensions, call->steps);
+}
+
+/* One element of doubles in C order; NULL without an error where the arguments are something else. */
+static PyObject *call_on_element(const Call *call, PyObject *const *args, PyObject *out)
+{
+    double *arrays[MAX_ARRAYS];
+    double numbers[MAX_ARRAYS], results[MAX_ARRAYS];
+    int n_arrays = 0, n_numbers = 0;
+    for (int k = 0; k < call->n_inputs; k++) {
+        const Shape *shape = &call->shapes[k];
+        PyObject *input = args[k];
+        if (is_dense(input, shape, IN_C_ORDER | ALIGNED)) {
+            double *data = (double *)((Array *)input)->data;
+            if (shape->n_axes)
+                arrays[n_arrays++] = data;
+            else
+                numbers[n_numbers++] = *data;
+        } else if (!shape->n_axes && is_number(input, &numbers[n_numbers])) {
+            n_numbers++;
+        } else if (shape->n_axes == 1 && is_value(input) && Py_SIZE(input) == shape->axes[0]) {
+            arrays[n_arrays++] = ((Value *)input)->x;
+        } else {
+            return NULL;
+        }
+    }
+    const Shape *shapes = call->shapes + call->n_inputs;
+    if (out != NULL) {
+        if (call->n_outputs != 1 || !shapes->n_axes || !is_dense(out, shapes, IN_C_ORDER | ALIGNED | WRITEABLE))
+            return NULL;
+        arrays[n_arrays] = (double *)((Array *)out)->data;
+        return apply(call, arrays, numbers) ? Py_NewRef(out) : NULL;
+    }
+    PyObject *made[MAX_ARRAYS];
+    for (int k = 0; k < call->n_outputs; k++) {
+        made[k] = NULL;
+        if (shapes[k].n_axes) {
+            made[k] = new_dense(&shapes[k]);
+            if (made[k] == NULL) {
+                while (k--)
+                    Py_XDECREF(made[k]);
+                return NULL;
+            }
+        }
+        arrays[n_arrays++] = made[k] == NULL ? &results[k] : (double *)((Array *)made[k])->data;
+    }
+    int done = apply(call, arrays, numbers);
+    for (int k = 0; k < call->n_outputs && done; k++)
+        if (made[k] == NULL)
+            done = (made[k] = new_number(results[k])) != NULL;
+    return returned(made, call->n_outputs, done);
+}
+
+static PyObject *call_vectorcall(PyObject *self, PyObject *const *args, size_t nargsf, PyObject *names)
+{
+    const Call *call = (const Call *)self;
+    PyObject *out = NULL;
+    if (!call->n_inputs || PyVectorcall_NARGS(nargsf) != call->n_inputs)
+        return call_in_python(self, args, nargsf, names);
+    if (names != NULL) {
+        if (PyTuple_GET_SIZE(names) != 1 || PyTuple_GET_ITEM(names, 0) != word_out)
+            return call_in_python(self, args, nargsf, names);
+        out = args[call->n_inputs] == Py_None ? NULL : args[call->n_inputs];
+    }
+    PyObject *result = call_on_element(call, args, out);
+    if (result == NULL && !PyErr_Occurred())
+        result = call_on_batch(call, args, out);
+    if (result == NULL && !PyErr_Occurred())
+        result = call_in_python(self, args, nargsf, names);
+    return result;
+}
+
+static PyObject *call_new(PyTypeObject *type, PyObject *Py_UNUSED(args), PyObject *Py_UNUSED(names))
+{
+    Call *call = (Call *)type->tp_alloc(type, 0);
+    if (call != NULL)
+        call->vectorcall = call_vectorcall;
+    return (PyObject *)call;
+}
+
+static int read_shape(PyObject *tuple, Shape *shape)
+{
+    if (!PyTuple_Check(tuple) || PyTuple_GET_SIZE(tuple) > MAX_AXES)
+        return 0;
+    shape->n_axes = (int)PyTuple_GET_SIZE(tuple);
+    for (int k = 0; k < shape->n_axes; k++) {
+        shape->axes[k] = PyLong_AsSsize_t(PyTuple_GET_ITEM(tuple, k));
+        if (shape->axes[k] < 0) {
+            PyErr_Clear();
+            return 0;
+        }
+    }
+    return 1;
+}
+
+PyDoc_STRVAR(
+    bind_doc,
+    "_bind(inputs, outputs, function, ways, most, patience)\n--\n\n"
+    "Run the kernel from its addresses on elements of these shapes from now on; False where it has too many.\n"
+    "Ways are, for doubles and for floats, a loop, or a driver and its table; what is 0 is not there."
+);
+
+static PyObject *call_bind(PyObject *self, PyObject *args)
+{
+    Call *call = (Call *)self;
+    unsigned long long function, ways[2][3];
+    Py_ssize_t most, patience;
+    PyObject *inputs, *outputs;
+    if (!PyArg_ParseTuple(
+            args, "O!O!K((KKK)(KKK))nn", &PyTuple_Type, &inputs, &PyTuple_Type, &outputs, &function, &ways[0][0],
+            &ways[0][1], &ways[0][2], &ways[1][0], &ways[1][1], &ways[1][2], &most, &patience
+        ))
+        return NULL;
+    const Py_ssize_t n_inputs = PyTuple_GET_SIZE(inputs), n_outputs = PyTuple_GET_SIZE(outputs);
+    if (new_array == NULL || n_inputs + n_outputs > MAX_ARRAYS)
+        Py_RETURN_FALSE;
+    char kinds[MAX_ARRAYS + 1] = "";
+    for (Py_ssize_t k = 0; k < n_inputs + n_outputs; k++) {
+        PyObject *shape = k < n_inputs ? PyTuple_GET_ITEM(inputs, k) : PyTuple_GET_ITEM(outputs, k - n_inputs);
+        if (!read_shape(shape, &call->shapes[k]))
+            Py_RETURN_FALSE;
+        kinds[k] = k < n_inputs ? (call->shapes[k].n_axes ? 'a' : 'n') : 'r';
+    }
+    intptr_t *steps = call->steps + n_inputs + n_outputs;
+    for (Py_ssize_t k = 0; k < n_inputs + n_outputs; k++) {
+        const Shape *shape = &call->shapes[k];
+        intptr_t step = sizeof(double);
+        for (int axis = shape->n_axes; axis-- > 0; step *= shape->axes[axis])
+            steps[axis] = step;
+        steps += shape->n_axes;
+    }
+    call->n_outputs = (int)n_outputs;
+    call->most = most;
+    call->patience = patience;
+    for (size_t k = 0; k < sizeof(INVOKERS) / sizeof(INVOKERS[0]); k++)
+        if (strcmp(INVOKERS[k].kinds, kinds) == 0) {
+            call->invoke = INVOKERS[k].invoke;
+            call->function = (Function)(uintptr_t)function;
+        }
+    for (int k = 0; k < 2; k++) {
+        call->ways[k].loop = (Loop)(uintptr_t)ways[k][0];
+        call->ways[k].driver = (Driver)(uintptr_t)ways[k][1];
+        call->ways[k].table = (const void *)(uintptr_t)ways[k][2];
+    }
+    call->n_inputs = (int)n_inputs;
+    Py_RETURN_TRUE;
+}
+
+PyDoc_STRVAR(
+    adopt_call_doc,
+    "_adopt()\n--\n\nLet objects of this class be called the short way; Python 3.12 does it without being asked."
+);
+
+static PyObject *call_adopt(PyObject *cls, PyObject *Py_UNUSED(args))
+{
+    PyTypeObject *type = (PyTypeObject *)cls;
+    if (type->tp_call == PyVectorcall_Call && type->tp_vectorcall_offset == (Py_ssize_t)offsetof(Call, vectorcall)) {
+        type->tp_flags |= Py_TPFLAGS_HAVE_VECTORCALL;
+        PyType_Modified(type);
+    }
+    Py_RETURN_NONE;
+}
+
+static void call_dealloc(PyObject *self)
+{
+    PyTypeObject *type = Py_TYPE(self);
+    type->tp_free(self);
+    Py_DECREF(type);
+}
+
+static PyMethodDef call_methods[] = {
+    {"_adopt", call_adopt, METH_NOARGS | METH_CLASS, adopt_call_doc},
+    {"_bind", call_bind, METH_VARARGS, bind_doc},
+    {NULL, NULL, 0, NULL},
+};
+
+static PyMemberDef call_members[] = {
+    {"__vectorcalloffset__", T_PYSSIZET, offsetof(Call, vectorcall), READONLY, NULL},
+    {NULL, 0, 0, 0, NULL},
+};
+
+static PyType_Slot call_slots[] = {
+    {Py_tp_doc, "A kernel that is called on one element, or on a batch that one loop does."},
+    {Py_tp_new, call_new},
+    {Py_tp_dealloc, call_dealloc},
+    {Py_tp_call, PyVectorcall_Call},
+    {Py_tp_methods, call_methods},
+    {Py_tp_members, call_members},
+    {0, NULL},
+};
+
+static PyType_Spec call_spec = {
+    "calls.Call",
+    sizeof(Call),
+    0,
+    Py_TPFLAGS_DEFAULT | Py_TPFLAGS_BASETYPE | Py_TPFLAGS_HAVE_VECTORCALL,
+    call_slots,
+};
+
+/* The module. */
+
+PyDoc_STRVAR(
+    prepare_doc,
+    "prepare(array, address, shape, strides, flags, number, single, functions)\n--\n\n"
+    "Learn numpy's types from an array, a double, and 1.5 in single precision, and whether they are in memory as this "
+    "file has them."
+);
+
+static PyObject *prepare(PyObject *Py_UNUSED(module), PyObject *args)
+{
+    PyObject *object, *number, *single, *functions;
+    unsigned long long address;
+    Py_ssize_t rows, columns, row_step, column_step;
+    int flags;
+    if (!PyArg_ParseTuple(
+            args, "OK(nn)(nn)iOOO", &object, &address, &rows, &columns, &row_step, &column_step, &flags, &number,
+            &single, &functions
+        ))
+        return NULL;
+    const Array *array = (const Array *)object;
+    void **table = PyCapsule_GetPointer(functions, NULL);
+    if (table == NULL)
+        return NULL;
+    const unsigned version = ((unsigned (*)(void))table[VERSION_FUNCTION])() >> 24;
+    if ((version != 1 && version != 2) || Py_TYPE(object)->tp_basicsize < (Py_ssize_t)sizeof(Array) ||
+        (uintptr_t)array->data != (uintptr_t)address || array->n_axes != 2 || array->shape[0] != rows ||
+        array->shape[1] != columns || array->strides[0] != row_step || array->strides[1] != column_step ||
+        array->flags != flags || !PyFloat_Check(number) ||
+        Py_TYPE(number)->tp_basicsize != PyFloat_Type.tp_basicsize)
+        Py_RETURN_FALSE;
+    if (Py_TYPE(single)->tp_basicsize < (Py_ssize_t)sizeof(Single) || ((Single *)single)->value != 1.5f)
+        Py_RETURN_FALSE;
+    PyObject *dtype = PyObject_GetAttrString(object, "dtype");
+    PyObject *small = dtype == NULL ? NULL : PyObject_GetAttrString(single, "dtype");
+    const DataType *types[] = {(const DataType *)dtype, (const DataType *)small};
+    const int known = small != NULL && dtype == array->dtype && Py_TYPE(dtype) != Py_TYPE(small) &&
+                      types[0]->order == '=' && types[1]->order == '=' && types[0]->letter == 'd' &&
+                      types[1]->letter == 'f';
+    if (known && new_array == NULL) {
+        array_type = (PyTypeObject *)Py_NewRef(Py_TYPE(object));
+        number_type = (PyTypeObject *)Py_NewRef(Py_TYPE(number));
+        single_type = (PyTypeObject *)Py_NewRef(Py_TYPE(single));
+        double_type = Py_NewRef(dtype);
+        float_type = Py_NewRef(small);
+        new_array = (NewArray)table[NEW_FUNCTION];
+    }
+    Py_XDECREF(dtype);
+    Py_XDECREF(small);
+    return PyErr_Occurred() ? NULL : PyBool_FromLong(known);
+}
+
+static PyMethodDef methods[] = {
+    {"prepare", prepare, METH_VARARGS, prepare_doc},
+    {"bind_operator", bind_operator, METH_VARARGS, bind_operator_doc},
+    {"set_number", set_number, METH_VARARGS, set_number_doc},
+    {NULL, NULL, 0, NULL},
+};
+
+static struct PyModuleDef definition = {
+    PyModuleDef_HEAD_INIT, "calls", "Calls of kernels, and values.", -1, methods, NULL, NULL, NULL, NULL,
+};
+
+/* The name carries a digest of this text, which is known only when it is compiled. */
+PyMODINIT_FUNC INIT(void)
+{
+    static const char *const texts[] = { "*", "^", "&", "|", "+", "-", "/", ">>", "()", "~", "-" };
+    PyObject *module = PyModule_Create(&definition);
+    PyObject *call = PyType_FromSpec(&call_spec), *value = PyType_FromSpec(&value_spec);
+    int failed = module == NULL || call == NULL || value == NULL || PyModule_AddObjectRef(module, "Call", call) < 0 ||
+                 PyModule_AddObjectRef(module, "Value", value) < 0;
+    failed = failed || (word_out = PyUnicode_InternFromString("out")) == NULL ||
+             (word_in_python = PyUnicode_InternFromString("_in_python")) == NULL ||
+             (word_kind = PyUnicode_InternFromString("_kind")) == NULL;
+    for (int k = 0; k < N_SYMBOLS && !failed; k++)
+        failed = (symbols[k] = PyUnicode_InternFromString(texts[k])) == NULL;
+    Py_XDECREF(call);
+    Py_XDECREF(value);
+    if (failed)
+        Py_CLEAR(module);
+    return module;
+}

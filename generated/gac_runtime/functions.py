@@ -1,0 +1,185 @@
+"""What the free names of a kernel's text mean: on numbers, and on arrays of any namespace."""
+
+from __future__ import annotations
+
+import builtins
+import functools
+import itertools
+import math
+import sys
+from collections.abc import Callable
+from types import FunctionType
+from typing import Any
+
+import numpy as np
+
+from .definition import Definition
+
+
+def _minimum(a: Any, b: Any) -> Any:
+    return a if a < b or a != a else b
+
+
+def _maximum(a: Any, b: Any) -> Any:
+    return a if a > b or a != a else b
+
+
+def _less(a: Any, b: Any) -> Any:
+    return 1.0 if a < b else 0.0
+
+
+def _less_equal(a: Any, b: Any) -> Any:
+    return 1.0 if a <= b else 0.0
+
+
+def _equal(a: Any, b: Any) -> Any:
+    return 1.0 if a == b else 0.0
+
+
+def _select(condition: Any, a: Any, b: Any) -> Any:
+    return a if condition != 0 else b
+
+
+SCALAR_FUNCTIONS: dict[str, Callable[..., Any]] = {
+    "sqrt": math.sqrt,
+    "sin": math.sin,
+    "cos": math.cos,
+    "atan2": math.atan2,
+    "acos": math.acos,
+    "exp": math.exp,
+    "log": math.log,
+    "abs": abs,
+    "minimum": _minimum,
+    "maximum": _maximum,
+    "less": _less,
+    "less_equal": _less_equal,
+    "equal": _equal,
+    "select": _select,
+}
+
+
+OF_ANGLES = frozenset({"sin", "cos"})
+"""Functions of angles: vectors compute them for angles that are not too far."""
+
+
+def bound(function: Callable[..., None], names: dict[str, Any]) -> Any:
+    """`function` with its free names bound to `names`."""
+    assert isinstance(function, FunctionType)
+    bound = FunctionType(function.__code__, {"__builtins__": builtins, **names}, function.__name__)
+    bound.__module__, bound.__qualname__ = function.__module__, function.__qualname__
+    return bound
+
+
+def namespace_of(arrays: tuple[Any, ...]) -> Any:
+    """The module whose functions work on these arrays."""
+    for array in arrays:
+        root = type(array).__module__.partition(".")[0]
+        if root in ("torch", "cupy"):
+            return sys.modules[root]
+        if root in ("jax", "jaxlib"):
+            return sys.modules["jax.numpy"]
+    return np
+
+
+def namespace_operands(namespace: Any, arrays: tuple[Any, ...]) -> list[Any]:
+    """Arguments as arrays of `namespace`, where the first such array is; numbers and lists widen nothing."""
+    own = [array for array in arrays if namespace_of((array,)) is namespace]
+    found = functools.reduce(namespace.promote_types, [array.dtype for array in own])
+    floating = (namespace.zeros((), dtype=found) + 0.5).dtype
+    place = {"device": own[0].device} if namespace.__name__ == "torch" else {}
+    moved = []
+    for array in arrays:
+        if namespace_of((array,)) is namespace:
+            moved.append(array)
+        elif isinstance(array, (np.ndarray, np.generic)):
+            # A copy, since torch takes neither arrays that are read-only nor steps backwards.
+            moved.append(namespace.asarray(np.array(array), **place))
+        else:
+            moved.append(namespace.asarray(array, dtype=floating, **place))
+    return moved
+
+
+def _array_functions(namespace: Any) -> dict[str, Callable[..., Any]]:
+    """The functions of a kernel's text, on arrays of `namespace`; numbers stay numbers, so they widen nothing."""
+
+    def lifted(name: str, scalar: Callable[..., Any]) -> Callable[..., Any]:
+        on_arrays = getattr(namespace, name)
+
+        def function(*values: Any) -> Any:
+            if not any(hasattr(value, "dtype") for value in values):
+                return scalar(*values)
+            return on_arrays(*(_lifted(namespace, value, values) for value in values))
+
+        return function
+
+    names = {"atan2": "arctan2", "acos": "arccos"}
+    functions: dict[str, Callable[..., Any]] = {
+        name: lifted(names.get(name, name), SCALAR_FUNCTIONS[name])
+        for name in ("sqrt", "sin", "cos", "atan2", "acos", "exp", "log", "abs")
+    }
+
+    def choose(condition: Any, a: Any, b: Any, *others: Any) -> Any:
+        if not hasattr(condition, "dtype"):
+            return a if condition else b
+        others = (a, b, *others)
+        return namespace.where(condition, _lifted(namespace, a, others), _lifted(namespace, b, others))
+
+    if namespace is not np:
+        # At zero their derivative is 0, and that of a kernel is the one of the negative side.
+        functions["abs"] = lambda a: choose(a > 0, a, 0.0 - a)
+
+    return functions | {
+        "minimum": lambda a, b: choose((a < b) | (a != a), a, b),
+        "maximum": lambda a, b: choose((a > b) | (a != a), a, b),
+        "less": lambda a, b: choose(a < b, 1.0, 0.0, a, b),
+        "less_equal": lambda a, b: choose(a <= b, 1.0, 0.0, a, b),
+        "equal": lambda a, b: choose(a == b, 1.0, 0.0, a, b),
+        "select": lambda condition, a, b: choose(condition != 0, a, b, condition),
+    }
+
+
+def _lifted(namespace: Any, value: Any, others: tuple[Any, ...]) -> Any:
+    """A number as an array of the kind of the first array among `others`."""
+    if hasattr(value, "dtype"):
+        return value
+    return namespace.zeros_like(next(other for other in others if hasattr(other, "dtype"))) + value
+
+
+def _like(namespace: Any, value: Any, like: Any) -> Any:
+    """`value`, a number or an array, in the shape of `like`."""
+    if not hasattr(value, "dtype"):
+        return namespace.zeros_like(like) + value
+    return value if value.shape == like.shape else namespace.broadcast_to(value, like.shape)
+
+
+def _components(array: Any, shape: tuple[int, ...]) -> dict[Any, Any]:
+    """The components of an array by the index that a kernel's text uses."""
+    return {
+        index if len(index) > 1 else index[0]: array[(..., *index)] for index in itertools.product(*map(range, shape))
+    }
+
+
+def _stacked(namespace: Any, parts: list[Any], shape: tuple[int, ...]) -> Any:
+    if not shape:
+        return parts[0]
+    stacked = namespace.stack(parts, -1)
+    return stacked if len(shape) == 1 else stacked.reshape((*stacked.shape[:-1], *shape))
+
+
+def evaluate(definition: Definition, namespace: Any, operands: list[Any], leading: tuple[int, ...]) -> list[Any]:
+    """The results by array expressions on whole components."""
+    parts = [
+        _components(operand, shape) if shape else operand
+        for operand, shape in zip(operands, definition.shapes, strict=True)
+    ]
+    results: list[dict[Any, Any]] = [{} for _ in definition.outputs]
+    with np.errstate(all="ignore"):
+        bound(definition.function, _array_functions(namespace))(*parts, *results)
+    like = namespace.zeros(leading)
+    for k, (operand, shape) in enumerate(zip(operands, definition.shapes, strict=True)):
+        part = operand[(..., *(0 for _ in shape))] if shape else operand
+        like = namespace.zeros_like(part if k else namespace.broadcast_to(part, leading)) + (like if k else 0)
+    return [
+        _stacked(namespace, [_like(namespace, part, like) for part in result.values()], shape)
+        for result, shape in zip(results, definition.out_shapes, strict=True)
+    ]

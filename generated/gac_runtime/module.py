@@ -1,0 +1,187 @@
+"""What the kernels of one generated module share: its library, its settings, and the functions that declare them."""
+
+from __future__ import annotations
+
+import inspect
+import os
+from collections import namedtuple
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from .definition import Definition, Form, counted
+from .documentation import Facts
+from .extension import FOLDER
+from .kernel import Kernel, result_names
+from .layout import Layout
+from .library import Library
+from .threads import default_threads
+from .value import Family, families
+
+INTERFACE = 1
+"""Modules and runtime must have the same number. It grows when modules of earlier versions would not run."""
+
+_BACKENDS = ("c", "numba", "arrays")
+
+Function = Callable[..., Any]
+
+
+class GeneratedModule:
+    """A generated module, as its own text declares it.
+
+    Parameters
+    ----------
+    namespace : dict
+        Its global variables. `backend` and `num_threads` are read from there whenever a kernel is called.
+    interface : int
+        The `INTERFACE` that it was generated for.
+    library : str
+        The file name of its compiled library.
+
+    Raises
+    ------
+    ImportError
+        When the module needs another version of the runtime, or GAC_BACKEND or GAC_NUM_THREADS ask for what is not
+        there.
+    """
+
+    def __init__(self, namespace: dict[str, Any], interface: int, library: str) -> None:
+        name = namespace["__name__"]
+        if interface != INTERFACE:
+            raise ImportError(
+                f"{name} needs version {interface} of gac_runtime; {os.path.dirname(__file__)} is version {INTERFACE}; "
+                "write the modules of that folder again with `gac generate`"
+            )
+        self._namespace = namespace
+        self.kernels: list[str] = []
+        families[name] = self._family = Family()
+        path = namespace["__file__"]
+        self.library = Library(
+            library.rpartition("-")[0], os.path.join(os.path.dirname(os.path.abspath(path)), FOLDER, library)
+        )
+        namespace["backend"] = self._chosen_backend()
+        namespace["num_threads"] = default_threads()
+
+    @property
+    def backend(self) -> str:
+        """What runs the kernels now: ``c``, ``numba`` or ``arrays``."""
+        return str(self._namespace["backend"])
+
+    @property
+    def num_threads(self) -> int:
+        """How many threads share a large batch where a call does not say."""
+        return self._namespace["num_threads"]  # type: ignore[no-any-return]
+
+    def _chosen_backend(self) -> str:
+        """``c`` if the library is built, else ``numba``, unless GAC_BACKEND says otherwise."""
+        chosen = os.environ.get("GAC_BACKEND", "")
+        if chosen not in ("", *_BACKENDS):
+            raise ImportError(f"GAC_BACKEND: {chosen!r}; expected c, numba or arrays")
+        if chosen == "c" and not self.library.is_built:
+            raise ImportError(
+                f"GAC_BACKEND=c, but {self.library.path} is not there; expected the library of this very module; "
+                "build it with `gac build`, or unset GAC_BACKEND"
+            )
+        return chosen or ("c" if self.library.is_built else "numba")
+
+    def kernel(
+        self,
+        signature: str,
+        *layouts: Layout,
+        cost: str,
+        names: str = "",
+        results: str = "",
+        assumes: Sequence[str] = (),
+        error: str = "",
+    ) -> Callable[[Function], Kernel]:
+        """Declare a kernel: a decorator of its function on one element.
+
+        Parameters
+        ----------
+        signature : str
+            Shapes of arguments and results, ``(8),(3)->(3)``.
+        *layouts : Layout
+            Of each argument, then of each result.
+        cost : str
+            Operations of one element, ``21 mul, 18 add, 24 fma``.
+        names, results : str, optional
+            Names of the arguments, where they are not those of the function's parameters, and of the results.
+        assumes, error
+            See `Facts`.
+        """
+
+        def declared(function: Function) -> Kernel:
+            shapes, out_shapes = shapes_in(signature)
+            code = function.__code__
+            inputs = list(zip(names.split() or code.co_varnames[: len(shapes)], shapes, strict=True))
+            outputs = list(zip(results.split() or result_names(len(out_shapes)), out_shapes, strict=True))
+            parts = dict(zip((name for name, _ in (*inputs, *outputs)), layouts, strict=True))
+            definition = Definition(function.__name__, function, inputs, outputs, parts, counted(cost))
+            self.kernels.append(definition.name)
+            shown = ", ".join(item for item in cost.split(", ") if not item.endswith(" fma"))
+            return Kernel(definition, Facts(shown, tuple(assumes), error), self)
+
+        return declared
+
+    def form(
+        self,
+        kernel: Kernel,
+        same: str,
+        prepare: Function,
+        apply: Function,
+        *,
+        least: int,
+        n_prepared: int,
+        once: str,
+        each: str,
+    ) -> None:
+        """Declare a form of a kernel, see `Form`."""
+        kernel.definition.forms.append(Form(tuple(same.split()), least, n_prepared, prepare, apply, once, each))
+
+    def operators(self, *rows: tuple[str, tuple[type, ...], Any, Kernel, bool]) -> None:
+        """Declare the operators of the module's types: symbol, operands, result, kernel, whether in reverse order."""
+        for symbol, types, result, kernel, is_reversed in rows:
+            self._family.operators[symbol, types] = kernel, result, is_reversed
+
+    def sums(self, *types: type) -> None:
+        """Declare the types that sums and multiples have, those with fewer coefficients first."""
+        self._family.sums[:] = types
+
+    def named(self, kernel: Kernel, results: str) -> Any:
+        """A function that gives the results of a kernel as a named tuple.
+
+        A kernel without arguments of its own has one that it does not read; the function supplies it.
+        """
+        fields = results.split()
+        definition = kernel.definition
+        words = definition.name.split("_")
+        title = "".join(word.capitalize() if word.islower() else word for word in words) + "Results"
+        record = namedtuple(title, fields, module=self._namespace["__name__"])  # type: ignore[misc]
+        self._namespace[title] = record
+        constant = kernel.argument_names == ["nothing"]
+
+        def function(*arguments: Any, **named: Any) -> Any:
+            found = kernel(*((0.0,) if constant else arguments), **named)
+            return record._make(found if len(fields) > 1 else [found])
+
+        function.__name__ = function.__qualname__ = definition.name
+        function.__module__ = self._namespace["__name__"]
+        function.__doc__ = (kernel.__doc__ or "").replace(f"``{definition.name}.jit", f"``{definition.name}.kernel.jit")
+        signature = inspect.signature(kernel)
+        parameters = [each for each in signature.parameters.values() if not (constant and each.name == "nothing")]
+        function.__signature__ = signature.replace(parameters=parameters)  # type: ignore[attr-defined]
+        layouts = [kernel.layouts[name] for name, _ in definition.outputs]
+        for name, value in (
+            ("kernel", kernel),
+            ("cost", kernel.cost),
+            ("layouts", dict(zip(fields, layouts, strict=True))),
+        ):
+            setattr(function, name, value)
+        return function
+
+
+def shapes_in(signature: str) -> list[list[tuple[int, ...]]]:
+    """The shapes in a signature that is known to be right."""
+    return [
+        [tuple(int(size) for size in shape.split(",") if size) for shape in part[1:-1].split("),(")]
+        for part in signature.split("->")
+    ]

@@ -1,0 +1,268 @@
+"""One element of a layout as a Python object: immutable, with operators where the module has kernels for them."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import operator
+from collections.abc import Callable
+from typing import Any, NoReturn
+
+import numpy as np
+
+from .arrays import FLOAT64
+from .documentation import layout_text
+from .extension import extension
+from .kernel import Kernel
+from .layout import Layout
+
+_next_index = itertools.count().__next__
+_NUMBERS = (int, float, np.integer, np.floating)
+"""What values are multiplied by."""
+
+
+class Family:
+    """The types of one module, and what their operators are.
+
+    Attributes
+    ----------
+    operators : dict
+        From an operator's symbol and the types of its operands to the kernel, the type of the result, and whether the
+        kernel takes the operands in reverse order.
+    sums : list of type
+        The types of sums and multiples, those with fewer coefficients first: any coefficients are an element of them.
+    """
+
+    def __init__(self) -> None:
+        self.operators: dict[tuple[str, tuple[type, ...]], tuple[Kernel, Any, bool]] = {}
+        self.sums: list[Any] = []
+
+
+families: dict[str, Family] = {}
+"""By the name of the module."""
+
+
+def _two(symbol: str) -> tuple[Callable[[Any, Any], Any], Callable[[Any, Any], Any]]:
+    """A binary operator and its reflection."""
+
+    def forward(a: Any, b: Any) -> Any:
+        return _operate(symbol, a, b)
+
+    def backward(b: Any, a: Any) -> Any:
+        return _operate(symbol, a, b)
+
+    return forward, backward
+
+
+class _PythonValue:
+    """What a value holds where the extension is not there: a read-only array."""
+
+    __slots__ = ("_array",)
+    _array: Any
+
+    def __new__(cls, *coefficients: Any) -> Any:
+        if not hasattr(cls, "layout"):
+            raise TypeError(f"{cls.__name__} has no coefficients; use a type with a layout")
+        value = object.__new__(cls)
+        array = _coefficients(cls, coefficients)
+        array.flags.writeable = False
+        object.__setattr__(value, "_array", array)
+        return value
+
+    @classmethod
+    def _adopt(cls, index: int, names: tuple[str, ...], operate: Any, coefficients: Any) -> None:
+        for k, name in enumerate(names):
+            setattr(cls, name, property(operator.itemgetter(k)))
+
+    def __setattr__(self, name: str, value: Any = None) -> NoReturn:
+        raise AttributeError(f"{type(self).__name__} cannot be changed")
+
+    __delattr__: Any = __setattr__
+
+    def __len__(self) -> int:
+        return len(self._array)
+
+    def __getitem__(self, index: int) -> float:
+        return float(self._array[operator.index(index)])
+
+    def __eq__(self, other: Any) -> Any:
+        if type(self) is not type(other):
+            return NotImplemented
+        return bool((self._array == other._array).all())
+
+    def __hash__(self) -> int:
+        return hash(tuple(x if x == x else 0.0 for x in self._array.tolist()))
+
+    def __call__(self, *operands: Any) -> Any:
+        return _operate("()", self, *operands)
+
+    __mul__, __rmul__ = _two("*")
+    __xor__, __rxor__ = _two("^")
+    __and__, __rand__ = _two("&")
+    __add__, __radd__ = _two("+")
+    __sub__, __rsub__ = _two("-")
+    __truediv__, __rtruediv__ = _two("/")
+
+    def __invert__(self) -> Any:
+        return _operate("~", self)
+
+    def __neg__(self) -> Any:
+        return _operate("-", self)
+
+
+_Value: Any = _PythonValue if extension is None else extension.Value
+
+
+class Value(_Value):  # type: ignore[misc]
+    """One element of a layout, with the operators that the module's kernels define, and sums and multiples.
+
+    A sum has a type of which any coefficients are elements: that of two motors is even, and no motor.
+    It is made of an array or of its coefficients, ``Point(1, 2, 3)``, cannot be changed, and is an array to numpy
+    without being copied. Coefficients are attributes by the names of their blades, and `scalar`.
+    """
+
+    __slots__ = ()
+    __array_ufunc__ = None
+    layout: Layout
+    family: Family
+
+    def __init_subclass__(cls) -> None:
+        (base, *_) = cls.__bases__
+        if base is not Value:
+            raise TypeError(f"{base.__name__} cannot be subclassed")
+        cls.family = families.setdefault(cls.__module__, Family())
+        cls.__doc__ = cls.__doc__ or layout_text(*cls.layout[:4])
+        names = tuple(map(_field, cls.layout.blades))
+        cls._adopt(_next_index(), names, _operate, _coefficients)
+        for blade, text in cls.layout.fixed:
+            if text != "implied":
+                top, _, bottom = text.partition("/")
+                setattr(cls, _field(blade), int(top) / int(bottom or 1))
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray[Any, Any]:
+        array = np.frombuffer(self) if extension is not None else self._array.view()
+        if copy or (dtype is not None and dtype != FLOAT64):
+            return np.array(array, dtype)
+        return array
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), tuple(self)
+
+    def __repr__(self) -> str:
+        text = ""
+        fixed = [(blade, getattr(self, _field(blade))) for blade, value in self.layout.fixed if value != "implied"]
+        for blade, x in (*zip(self.layout.blades, self, strict=True), *fixed):
+            if x:
+                number = repr(abs(x)).removesuffix(".0")
+                sign = ("-" if x < 0 else "") if not text else " - " if x < 0 else " + "
+                text += sign + (number if blade == "1" else blade if number == "1" else f"{number}*{blade}")
+        return f"{type(self).__name__}({text or '0'})"
+
+
+def _field(blade: str) -> str:
+    """The attribute for a blade's coefficient."""
+    return "scalar" if blade == "1" else blade.replace("^", "_")
+
+
+def _coefficients(cls: Any, arguments: tuple[Any, ...]) -> np.ndarray[Any, Any]:
+    """A new array of the coefficients that a value is made of."""
+    name, size, wanted = cls.__name__, len(cls.layout.blades), " ".join(cls.layout.blades)
+    if len(arguments) not in (1, size):
+        raise TypeError(f"{name}: {len(arguments)} arguments; expected an array or {size} numbers: {wanted}")
+    try:
+        array = np.asarray(arguments[0] if len(arguments) == 1 and (size > 1 or np.ndim(arguments[0])) else arguments)
+    except ValueError as error:
+        raise ValueError(f"{name}: not an array of numbers ({error})") from None
+    if array.dtype.kind not in "fiu":
+        raise TypeError(f"{name}: coefficients have dtype {array.dtype}; expected real numbers")
+    if array.shape != (size,):
+        raise ValueError(f"{name}: coefficients have shape {array.shape}; expected ({size},): {wanted}")
+    return np.array(array, FLOAT64)
+
+
+def _operate(symbol: str, *operands: Any) -> Any:
+    """Apply an operator by its kernel; NotImplemented for types that may know what to do."""
+    types = tuple(map(type, operands))
+    family = next(operand.family for operand in operands if isinstance(operand, Value))
+    found = family.operators.get((symbol, types))
+    if found is None:
+        combined = None if symbol == "()" else _sum_or_multiple(symbol, *operands)
+        if combined is not None:
+            return combined
+        if all(isinstance(x, (Value, int, float, complex, np.ndarray, np.generic, list, tuple)) for x in operands):
+            raise _unknown(family, symbol, types)
+        if symbol == "()":
+            raise _unknown(family, symbol, types)
+        return NotImplemented
+    kernel, result, swapped = found
+    arrays = [operand.__array__() for operand in operands]
+    value = kernel(*(reversed(arrays) if swapped else arrays))
+    if extension is not None and kernel.element_address:
+        extension.bind_operator(symbol, types, None if result is float else result, kernel.element_address, swapped)
+    return result(value)
+
+
+def _sum_or_multiple(symbol: str, a: Any, b: Any = None) -> Any:
+    """A sum, a difference, a multiple or a negative, which need no kernel; None for all else."""
+    if symbol == "*" and isinstance(a, _NUMBERS):
+        a, b = b, a
+    if symbol == "-" and b is None:
+        if a.layout.unit and not a.layout.fixed:
+            return type(a)(*(-x for x in a))  # a unit element too
+        total = {blade: -x for blade, x in _terms(a).items()}
+    elif symbol in "*/" and isinstance(a, Value) and isinstance(b, _NUMBERS):
+        scale = operator.mul if symbol == "*" else operator.truediv
+        total = {blade: scale(x, float(b)) for blade, x in _terms(a).items()}
+    elif symbol in "+-" and all(isinstance(x, (Value, *_NUMBERS)) for x in (a, b)):
+        join = operator.add if symbol == "+" else operator.sub
+        own, other = _terms(a), _terms(b)
+        total = {blade: join(own.get(blade, 0.0), other.get(blade, 0.0)) for blade in {**own, **other}}
+    else:
+        return None
+    values = [x for x in (a, b) if isinstance(x, Value)]
+    stored = {blade for value in values for blade in value.layout.blades}
+    # Weights that are the same cancel, those of two points for one: then the result is a direction.
+    total = {blade: x for blade, x in total.items() if x or blade in stored}
+    algebras = {value.layout.name.rpartition(".")[0] for value in values}
+    sums = values[0].family.sums
+    for result in (*(type(x) for x in values if type(x) in sums), *sums):
+        blades = result.layout.blades
+        if total.keys() <= set(blades) and algebras == {result.layout.name.rpartition(".")[0]}:
+            return result(*(total.get(blade, 0.0) for blade in blades))
+    return None
+
+
+def _terms(x: Any) -> dict[str, float]:
+    """The coefficients by blade, of a value or a number; those that are not stored too."""
+    if not isinstance(x, Value):
+        return {"1": float(x)}
+    terms = dict(zip(x.layout.blades, x, strict=True))
+    for blade, text in x.layout.fixed:
+        if text != "implied":
+            terms[blade] = getattr(x, _field(blade))
+    for blade, text in x.layout.implied:
+        terms[blade] = 0.0
+        for product in text.split(" + "):
+            factor, *names = product.split("*")
+            top, _, bottom = factor.partition("/")
+            terms[blade] += math.prod((terms[name] for name in names), start=int(top) / int(bottom or 1))
+    return terms
+
+
+def _unknown(family: Family, symbol: str, types: tuple[type, ...]) -> TypeError:
+    """What to raise where no kernel does this, with what there is instead."""
+    like = [
+        f"{_expression(symbol, each)} ({kernel.name})"
+        for (other, each), (kernel, _, _) in family.operators.items()
+        if other == symbol and (symbol == "()" or len(each) == len(types))
+    ]
+    there = ", ".join(like)
+    module = next(each.__module__ for each in types if issubclass(each, Value))
+    return TypeError(f"{_expression(symbol, types)}: no kernel of {module} does that; there is {there or 'none'}")
+
+
+def _expression(symbol: str, types: tuple[type, ...]) -> str:
+    first, *others = (each.__name__ for each in types)
+    if symbol == "()":
+        return f"{first}({', '.join(others)})"
+    return f"{first} {symbol} {others[0]}" if others else f"{symbol}{first}"
