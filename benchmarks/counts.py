@@ -128,8 +128,8 @@ def _opening(rows: Sequence[Row], limit: float) -> list[str]:
         "",
         "Written by `make counts`; not edited by hand. Tests compare the counts with what the compiler gives now.",
         "",
-        f"{len(rows)} expressions, defined in `tests/known`: {published} whose counts others have published, and "
-        f"{len(rows) - published} further ones.",
+        f"{len(rows)} expressions, defined in `tests/support/known`: {published} whose counts others have published, "
+        f"and {len(rows) - published} further ones.",
         "A product with a number is a product, negations are free. *FMA* is the number of instructions for products",
         "and sums where a machine fuses them. *As written* is the author's own structure, operation by operation,",
         "without what it does not use. *Published* is the best count known from elsewhere.",

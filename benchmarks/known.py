@@ -1,4 +1,4 @@
-"""The expressions whose operations are counted: those of ``tests/known``, with what others reached."""
+"""The expressions whose operations are counted: those of ``tests/support/known``, with what others reached."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from gacompiler.frontend.kernel import Kernel
 from gacompiler.generate import load_spec
 
 ROOT = Path(__file__).parent.parent
-FOLDER = ROOT / "tests" / "known"
+FOLDER = ROOT / "tests" / "support" / "known"
 PUBLISHED_IN = ("pga3", "cga3")
 """The files of expressions whose counts others have published; the rest are our own choice."""
 
@@ -57,7 +57,7 @@ def _published() -> dict[str, tuple[int, int]]:
     folder = str(FOLDER.parent)
     sys.path.insert(0, folder)
     try:
-        from test_counts import COUNTS
+        from known_counts import COUNTS
     finally:
         sys.path.remove(folder)
     return {name: published for name, (published, _) in COUNTS.items()}

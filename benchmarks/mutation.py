@@ -364,7 +364,8 @@ def choose(files: Sequence[str], count: int, seed: int) -> list[Mutant]:
 def run(package: str, only: str, count: int, seed: int) -> tuple[int, list[Mutant], list[Mutant]]:
     """How many mutants were tried, those that survived, and those of them that are equivalent."""
     folder, patterns = PACKAGES[package]
-    tests = sorted(str(p.relative_to(ROOT)) for pattern in patterns for p in (ROOT / "tests").glob(f"{pattern}.py"))
+    found = (path for pattern in patterns for path in (ROOT / "tests").glob(f"*/{pattern}.py"))
+    tests = sorted(str(path.relative_to(ROOT)) for path in found if path.parent.name != "peers")
     files = sorted(str(p.relative_to(ROOT)) for p in (ROOT / folder).rglob("*.py"))
     chosen = choose([f for f in files if only in f], count, seed)
     print(f"{package}: {len(chosen)} mutants; recording {len(tests)} test files", flush=True)

@@ -60,7 +60,7 @@ def reciprocal_frame(vectors: ArrayLike, gram: ArrayLike | None = None) -> Recip
     -----
     By an orthonormal basis of the span (QR), so that errors grow as the condition of the frame and not as its square:
     ``f_i . e_j`` is right to 1e-15 times the condition of the frame with its vectors scaled to length 1
-    (`tests/test_frames_and_simplexes.py`).
+    (`tests/calculus/test_frames_and_simplexes.py`).
 
     Examples
     --------

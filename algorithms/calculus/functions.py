@@ -84,10 +84,10 @@ def multivector_function(name: str, x: ArrayLike, squares: ArrayLike | None = No
     Notes
     -----
     Of one vector to a few units of the last place of the larger of the values that are combined: errors are at most
-    2e-15 of ``abs(f) + abs(f') (abs(a) + abs(b))`` in `tests/test_multivector_functions.py`. Of several vectors each
-    element takes functions of a matrix of 2**n rows, by Padé approximants and Schur forms (scipy's expm, logm and
-    sqrtm): functions and their inverses give elements of size 0.4 back to 2e-12, and less exactly near poles and branch
-    points.
+    2e-15 of ``abs(f) + abs(f') (abs(a) + abs(b))`` in `tests/calculus/test_multivector_functions.py`. Of several
+    vectors each element takes functions of a matrix of 2**n rows, by Padé approximants and Schur forms (scipy's expm,
+    logm and sqrtm): functions and their inverses give elements of size 0.4 back to 2e-12, and less exactly near poles
+    and branch points.
 
     Examples
     --------

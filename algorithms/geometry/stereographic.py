@@ -35,7 +35,7 @@ def stereographic_projection(points: ArrayLike) -> Reals:
     Notes
     -----
     Near the pole ``1 - z`` is taken as ``p**2 / (1 + z)``, so that no digits are lost: images are right to 1e-15 of
-    their size (`tests/test_stereographic.py`).
+    their size (`tests/geometry/test_stereographic.py`).
     """
     array = real_array(points, "points")
     if not array.ndim or array.shape[-1] < 2:

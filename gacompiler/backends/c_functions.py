@@ -1,7 +1,7 @@
 """Transcendental functions as C text that compilers vectorise: `functions.c.jinja` filled with constants.
 
-They are at most 2 ulp from the exact values (`tests/test_transcendental.py` measures each), in the loops and for one
-element alike, so that an element has the same result in a batch as alone.
+They are at most 2 ulp from the exact values (`tests/backends/test_transcendental.py` measures each), in the loops and
+for one element alike, so that an element has the same result in a batch as alone.
 """
 
 from __future__ import annotations

@@ -36,7 +36,7 @@ def exp(a: Any) -> Any:
     All else, bivectors over six and more basis vectors among them, goes by Taylor's polynomial and squarings in more
     than double precision (`gacompiler.frontend.scaling`), some fifty products. The error is at most 3e-14 of the
     largest coefficient where the root of the sum of squared coefficients is up to 1000, as measured by
-    ``tests/test_large_exponentials.py``. Above 1024 the result may be not a
+    ``tests/frontend/test_large_exponentials.py``. Above 1024 the result may be not a
     number, and far above it always is; so it is, or infinite, where a coefficient is above all doubles, as of a boost
     by 710. It is never finite and wrong.
     """

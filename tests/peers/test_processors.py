@@ -17,7 +17,12 @@ pytestmark = [
 ]
 
 ROOT = Path(__file__).parent.parent.parent
-FILES = ("test_robot_command.py", "test_emitted_arithmetic.py", "test_inverse_elimination.py", "test_inverse_ways.py")
+FILES = (
+    "robots/test_robot_command.py",
+    "robots/test_emitted_arithmetic.py",
+    "kinematics/test_inverse_elimination.py",
+    "kinematics/test_inverse_ways.py",
+)
 FEATURES = "import numpy; print(*numpy.show_config(mode='dicts').get('SIMD Extensions', {}).get('found', []))"
 # Only what this machine has: numpy warns of what it has not, and refuses to do without its baseline.
 FOUND = " ".join(np.show_config(mode="dicts").get("SIMD Extensions", {}).get("found", []))

@@ -1,0 +1,467 @@
+"""Kernels in Rust, JavaScript, CUDA C++ and OpenCL C: what is printed compiles, and gives the interpreter's numbers.
+
+CUDA and OpenCL run here on the processor, as C with the names of a device defined away; where nvcc is, it compiles them
+for both sides. Without functions such as the sine every number is the same to the bit, NaN and zeros with their signs
+included, in double and in float; the C backend is held to the same numbers.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import re
+import shutil
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import target_drivers as drivers
+from backend_programs import ALL_OPERATIONS, MOVE_POINT, PROGRAMS, module_source, write
+from click.testing import CliRunner
+from target_drivers import Array, Call, Dialect, Found, size
+
+from gacompiler.backends import body_is_intact, build_library, library_path
+from gacompiler.backends.module import ModuleSource
+from gacompiler.cli import main
+from gacompiler.generate import TARGETS, compile_spec, generated_folder, load_spec, own_specs, render, render_targets
+from gacompiler.ir.program import Argument, Line, Program, Result
+from gacompiler.ir.scalar import Op
+
+N = 24
+SPECS = ("quaternion", "vga2")
+SPECIAL = (np.nan, np.inf, -np.inf, 0.0, -0.0, 1.0, -1.0, 5e-324, 1e300, 2.0)
+
+
+def needs(command: str) -> pytest.MarkDecorator:
+    return pytest.mark.skipif(not shutil.which(command), reason=f"no {command} on the PATH")
+
+
+@cache
+def modules() -> dict[str, ModuleSource]:
+    """Every operation and every shape by hand, and all kernels of two own specs."""
+    own = {path.stem: path for path in own_specs()}
+    return {"kernels": module_source("kernels", *PROGRAMS)} | {
+        name: compile_spec(load_spec(own[name])) for name in SPECS
+    }
+
+
+@cache
+def calls() -> tuple[Call, ...]:
+    """Each kernel on a batch, on one with a first argument that stays the same, and on one with elements last."""
+    found = []
+    random_numbers = np.random.default_rng(1)
+    for name, module in modules().items():
+        for kernel in module.kernels:
+            program = kernel.program
+            arrays = [random_numbers.uniform(-0.9, 0.9, (N, size(each))) for each in program.arguments]
+            found.append(Call(name, program, tuple(arrays)))
+            if len(arrays) > 1:
+                found.append(Call(name, program, (arrays[0][:1], *arrays[1:])))
+            if name == "kernels":
+                special = tuple(random_numbers.choice(SPECIAL, (10 * N, size(each))) for each in program.arguments)
+                found += [Call(name, program, special), Call(name, program, special, by_component=True)]
+    return tuple(found)
+
+
+@cache
+def by_element() -> tuple[Call, ...]:
+    """Those whose arrays hold element after element."""
+    return tuple(call for call in calls() if not call.by_component)
+
+
+def units(found: Array, right: Array, real: type) -> Array:
+    """How many units in the last place `found` is off; infinite where only one of them is a number."""
+    with np.errstate(all="ignore"):
+        off = np.abs(found - right) / np.spacing(np.abs(right).astype(real)).astype(float)
+    return np.where((found == right) | (np.isnan(found) & np.isnan(right)), 0, np.where(np.isfinite(off), off, np.inf))
+
+
+def bits(array: Array) -> Array:
+    """Numbers to compare by their bits; one NaN is as good as another."""
+    return np.where(np.isnan(array), np.nan, array).view(np.int64)
+
+
+def agree(call: Call, found: list[Array], right: list[Array], real: type) -> None:
+    """To the bit where every operation is rounded; a few units of one function, and its consequences, elsewhere."""
+    for result, is_exact, x, y in zip(
+        call.program.results, drivers.exact_entries(call.program), found, right, strict=True
+    ):
+        where = f"{call.module}.{call.program.name}: {result.name} as {real.__name__}"
+        y = y.astype(float)
+        np.testing.assert_array_equal(bits(x[:, is_exact]), bits(y[:, is_exact]), where)
+        x, y = x[:, ~is_exact], y[:, ~is_exact]
+        if call.module == "kernels":
+            assert units(x, y, real).max(initial=0) <= 4, where
+        else:
+            eps = float(np.finfo(real).eps)
+            np.testing.assert_allclose(x, y, 1e4 * eps, 1e4 * eps, err_msg=where)
+
+
+def check(found: Found, chosen: tuple[Call, ...], precisions: tuple[type, ...], times: int = 1) -> None:
+    for real in precisions:
+        for call in chosen:
+            right = drivers.interpreted(call, real)
+            for _ in range(1 if call.by_component else times):
+                agree(call, found.results(call), right, real)
+    assert found.is_read
+
+
+@pytest.fixture(name="folder", scope="module")
+def folder_fixture(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """All modules in all languages."""
+    folder = tmp_path_factory.mktemp("targets")
+    for module in modules().values():
+        for name, text in render_targets(module, TARGETS).items():
+            (folder / name).write_text(text)
+    return folder
+
+
+def compiled(*command: object) -> None:
+    done = subprocess.run([*map(str, command)], capture_output=True, text=True)
+    assert done.returncode == 0, (done.stdout + done.stderr)[:3000]
+
+
+def element_by_element(library: ctypes.CDLL, call: Call, real: type) -> list[Array]:
+    """What the plain functions of the C backend give, which no compiler writes for vectors."""
+    run = library[f"{call.module}_{call.program.name}_{'f64' if real is np.float64 else 'f32'}"]
+    by_value = ctypes.c_double if real is np.float64 else ctypes.c_float
+    with np.errstate(over="ignore"):
+        arrays: list[Array] = [np.ascontiguousarray(array, real) for array in call.arrays]
+    found: list[Array] = [np.zeros((call.n, size(result)), real) for result in call.program.results]
+    for i in range(call.n):
+        rows = [array[i if len(array) > 1 else 0] for array in arrays]
+        run(
+            *(
+                row.ctypes if argument.shape else by_value(row[0])
+                for argument, row in zip(call.program.arguments, rows, strict=True)
+            ),
+            *(array[i].ctypes for array in found),
+        )
+    return [array.astype(float) for array in found]
+
+
+@needs("gcc")
+def test_the_c_backend_gives_these_numbers(tmp_path: Path) -> None:
+    libraries = {"kernels": build_library(write(modules()["kernels"], tmp_path))}
+    for name in SPECS:
+        libraries[name] = library_path(generated_folder() / f"{name}.c")
+    in_c = {name: ctypes.CDLL(str(path)) for name, path in libraries.items() if path and path.exists()}
+    for call in by_element():
+        for real in (np.float64, np.float32):
+            if call.module in in_c:
+                agree(call, element_by_element(in_c[call.module], call, real), drivers.interpreted(call, real), real)
+
+
+@needs("rustc")
+def test_rust(folder: Path) -> None:
+    (folder / "main.rs").write_text(drivers.rust_driver(by_element(), list(modules())))
+    compiled(
+        "rustc",
+        "--edition",
+        "2021",
+        "-D",
+        "warnings",
+        "-C",
+        "opt-level=1",
+        "-o",
+        folder / "in_rust",
+        folder / "main.rs",
+    )
+    found = Found(drivers.run(by_element(), [str(folder / "in_rust")], folder))
+    check(found, by_element(), (np.float64, np.float32))
+
+
+@needs("node")
+def test_javascript(folder: Path) -> None:
+    (folder / "main.mjs").write_text(drivers.javascript_driver(by_element(), list(modules())))
+    found = Found(drivers.run(by_element(), ["node", str(folder / "main.mjs")], folder))
+    for call in by_element():
+        agree(call, found.results(call), drivers.interpreted(call, np.float64), np.float64)
+    for call in by_element():  # floats in, floats out, and doubles between
+        with np.errstate(all="ignore"):
+            rounded = Call(call.module, call.program, tuple(array.astype(np.float32) for array in call.arrays))
+            right = [array.astype(np.float32) for array in drivers.interpreted(rounded, np.float64)]
+        agree(call, found.results(call), right, np.float32)
+    assert found.is_read
+
+
+@needs("node")
+def test_one_element_in_javascript(folder: Path) -> None:
+    (folder / "one.mjs").write_text("""
+import { distance, normalize, normalize_batch, swap } from "./kernels.mjs";
+const is = (found, right) => {
+  if (JSON.stringify(found) !== JSON.stringify(right)) throw new Error(`${JSON.stringify(found)} != ${right}`);
+};
+const fails = (call) => {
+  try { call(); } catch (error) { return is(error instanceof RangeError, true); }
+  throw new Error("no error");
+};
+is(distance(3, 4), 25);
+const [unit, length] = normalize([3, 0, 4]);
+is([Array.from(unit), length], [[0.6, 0, 0.8], 5]);
+const a = [1, 2];
+is(swap(a, a) === a && a, [2, 1]);
+is(Array.from(normalize_batch([3, 0, 4, 0, 2, 0])[1]), [5, 2]);
+is(normalize_batch([])[1].length, 0);
+fails(() => swap(a, [1, 2, 3]));
+fails(() => normalize_batch([1, 2, 3, 4]));
+""")
+    compiled("node", folder / "one.mjs")
+
+
+ON_A_PROCESSOR = """
+#define __host__
+#define __device__
+#define __global__
+static struct { unsigned x; } threadIdx, blockIdx, blockDim = {3}, gridDim = {2};
+#define THREADS for (blockIdx.x = 0; blockIdx.x < 2; ++blockIdx.x) \\
+    for (threadIdx.x = 0; threadIdx.x < 3; ++threadIdx.x)
+"""
+WORK_ITEMS = """
+#define __kernel static
+#define __global
+static size_t work_item;
+#define get_global_id(axis) work_item
+#define get_global_size(axis) 5
+#define THREADS for (work_item = 0; work_item < 5; ++work_item)
+"""
+FLAGS = ("-O1", "-ffp-contract=off", "-Wall", "-Wextra", "-Werror", "-Wno-unknown-pragmas", "-Wno-unused-function")
+
+
+@needs("g++")
+def test_cuda_on_a_processor(folder: Path) -> None:
+    dialect = Dialect(ON_A_PROCESSOR, "{module}::{kernel}", "{module}_{kernel}_{suffix}", drivers.PRECISIONS)
+    (folder / "main.cpp").write_text(drivers.c_driver(calls(), [f"{name}.cu" for name in modules()], dialect))
+    compiled("g++", "-std=c++17", *FLAGS, folder / "main.cpp", "-o", folder / "in_cpp", "-lm")
+    found = Found(drivers.run(calls(), [str(folder / "in_cpp")], folder))
+    check(found, calls(), (np.float64, np.float32), times=2)
+
+
+@needs("nvcc")
+def test_cuda_on_the_host(folder: Path) -> None:
+    dialect = Dialect("", "{module}::{kernel}", "", drivers.PRECISIONS)
+    (folder / "main.cu").write_text(drivers.c_driver(by_element(), [f"{name}.cu" for name in modules()], dialect))
+    flags = ("-Werror", "all-warnings", "-Xcompiler", "-ffp-contract=off")
+    compiled("nvcc", "-O1", *flags, folder / "main.cu", "-o", folder / "in_cuda")
+    found = Found(drivers.run(by_element(), [str(folder / "in_cuda")], folder))
+    check(found, by_element(), (np.float64, np.float32))
+
+
+@needs("nvcc")
+def test_cuda_on_a_device_compiles_and_contracts_only_where_it_may(folder: Path) -> None:
+    (folder / "all.cu").write_text("".join(f'#include "{name}.cu"\n' for name in modules()))
+    compiled("nvcc", "-ptx", "-fmad=false", folder / "all.cu", "-o", folder / "all.ptx")
+    text = (folder / "all.ptx").read_text()
+    bodies = dict(re.findall(r"\.entry (\w+)\((.*?)\n}", text, re.DOTALL))
+    programs = [(name, kernel.program) for name, module in modules().items() for kernel in module.kernels]
+    assert set(bodies) == {f"{name}_{each.name}_{real}" for name, each in programs for real in ("f64", "f32")}
+    ring = [f"{name}_{each.name}" for name, each in programs if each.is_polynomial]
+    assert len(ring) > 20
+    assert not [name for name in ring if "fma" in bodies[f"{name}_f64"] + bodies[f"{name}_f32"]]
+    for name, text in render_targets(module_source("one", MOVE_POINT), ["cuda"]).items():
+        (folder / name).write_text(text)
+    compiled("nvcc", "-ptx", folder / "one.cu", "-o", folder / "one.ptx")
+    assert "fma" in (folder / "one.ptx").read_text(), "the flag makes no difference"
+
+
+@needs("gcc")
+@pytest.mark.parametrize("real", drivers.PRECISIONS)
+def test_opencl_on_a_processor(folder: Path, real: str) -> None:
+    prelude = f"{WORK_ITEMS}#include <tgmath.h>\n#undef I\n#define REAL {real}"
+    dialect = Dialect(prelude, "{module}_{kernel}", "{module}_{kernel}_batch", (real,))
+    path = folder / f"main_{real}.c"
+    path.write_text(drivers.c_driver(calls(), [f"{name}.cl" for name in modules()], dialect))
+    compiled("gcc", "-std=c99", *FLAGS, path, "-o", path.with_suffix(""), "-lm")
+    found = Found(drivers.run(calls(), [str(path.with_suffix(""))], folder))
+    check(found, calls(), (np.float64 if real == "double" else np.float32,), times=2)
+
+
+@pytest.mark.peers
+def test_opencl_on_a_platform(folder: Path) -> None:
+    cl = pytest.importorskip("pyopencl")
+    platforms = cl.get_platforms()
+    if not platforms:
+        pytest.skip("no OpenCL platform")
+    context = cl.Context(platforms[0].get_devices()[:1])
+    queue = cl.CommandQueue(context)
+    texts = {name: (folder / f"{name}.cl").read_text() for name in modules()}
+    flags = cl.mem_flags.READ_WRITE | cl.mem_flags.COPY_HOST_PTR
+    for real, options in (
+        (np.float64, []),
+        (np.float32, ["-D", "REAL=float", "-cl-fp32-correctly-rounded-divide-sqrt"]),
+    ):
+        programs = {name: cl.Program(context, text).build(options) for name, text in texts.items()}
+        for call in calls():
+            if call.module != "kernels":
+                continue
+            with np.errstate(over="ignore"):
+                arrays = [np.ascontiguousarray(array, real) for array in call.stored()]
+            shapes = [(call.n, size(result)) for result in call.program.results]
+            arrays += [np.zeros(shape[::-1] if call.by_component else shape, real) for shape in shapes]
+            buffers = [cl.Buffer(context, flags, hostbuf=array) for array in arrays]
+            passed: list[Any] = [np.int64(call.n)]
+            for array, buffer in zip(arrays, buffers, strict=True):
+                strides = (1, call.n) if call.by_component else (array.shape[1] if len(array) > 1 else 0, 1)
+                passed += [buffer, *map(np.int64, strides)]
+            kernel = cl.Kernel(programs[call.module], f"kernels_{call.program.name}_batch")
+            kernel(queue, (8,), None, *passed)
+            for array, buffer in zip(arrays, buffers, strict=True):
+                cl.enqueue_copy(queue, array, buffer)
+            found = [np.asarray(array.T if call.by_component else array, float) for array in arrays[len(call.arrays) :]]
+            agree(call, found, drivers.interpreted(call, real), real)
+
+
+# Names
+
+
+KEYWORDS = {
+    "rust": "as break const crate dyn else enum extern fn for if impl in let loop match mod move mut pub ref return "
+    "Self self static struct super trait type unsafe use where while async await abstract become box do final gen "
+    "macro override priv try typeof unsized virtual yield true false T Real",
+    "javascript": "break case catch class const continue debugger default delete do else enum export extends false "
+    "finally for function if implements import in instanceof interface let new null package private protected public "
+    "return static super switch this throw true try typeof var void while with yield await eval arguments undefined "
+    "Math Float64Array RangeError Number",
+    "cuda": "alignas asm auto bool break case catch char class const constexpr continue decltype default delete do "
+    "double else enum explicit export extern false float for friend goto if inline int long mutable namespace new "
+    "noexcept nullptr operator private protected public register return short signed sizeof static struct switch "
+    "template this throw true try typedef typeid typename union unsigned using virtual void volatile while xor "
+    "NULL INFINITY M_PI blockIdx threadIdx real std",
+    "opencl": "auto break case char const continue default do double else enum extern float for goto if inline int "
+    "long register restrict return short signed sizeof static struct switch typedef union unsigned void volatile while "
+    "kernel global local constant private half double4 float16 uchar size_t sqrt cos get_global_id REAL NULL M_PI",
+}
+KEPT = "lambda sin_x is_zero args i n k x0 m_i elements result check_ at_ out_component n_ double_"
+
+
+def named(word: str) -> Program:
+    """Twice a vector times a scalar, with `word` wherever a name can be."""
+    return Program(
+        word,
+        (Argument(word, (2,), (word, f"{word}_")), Argument(f"{word}_element", (), (f"{word}_1",))),
+        (Line("n", Op.MULTIPLY, (word, f"{word}_1")), Line("i", Op.ADD, ("n", "n"))),
+        (Result(f"{word}_i", (), ("i",)), Result(f"{word}_component", (2,), (f"{word}_", "n"))),
+    )
+
+
+COMPILERS: dict[str, tuple[str, ...]] = {
+    "rust": ("rustc", "--edition", "2024", "--crate-type", "lib", "--emit", "metadata", "-o", "{folder}/found"),
+    "javascript": ("node", "--check"),
+    "cuda": ("g++", "-fsyntax-only", "-x", "c++", "-include", "{folder}/before.h"),
+    "opencl": ("gcc", "-std=c99", "-fsyntax-only", "-x", "c", "-include", "{folder}/before.h"),
+}
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_words_of_the_language_are_no_names(target: str, tmp_path: Path) -> None:
+    words = KEYWORDS[target].split()
+    module = module_source("words", *map(named, [*words, *KEPT.split()]))
+    ((name, text),) = render_targets(module, [target]).items()
+    code = re.sub(r"/\*.*?\*/|//[^\n]*", "", text, flags=re.DOTALL)
+    prefix = "words_" if target == "opencl" else ""
+    for word in words:
+        head = re.search(rf"(?:fn|function|void) {prefix}{word}{'' if prefix else '_+'}(?:<[^>]*>)?\(([^)]*)\)", code)
+        assert head, word
+        names = re.findall(r"\w+(?=:)" if target == "rust" else r"\w+(?=,|$)", head[1])
+        assert word not in names and f"{word}_" in names
+    for word in KEPT.split():
+        assert re.search(rf"(?:fn|function|void) {prefix}{word}(?:<[^>]*>)?\([^)]*\b{word}\b", code), word
+    (tmp_path / name).write_text(text)
+    prelude = ON_A_PROCESSOR if target == "cuda" else f"#include <stddef.h>\n{WORK_ITEMS}"
+    (tmp_path / "before.h").write_text(f"#include <math.h>\n{prelude}")
+    if not shutil.which(COMPILERS[target][0]):
+        pytest.skip(f"the text is checked; no {COMPILERS[target][0]} on the PATH to compile it")
+    compiled(*(word.format(folder=tmp_path) for word in COMPILERS[target]), tmp_path / name)
+
+
+# Text
+
+
+@pytest.mark.parametrize("target", TARGETS)
+@pytest.mark.parametrize("name", ["kernels", *SPECS])
+def test_text(target: str, name: str) -> None:
+    module = modules()[name]
+    texts = render_targets(module, [target])
+    assert texts == render_targets(module, [target])
+    ((file, text),) = texts.items()
+    assert file == f"{name}.{TARGETS[target][0]}"
+    assert f"--target {target}" in text.splitlines()[1] and body_is_intact(text)
+    assert all(line == line.rstrip() for line in text.splitlines())
+    code = re.sub(r"/\*.*?\*/|//[^\n]*", "", text, flags=re.DOTALL)
+    assert max(map(len, code.splitlines())) <= 120
+    for kernel in module.kernels:
+        assert re.search(rf"\b\w*{kernel.program.name}(?:_batch)?(?:<[^>]*>)?\(", code), kernel.program.name
+
+
+def test_text_does_not_depend_on_the_hash_seed() -> None:
+    code = (
+        "from backend_programs import *; from gacompiler.generate import *; import hashlib; "
+        "texts = render_targets(module_source('one', *PROGRAMS), TARGETS); "
+        "print(hashlib.sha256(''.join(texts.values()).encode()).hexdigest())"
+    )
+    path = [str(Path(__file__).parents[1] / "support"), str(Path(__file__).parents[2])]
+    found = {
+        subprocess.run(
+            [sys.executable, "-c", f"import sys; sys.path[:0] = {path!r}; {code}"],
+            env={"PYTHONHASHSEED": seed, "PATH": ""},
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout
+        for seed in ("0", "1")
+    }
+    assert len(found) == 1 and len(found.pop()) == 65
+
+
+def test_every_operation_is_among_the_kernels() -> None:
+    assert {line.op for line in ALL_OPERATIONS.lines} == set(Op) - {Op.CONSTANT, Op.VARIABLE}
+
+
+def test_comments_cannot_be_closed_by_a_summary() -> None:
+    module = module_source("one", MOVE_POINT)
+    odd = ModuleSource("one", "Ends */ here.", module.command, module.spec_hash, module.kernels)
+    for text in render_targets(odd, ["javascript", "cuda", "opencl"]).values():
+        assert "Ends * / here." in text
+
+
+# Command line
+
+SPEC = '''"""One kernel."""
+
+from gacompiler import kernel
+from gacompiler.algebra.catalog import PGA3
+
+
+@kernel(m=PGA3.MOTOR, p=PGA3.POINT)
+def move_point(m, p):
+    """Move a point."""
+    return m * p * ~m
+'''
+
+
+def test_command_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("mine.py").write_text(SPEC)
+    run = CliRunner().invoke(main, ["generate", "mine.py", "--target", "opencl", "--target", "rust"])
+    assert run.exit_code == 0, run.output
+    assert sorted(path.name for path in Path("out").iterdir()) == ["mine.cl", "mine.rs"]
+    assert "mine.cl: 1 kernels" in run.output and "unchanged" not in run.output
+    run = CliRunner().invoke(main, ["generate", "mine.py", "--target", "rust", "--target", "c", "--no-build"])
+    assert sorted(path.name for path in Path("out").iterdir()) == ["mine.c", "mine.cl", "mine.h", "mine.py", "mine.rs"]
+    assert "mine.rs: 1 kernels, unchanged" in run.output
+    spec = load_spec(Path("mine.py"))
+    texts = render(compile_spec(spec)) | render_targets(compile_spec(spec), ["rust", "opencl"])
+    assert texts == {path.name: path.read_text() for path in Path("out").iterdir()}
+    run = CliRunner().invoke(main, ["generate", "mine.py", "--target", "fortran"])
+    assert run.exit_code == 2 and "opencl" in run.output
+
+
+def test_own_modules_in_other_languages_leave_generated_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    run = CliRunner().invoke(main, ["generate", "--all", "vga2", "--target", "javascript"])
+    assert run.exit_code == 0, run.output
+    text = Path("out/vga2.mjs").read_text()
+    assert text.splitlines()[1] == "// command: gac generate --all vga2 --target javascript"

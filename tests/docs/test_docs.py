@@ -1,0 +1,55 @@
+"""The documentation shows what really happens: every ``$`` block is run and must print what stands there.
+
+``python tests/docs/test_docs.py`` writes the current output into the blocks.
+"""
+
+from __future__ import annotations
+
+import re
+import shlex
+import sys
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from gacompiler.cli import main
+
+ROOT = Path(__file__).parents[2]
+PAGES = sorted(path for path in (ROOT / "docs").glob("*.md") if "\n$ gac " in path.read_text())
+BLOCK = re.compile(r"```\n\$ gac ([^\n]+)\n(.*?)```", re.DOTALL)
+
+
+def output(command: str) -> str:
+    """What ``gac command`` prints, run from the root of the repository."""
+    result = CliRunner().invoke(main, shlex.split(command))
+    assert result.exit_code == 0, result.output
+    return result.output.rstrip() + "\n"
+
+
+def current(page: Path) -> str:
+    """The page with the output of now in its blocks."""
+    return BLOCK.sub(lambda match: f"```\n$ gac {match[1]}\n{output(match[1])}```", page.read_text())
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda path: path.name)
+def test_blocks_print_what_is_shown(page: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+    assert page.read_text() == current(page), "run `python tests/docs/test_docs.py`"
+
+
+def test_blocks_of_the_page_on_speed_run() -> None:
+    """In one namespace, from top to bottom; asserts in them hold."""
+    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "speed.md").read_text(), re.DOTALL)
+    assert len(blocks) >= 4
+    exec(compile("\n".join(blocks), "docs/speed.md", "exec"), {"__name__": "speed"})
+
+
+def test_architecture_is_among_them() -> None:
+    assert "architecture.md" in [page.name for page in PAGES]
+
+
+if __name__ == "__main__":
+    for each in [path for path in (ROOT / "docs").glob("*.md") if "\n$ gac " in path.read_text()]:
+        each.write_text(current(each))
+        sys.stdout.write(f"{each.name}\n")

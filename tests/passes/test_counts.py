@@ -1,0 +1,27 @@
+"""Operation counts that are reached. A higher one fails; a lower one asks to be recorded in `known_counts.py`."""
+
+from __future__ import annotations
+
+import pytest
+from known import cga3, pga3
+from known_counts import COUNTS
+
+from gacompiler import Kernel
+from gacompiler.passes.pipeline import compile_kernel
+
+
+def kernels() -> dict[str, Kernel]:
+    """Every kernel of the two files."""
+    return {v.name: v for module in (pga3, cga3) for v in vars(module).values() if isinstance(v, Kernel)}
+
+
+@pytest.mark.parametrize("name", list(COUNTS))
+def test_counts_are_those_recorded(name: str) -> None:
+    published, reached = COUNTS[name]
+    cost = compile_kernel(kernels()[name]).cost
+    assert (cost.mul, cost.add) == reached, f"{name}: {cost}; record it in known_counts.py if it is an improvement"
+    assert sum(reached) <= sum(published)
+
+
+def test_every_known_kernel_is_counted() -> None:
+    assert set(kernels()) == set(COUNTS)

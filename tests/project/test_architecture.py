@@ -1,0 +1,220 @@
+"""The import table and the house rules, read from the source with `ast`."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+STANDARD = sys.stdlib_module_names
+
+ALLOWED: dict[str, set[str]] = {
+    "errors": set(),
+    "algebra": {"algebra", "errors"},
+    "ir": {"ir", "errors", "algebra.coefficients"},
+    "rings": {"rings", "errors", "algebra", "ir.scalar", "mpmath"},
+    "symbolic": {"symbolic", "errors", "algebra", "rings", "frontend", "ir.interpret", "passes.pipeline", "sympy"},
+    "calculus": {"calculus", "symbolic", "errors", "algebra", "rings", "sympy"},
+    "frontend": {"frontend", "errors", "algebra", "rings", "ir.scalar"},
+    "structure": {"structure", "errors", "algebra", "numpy"},
+    "passes": {
+        *("passes", "errors", "algebra", "rings", "structure.levels", "structure.blocks", "frontend", "ir", "mpmath"),
+    },
+    "cluscript": {"cluscript", "errors", "algebra", "frontend", "ir.scalar", "runtime"},
+    "backends": {"backends", "errors", "ir", "jinja2"},
+    "objects": {
+        *("objects", "errors", "algebra", "rings", "ir", "frontend", "passes", "backends", "generate", "runtime"),
+        *("gacompiler", "numpy", "scipy", "matplotlib", "mpl_toolkits", "plotly"),
+    },
+}
+"""What each package of the compiler may import beside the standard library."""
+
+EXCEPTIONS: dict[str, set[str]] = {
+    "algebra/coefficients.py": {"numpy", "mpmath", "sympy"},
+    "backends/approximations.py": {"mpmath"},
+    "backends/c_functions.py": {"mpmath"},
+    "rings/symbolic.py": {"sympy"},
+}
+"""Single files that may import more, and what."""
+
+ONLY_INSIDE_FUNCTIONS = {"algebra/coefficients.py": {"sympy", "mpmath"}}
+
+GENERATED = {"numpy", "cffi", "_cffi_backend", "numba", "generated"}
+TEMPLATES = "backends/templates/"
+"""Python files in this folder are copied into generated modules, so they keep the rules of those."""
+ALGORITHMS = {"generated", "algorithms", "numpy", "numba", "scipy", "matplotlib", "skimage", "rich"}
+LINES = 400
+
+
+def modules(folder: str) -> list[Path]:
+    return sorted((ROOT / folder).rglob("*.py"))
+
+
+def relative(path: Path) -> str:
+    return str(path.relative_to(ROOT / path.relative_to(ROOT).parts[0]))
+
+
+def statements(parent: ast.AST, later: bool = False) -> Iterator[tuple[ast.AST, bool]]:
+    """All statements but those for type checkers, and whether they run later than when the file is loaded."""
+    for node in ast.iter_child_nodes(parent):
+        if not isinstance(node, (ast.stmt, ast.excepthandler, ast.match_case)):
+            continue
+        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
+            continue
+        yield node, later
+        yield from statements(node, later or isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)))
+
+
+def imports(path: Path) -> Iterator[tuple[str, bool]]:
+    """Full names of what a file imports, and whether that happens when it is loaded."""
+    package = list(path.relative_to(ROOT).with_suffix("").parts[:-1])
+    for node, later in statements(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            for alias in node.names:
+                yield alias.name, not later
+        elif isinstance(node, ast.ImportFrom):
+            base = package[: len(package) + 1 - node.level] if node.level else []
+            name = ".".join([*base, *([node.module] if node.module else [])])
+            if node.module:
+                yield name, not later
+            else:
+                for alias in node.names:
+                    yield f"{name}.{alias.name}", not later
+
+
+def may(name: str, allowed: set[str]) -> bool:
+    return any(name == one or name.startswith(one + ".") for one in allowed)
+
+
+def packages() -> list[tuple[str, Path]]:
+    found = []
+    for path in modules("gacompiler"):
+        first = path.relative_to(ROOT / "gacompiler").parts[0]
+        stem = first.removesuffix(".py")
+        if stem in ALLOWED:
+            found.append((stem, path))
+    return found
+
+
+@pytest.mark.parametrize(("package", "path"), packages(), ids=lambda value: str(value).replace(str(ROOT) + "/", ""))
+def test_the_import_table(package: str, path: Path) -> None:
+    own = relative(path)
+    allowed = (
+        GENERATED | {"backends.templates"}
+        if own.startswith(TEMPLATES)
+        else ALLOWED[package] | EXCEPTIONS.get(own, set())
+    )
+    for name, _ in imports(path):
+        inside = name.removeprefix("gacompiler.")
+        if inside == name and name.split(".")[0] in STANDARD:
+            continue
+        assert may(inside, allowed), f"{own} imports {name}"
+
+
+def test_sympy_and_numpy_have_their_places() -> None:
+    for path in modules("gacompiler"):
+        own = relative(path)
+        for name, at_load in imports(path):
+            top = name.split(".")[0]
+            if top == "sympy":
+                places = ("calculus/", "symbolic/", "rings/symbolic.py", "algebra/coefficients.py")
+                assert own.startswith(places), own
+            if top == "numpy" and own.startswith("algebra/"):
+                assert own == "algebra/coefficients.py", own
+            if top in ONLY_INSIDE_FUNCTIONS.get(own, set()):
+                assert not at_load, f"{own} loads {top} at import"
+
+
+def test_every_package_is_in_the_table() -> None:
+    folders = {path.parent.name for path in (ROOT / "gacompiler").glob("*/__init__.py")}
+    assert folders - {"specs"} <= set(ALLOWED)
+
+
+def test_specs_use_public_names() -> None:
+    """A spec is what a user would write: the package, its catalog, its errors; other specs."""
+    for path in modules("gacompiler/specs"):
+        for name, _ in imports(path):
+            if name.startswith("gacompiler"):
+                public = {"gacompiler", "gacompiler.algebra.catalog", "gacompiler.algebra.algebra"}
+                assert name in public or name.startswith("gacompiler.specs"), f"{relative(path)} imports {name}"
+
+
+@pytest.mark.parametrize(("folder", "allowed"), [("generated", GENERATED), ("algorithms", ALGORITHMS)])
+def test_users_code_never_loads_the_compiler(folder: str, allowed: set[str]) -> None:
+    for path in modules(folder):
+        for name, _ in imports(path):
+            top = name.split(".")[0]
+            assert top not in ("gacompiler", "sympy"), f"{relative(path)} imports {name}"
+            assert top in STANDARD or top in allowed, f"{relative(path)} imports {name}"
+
+
+def test_loading_the_compiler_does_not_load_sympy() -> None:
+    code = "import sys, gacompiler, gacompiler.passes.pipeline; print(sorted({'sympy', 'numba'} & set(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def source_files() -> list[Path]:
+    return modules("gacompiler") + modules("algorithms")
+
+
+def test_files_are_short() -> None:
+    """A file passes 400 lines only with a reason in its docstring."""
+    for path in source_files():
+        text = path.read_text()
+        if len(text.splitlines()) > LINES:
+            docstring = ast.get_docstring(ast.parse(text)) or ""
+            assert "lines" in docstring or "one file" in docstring, (
+                f"{path.relative_to(ROOT)} says no reason for its length"
+            )
+
+
+@pytest.mark.parametrize("path", source_files(), ids=lambda path: str(path.relative_to(ROOT)))
+def test_everything_public_is_documented(path: Path) -> None:
+    tree = ast.parse(path.read_text())
+    if tree.body:
+        assert ast.get_docstring(tree), f"{path.name} has no docstring"
+
+    def check(body: list[ast.stmt], inside: str) -> None:
+        for node in body:
+            if isinstance(node, (ast.FunctionDef, ast.ClassDef)) and not node.name.startswith("_"):
+                assert ast.get_docstring(node), f"{inside}{node.name} has no docstring"
+                if isinstance(node, ast.ClassDef):
+                    check(node.body, f"{node.name}.")
+
+    check(tree.body, f"{path.stem}.")
+
+
+def test_nothing_printed_comes_from_a_set() -> None:
+    """Text must never depend on the order of a set: no loop or comprehension in what prints iterates over one."""
+    for folder in ("gacompiler/backends", "gacompiler/ir", "gacompiler/passes"):
+        for path in modules(folder):
+            for node in ast.walk(ast.parse(path.read_text())):
+                over = node.iter if isinstance(node, (ast.For, ast.comprehension)) else None
+                literal = isinstance(over, (ast.Set, ast.SetComp))
+                called = (
+                    isinstance(over, ast.Call)
+                    and isinstance(over.func, ast.Name)
+                    and over.func.id in ("set", "frozenset")
+                )
+                assert not literal and not called, f"{relative(path)}:{getattr(over, 'lineno', 0)} iterates over a set"
+
+
+def test_runtime_files_can_be_one() -> None:
+    """They are copied into one file, where a name that two of them define would be the last one's."""
+    found: list[str] = []
+    for path in sorted((ROOT / "gacompiler" / "backends" / "templates").glob("runtime_*.py")):
+        for node in ast.parse(path.read_text(encoding="utf-8")).body:
+            if isinstance(node, (ast.FunctionDef, ast.ClassDef)):
+                found.append(node.name)
+            elif isinstance(node, (ast.Assign, ast.AnnAssign)):
+                names = (one for one in ast.walk(node) if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Store))
+                found += [name.id for name in names]
+    twice = {name for name in found if found.count(name) > 1}
+    assert found
+    assert not twice

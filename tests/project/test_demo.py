@@ -1,0 +1,90 @@
+"""The demonstration, and what programs on generated kernels load."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PICTURES = ("arms.png", "stereo.png", "spectrum.png")
+
+
+def run(*arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, *arguments], capture_output=True, text=True, cwd=ROOT, env={**os.environ, **environment}
+    )
+
+
+@pytest.mark.parametrize("backend", ["", pytest.param("numba", marks=pytest.mark.peers)])
+def test_demo(tmp_path: Path, backend: str) -> None:
+    """Runs on real input with whatever is built, and without a C library; writes its pictures and the key figures."""
+    image = pytest.importorskip("PIL.Image")
+    pytest.importorskip("skimage.data")
+    done = run("-m", "algorithms.demo", "--out", str(tmp_path / "new" / "folder"), GAC_BACKEND=backend)
+    assert done.returncode == 0, done.stderr
+    for text in (
+        "(0.596303, -0.150050, 0.657476) m",
+        "343,274 of 370,500",
+        "motor_product",
+        "fundamental_matrix_from_cameras",
+        "ulp",
+        "Inverse of the transform less the image",
+    ):
+        assert text in done.stdout
+    assert f"Backend {backend or ''}" in done.stdout
+    for name in PICTURES:
+        path = tmp_path / "new" / "folder" / name
+        assert name in done.stdout
+        with image.open(path) as picture:
+            assert min(picture.size) > 900
+            assert len(picture.convert("RGB").getcolors(1 << 24)) > 1000
+    assert sorted(path.name for path in (tmp_path / "new" / "folder").iterdir()) == sorted(PICTURES)
+
+
+def test_demo_says_where_it_cannot_write(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("kept")
+    done = run("-m", "algorithms.demo", "--out", str(tmp_path / "file" / "folder"))
+    assert done.returncode == 1
+    assert done.stdout == ""
+    assert len(done.stderr.splitlines()) == 1
+    assert "expected a folder to write to" in done.stderr
+    assert (tmp_path / "file").read_text() == "kept"
+
+
+def test_algorithms_load_neither_the_compiler_nor_sympy() -> None:
+    """Also while they run."""
+    code = """
+import sys
+import numpy as np
+from algorithms.kinematics import Robot
+from algorithms.vision import MOTORCYCLE, fundamental_matrix, triangulate
+from algorithms.wavelets import iqft, qft
+
+Robot.named("puma560").pose(np.zeros(6))
+Robot.from_dh([{}], "modified").forward_all([[0.0]])
+cameras = MOTORCYCLE.cameras()
+fundamental_matrix(*cameras)
+triangulate(cameras, MOTORCYCLE.correspondences(np.ones((2, 3))))
+iqft(qft(np.ones((3, 4)), axes=("k", "j")))
+loaded = {name.split(".")[0] for name in sys.modules}
+print(sorted(loaded & {"gacompiler", "sympy", "matplotlib", "rich", "jinja2", "mpmath"}))
+"""
+    done = run("-c", code)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.strip() == "[]"
+
+
+def test_the_demonstration_loads_neither_the_compiler_nor_sympy() -> None:
+    code = """
+import sys
+import algorithms.demo.__main__, algorithms.demo.programs
+
+print({"gacompiler", "sympy"} & {*sys.modules})
+"""
+    done = run("-c", code)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.strip() == "set()"

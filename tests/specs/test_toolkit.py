@@ -1,0 +1,56 @@
+"""``docs/toolkit.md`` is the table of the toolkit, and every function and every test that it names is there."""
+
+from __future__ import annotations
+
+import ast
+import re
+from functools import cache
+from importlib import import_module
+
+import pytest
+from toolkit_page import PAGE, ROOT, entries, module, page
+
+PRODUCTS = {
+    "geometric_product", "outer_product", "regressive_product", "inner_product", "commutator", "reverse",
+    "grade_involution", "clifford_conjugate", "dual", "undual", "norm", "ideal_norm",
+}  # fmt: skip
+"""Operations on any elements, which the README and the modules' own pages list."""
+
+
+def test_the_page_is_current() -> None:
+    assert PAGE.read_text() == page(), "run `python tests/support/toolkit_page.py`"
+
+
+@pytest.mark.parametrize("algebra", sorted({entry.algebra for entry in entries()}))
+def test_every_function_exists(algebra: str) -> None:
+    functions = [entry.function for entry in entries() if entry.algebra == algebra]
+    missing = [name for name in functions if not callable(getattr(import_module(module(algebra)), name, None))]
+    assert not missing
+
+
+@cache
+def texts(name: str) -> dict[str, str]:
+    """The text of every function of a file of tests."""
+    [path] = (ROOT / "tests").glob(f"*/{name}")
+    tree = ast.parse(path.read_text())
+    return {node.name: ast.unparse(node) for node in tree.body if isinstance(node, ast.FunctionDef)}
+
+
+def test_every_test_exists_and_uses_the_function() -> None:
+    for entry in entries():
+        name, _, test = entry.test.partition("::")
+        assert test in texts(name), entry.test
+        assert re.search(rf"\b{entry.function}\b", texts(name)[test]), f"{entry.test} has no {entry.function}"
+
+
+def test_nothing_is_listed_twice() -> None:
+    named = [(entry.algebra, entry.function) for entry in entries()]
+    assert len(named) == len(set(named))
+
+
+@pytest.mark.parametrize("algebra", ["pga3", "pga2", "cga3", "cga2"])
+def test_every_kernel_is_listed(algebra: str) -> None:
+    spec = ast.parse((ROOT / "gacompiler" / "specs" / f"{algebra}.py").read_text())
+    kernels = {node.name for node in spec.body if isinstance(node, ast.FunctionDef) and node.decorator_list}
+    listed = {entry.function for entry in entries() if entry.algebra == algebra}
+    assert kernels - listed <= PRODUCTS, sorted(kernels - listed - PRODUCTS)

@@ -1,0 +1,14 @@
+"""The blocks of the page on wavelets run, and what they assert holds."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+PAGE = Path(__file__).parents[2] / "docs" / "wavelets.md"
+
+
+def test_blocks_run() -> None:
+    blocks = re.findall(r"```python\n(.*?)```", PAGE.read_text(), re.DOTALL)
+    assert len(blocks) == 15
+    exec(compile("\n".join(blocks), "docs/wavelets.md", "exec"), {"__name__": "wavelets"})
