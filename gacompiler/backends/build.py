@@ -17,8 +17,8 @@ from functools import cache
 from pathlib import Path
 
 from ..errors import BackendError
-from ..gac_runtime.extension import FLAGS as EXTENSION_FLAGS
-from ..gac_runtime.extension import FOLDER, SOURCE, extension_name, extension_path
+from ..gac_runtime.extension_file import FLAGS as EXTENSION_FLAGS
+from ..gac_runtime.extension_file import FOLDER, SOURCE, extension_name, extension_path
 
 FLAGS = ("-std=c17", "-fPIC", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math")
 """No flag depends on the machine: the loops carry code for wide vectors and choose when they are loaded. By the last

@@ -8,8 +8,7 @@ from functools import cache
 from pathlib import Path
 
 from ..errors import BackendError
-from ..gac_runtime.kernel import result_names
-from ..gac_runtime.module import INTERFACE
+from ..gac_runtime.definition import INTERFACE, result_names
 from ..ir.program import Argument, Result
 from .build import library_name
 from .c import c_source, environment
@@ -142,7 +141,9 @@ def _kernel(kernel: KernelSource, layouts: Mapping[LayoutText, str]) -> list[str
     """A kernel and its forms: the function on one element under what declares it."""
     program, name = kernel.program, kernel.program.name
     texts = function_text(program, kernel.uniform)
-    lines = [*declaration(kernel, [layouts[layout] for _, layout in kernel.layouts]), texts[0][0]]
+    known = dict(kernel.layouts)
+    found = [known.get(part.name) for part in (*program.arguments, *program.results)]
+    lines = [*declaration(kernel, [layouts[layout] if layout else "None" for layout in found]), texts[0][0]]
     lines += [*_documentation(kernel.summary), *texts[0][1:]]
     for form, prepare, apply in zip(kernel.uniform, texts[1::2], texts[2::2], strict=True):
         functions = [f"_{form_name(program, form, what)}" for what in ("prepare", "apply")]

@@ -15,7 +15,7 @@ from math import prod
 from typing import Any, NamedTuple
 
 from ..errors import BackendError
-from ..gac_runtime.module import shapes_in
+from ..gac_runtime.definition import shapes_in
 from ..ir.interpret import interpret
 from ..ir.program import Argument, Line, Operand, Program, Result
 from ..ir.scalar import Op

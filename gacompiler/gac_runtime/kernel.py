@@ -25,7 +25,7 @@ from .arrays import (
     steps_of,
     usable,
 )
-from .definition import Definition, Shape
+from .definition import Definition, Shape, result_names
 from .documentation import Facts, docstring, shape_text
 from .extension import Call, Signature, extension
 from .foreign import LOCK, Loop, run_over_batch
@@ -201,7 +201,7 @@ class Kernel(Call):  # type: ignore[misc]
             and num_threads is None
             and self._loops
             and extension is not None
-            and any(operand is not array for operand, array in zip(operands, arrays, strict=True))
+            and any(type(a) is not np.ndarray or a.dtype != dtype or not a.flags.aligned for a in arrays)
         ):
             return self(*operands, out=out)
         leading = leading_shape(definition, operands)
@@ -336,11 +336,6 @@ class Kernel(Call):  # type: ignore[misc]
                 raise ValueError(f"{self.name}: argument {name} has shape {found}; expected {expected}")
         results = evaluate(definition, namespace, operands, leading_shape(definition, operands))
         return results[0] if len(results) == 1 else tuple(results)
-
-
-def result_names(count: int) -> list[str]:
-    """The names of results that have no others."""
-    return ["out"] if count == 1 else [f"out_{k}" for k in range(count)]
 
 
 if extension is not None:

@@ -8,17 +8,16 @@ from collections import namedtuple
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from .definition import Definition, Form, counted
+from .definition import INTERFACE, Definition, Form, counted, result_names, shapes_in
 from .documentation import Facts
-from .extension import FOLDER
-from .kernel import Kernel, result_names
-from .layout import Layout
+from .extension_file import FOLDER
+from .kernel import Kernel
+from .layout import SCALAR, Layout, layout
 from .library import Library
 from .threads import default_threads
-from .value import Family, families
+from .value import Family, Value, families
 
-INTERFACE = 1
-"""Modules and runtime must have the same number. It grows when modules of earlier versions would not run."""
+__all__ = ["SCALAR", "GeneratedModule", "Kernel", "Layout", "Value", "layout"]
 
 _BACKENDS = ("c", "numba", "arrays")
 
@@ -86,7 +85,7 @@ class GeneratedModule:
     def kernel(
         self,
         signature: str,
-        *layouts: Layout,
+        *layouts: Layout | None,
         cost: str,
         names: str = "",
         results: str = "",
@@ -99,7 +98,7 @@ class GeneratedModule:
         ----------
         signature : str
             Shapes of arguments and results, ``(8),(3)->(3)``.
-        *layouts : Layout
+        *layouts : Layout or None
             Of each argument, then of each result.
         cost : str
             Operations of one element, ``21 mul, 18 add, 24 fma``.
@@ -114,7 +113,7 @@ class GeneratedModule:
             code = function.__code__
             inputs = list(zip(names.split() or code.co_varnames[: len(shapes)], shapes, strict=True))
             outputs = list(zip(results.split() or result_names(len(out_shapes)), out_shapes, strict=True))
-            parts = dict(zip((name for name, _ in (*inputs, *outputs)), layouts, strict=True))
+            parts = {name: layout for (name, _), layout in zip((*inputs, *outputs), layouts, strict=True) if layout}
             definition = Definition(function.__name__, function, inputs, outputs, parts, counted(cost))
             self.kernels.append(definition.name)
             shown = ", ".join(item for item in cost.split(", ") if not item.endswith(" fma"))
@@ -177,11 +176,3 @@ class GeneratedModule:
         ):
             setattr(function, name, value)
         return function
-
-
-def shapes_in(signature: str) -> list[list[tuple[int, ...]]]:
-    """The shapes in a signature that is known to be right."""
-    return [
-        [tuple(int(size) for size in shape.split(",") if size) for shape in part[1:-1].split("),(")]
-        for part in signature.split("->")
-    ]

@@ -9,6 +9,9 @@ from typing import Any
 
 from .layout import Layout
 
+INTERFACE = 1
+"""Modules and runtime must have the same number. It grows when modules of earlier versions would not run."""
+
 Shape = tuple[int, ...]
 
 COUNTS = ("mul", "add", "div", "sqrt", "call", "choice", "fma")
@@ -86,3 +89,16 @@ def counted(cost: str) -> dict[str, int]:
         count, name = item.split()
         found[name] = int(count)
     return found
+
+
+def result_names(count: int) -> list[str]:
+    """The names of results that have no others."""
+    return ["out"] if count == 1 else [f"out_{k}" for k in range(count)]
+
+
+def shapes_in(signature: str) -> list[list[tuple[int, ...]]]:
+    """The shapes in a signature that is known to be right."""
+    return [
+        [tuple(int(size) for size in shape.split(",") if size) for shape in part[1:-1].split("),(")]
+        for part in signature.split("->")
+    ]

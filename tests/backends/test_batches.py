@@ -28,7 +28,7 @@ def test_an_element_alone_and_in_a_batch(name: str, dtype: Any) -> None:
     rng = np.random.default_rng(3)
     for each in module.kernels:
         kernel = getattr(module, each)
-        arrays = [rng.normal(size=(N_ELEMENTS, *shape)).astype(dtype) for shape in kernel._shapes]
+        arrays = [rng.normal(size=(N_ELEMENTS, *shape)).astype(dtype) for shape in kernel.definition.shapes]
         # An element twice makes every product of it with itself that should vanish a difference of equal products.
         arrays = [arrays[0] if a.shape == arrays[0].shape and rng.random() < 0.5 else a for a in arrays]
         with np.errstate(all="ignore"):
@@ -84,7 +84,7 @@ def test_all_machines_compute_the_same(width: str, library: ctypes.CDLL) -> None
     for name in module.kernels:
         kernel = getattr(module, name)
         for dtype, ending in ((np.float64, "f64"), (np.float32, "f32")):
-            arrays = [rng.normal(size=(N_ELEMENTS, *shape)).astype(dtype) for shape in kernel._shapes]
+            arrays = [rng.normal(size=(N_ELEMENTS, *shape)).astype(dtype) for shape in kernel.definition.shapes]
             right = _results(kernel(*arrays))
             results = [np.empty_like(each) for each in right]
             parts = [*arrays, *results]

@@ -62,7 +62,7 @@ def test_every_kernel_takes_names(name: str) -> None:
         if not isinstance(function, module.Kernel):
             continue
         names = list(inspect.signature(function).parameters)[:-2]
-        given = [np.ones(shape) for _, shape in function._inputs]
+        given = [np.ones(shape) for _, shape in function.definition.inputs]
         with np.errstate(all="ignore"):
             wanted = function(*given)
             found = function(**dict(zip(names, given, strict=True)))

@@ -27,6 +27,7 @@ from backend_programs import (
 )
 
 from gacompiler.backends import find_compiler
+from gacompiler.gac_runtime.jit.kernels import Loops
 from gacompiler.generate import load_spec
 from gacompiler.runtime import load_module
 
@@ -85,7 +86,7 @@ ORDERS: tuple[Callable[[Array], Array], ...] = (in_order, by_component, backward
 def arguments(kernel: Any, size: int, dtype: str, same: int | None = None) -> list[Array]:
     rng = np.random.default_rng(size)
     return [
-        rng.normal(size=shape if k == same else (size, *shape)).astype(dtype) for k, shape in enumerate(kernel._shapes)
+        rng.normal(size=shape if k == same else (size, *shape)).astype(dtype) for k, shape in enumerate(kernel.definition.shapes)
     ]
 
 
@@ -105,8 +106,8 @@ def test_batches_are_those_of_c_bit_for_bit(
         # Again: the second call of such arrays goes another way.
         assert bits(ours(*given)) == bits(found)
     # What was compared did run on numba, and not in the library.
-    assert isinstance(ours._loops[np.dtype(dtype)], pair[1]._Loops)
-    assert not any(isinstance(loop, pair[0]._Loops) for loop in c._loops.values())
+    assert isinstance(ours._loops[np.dtype(dtype)], Loops)
+    assert not any(isinstance(loop, Loops) for loop in c._loops.values())
 
 
 @needs_compiler
@@ -314,8 +315,9 @@ find = importlib.util.find_spec
 importlib.util.find_spec = lambda name, *more: None if name == "_cffi_backend" else find(name, *more)
 """
     code = """
+import sys
 import numpy as np, bare
-assert bare.backend == "numba" and bare._extension is None
+assert bare.backend == "numba" and sys.modules[bare.Kernel.__module__.replace("kernel", "extension")].extension is None
 p = np.arange(60.0).reshape(20, 3)
 m = np.zeros((20, 8))
 m[:, 0] = 1

@@ -26,8 +26,9 @@ from backend_programs import (
     NORMALIZE,
     PROGRAMS,
     SWAP,
+    extension_of,
     inputs,
-    load,
+    load_beside,
     module_source,
     write,
 )
@@ -245,8 +246,7 @@ def test_a_class_of_ones_own(fast: ModuleType) -> None:
             return super().__call__(*arrays, out=out)
 
     kernel = fast.move_point
-    layouts = dict(kernel.layouts)
-    own = Counting("own", "", kernel._inputs, kernel._outputs, layouts, {}, True, kernel._functions)
+    own = Counting(kernel.definition)
     m, p = inputs(MOVE_POINT)
     np.testing.assert_allclose(own._in_python(m.astype(complex), p).real, kernel(m, p), 1e-14)
     np.testing.assert_allclose(own(m.astype(complex), p).real, kernel(m, p), 1e-14)
@@ -341,7 +341,7 @@ def test_threads(fast: ModuleType) -> None:
 def test_one_extension_serves_all_modules(tmp_path: Path, fast: ModuleType) -> None:
     c_path = write(module_source("another", NORMALIZE), tmp_path)
     build_library(c_path)
-    assert load(c_path.with_suffix(".py"), "another_one")._extension is fast._extension
+    assert extension_of(load_beside(c_path.with_suffix(".py"), "another_one")) is extension_of(fast)
     assert [path.name for path in tmp_path.glob("_build/calls*")] == [extension_path(tmp_path).name]
 
 
@@ -369,8 +369,8 @@ def test_a_file_that_is_no_extension_is_left_alone(tmp_path: Path, monkeypatch: 
     build_library(c_path)
     extension_path(tmp_path).write_text("nothing")
     monkeypatch.delitem(sys.modules, extension_name(), raising=False)
-    module = load(c_path.with_suffix(".py"), "another_two")
-    assert module._extension is None and module.normalize([3.0, 0.0, 4.0])[1] == 5
+    module = load_beside(c_path.with_suffix(".py"), "another_two")
+    assert extension_of(module) is None and module.normalize([3.0, 0.0, 4.0])[1] == 5
 
 
 def test_a_compiler_that_fails_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -23,6 +23,7 @@ from backend_programs import (
     MOVE_POINT,
     NORMALIZE,
     PROGRAMS,
+    extension_of,
     inputs,
     module_source,
     traced,
@@ -265,7 +266,7 @@ def test_any_form(either: ModuleType, plain: ModuleType, program: Program) -> No
 
 def test_values_beside_batches(only_short: ModuleType) -> None:
     pga3 = pytest.importorskip("generated.pga3")
-    if pga3._extension is None:
+    if extension_of(pga3) is None:
         pytest.skip("the extension is not built")
     m = pga3.motor_exponential(np.random.default_rng(0).normal(size=6))
     p = np.random.default_rng(1).normal(size=(11, 3))

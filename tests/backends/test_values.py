@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import pytest
 from alone import alone
-from backend_programs import load
+from backend_programs import extension_of, load
 from one_element import load_ways, outcome
 
 from gacompiler.backends.module import KernelSource, LayoutText, ModuleSource
@@ -326,7 +326,7 @@ def test_nothing_can_be_changed(module: ModuleType) -> None:
         np.asarray(point).flags.writeable = True
     with pytest.raises(TypeError, match="cannot be subclassed"):
         type("Mine", (module.Point,), {})
-    if module._extension is not None:
+    if extension_of(module) is not None:
         with pytest.raises(TypeError, match="not safe"):
             object.__new__(module.Point)
     with pytest.raises(TypeError, match="layout"):

@@ -21,6 +21,7 @@ from algorithms.kinematics import (
 )
 from gacompiler.backends.extension import STEM
 from generated import pga3
+from generated.gac_runtime.extension import extension
 
 HIDE_EXTENSION = f"""
 import os
@@ -122,7 +123,7 @@ def without_compiler(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
 @pytest.mark.usefixtures("without_compiler")
 @alone
 def test_passes_without_a_c_compiler() -> None:
-    assert pga3.backend == "numba" and pga3._extension is None
+    assert pga3.backend == "numba" and extension is None
     robot = Robot.from_dh(
         [{"a": 0.3}, {"d": 0.2, "alpha": 1.0}], bodies=[Body(1.0, (0.1, 0.2, 0.3), (1, 0, 0, 1, 0, 1))] * 2
     )
@@ -156,7 +157,7 @@ def test_a_pass_without_a_file_is_compiled_and_one_that_cannot_be_bound_is_told(
     run, table = passes.Pass(source, 1), np.zeros((2, passes.COLUMNS))
     found = [run(table, np.array([1.5])) for _ in range(passes.PATIENCE + 2)]
     assert found[0] is None and found[-1] == 3.0
-    if pga3._extension is None:
+    if extension is None:
         return
     long = passes.Source(names["twice"], lambda n: ((1,) * 9, ()))
     run = passes.Pass(long, 1)

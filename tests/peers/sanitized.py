@@ -63,10 +63,10 @@ def main(folder: str, name: str, rounds: int) -> None:
                 dtype = (np.float64, np.float32)[random.integers(2)]
                 leading = leading_shape(random)
                 arrays = [
-                    an_array(random, leading if random.integers(3) else (), shape, dtype) for shape in kernel._shapes
+                    an_array(random, leading if random.integers(3) else (), shape, dtype) for shape in kernel.definition.shapes
                 ]
                 result = kernel(*arrays)
-                if random.integers(2) and len(kernel._out_shapes) == 1 and isinstance(result, np.ndarray):
+                if random.integers(2) and len(kernel.definition.out_shapes) == 1 and isinstance(result, np.ndarray):
                     out = np.empty((*result.shape, 2), dtype)[..., random.integers(2)]
                     kernel(*arrays, out=out)
                 count += 1

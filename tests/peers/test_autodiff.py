@@ -235,7 +235,7 @@ def test_where_formulas_change() -> None:
         (vga3.rotor_logarithm, np.eye(4)[0], [0, 1, 2, 3]),
     ]
     for function, x, right in cases:
-        for (found,) in gradients(lambda x, f=function: f(x) * type_of(x)(weights[: f._out_shapes[0][0]]), x):
+        for (found,) in gradients(lambda x, f=function: f(x) * type_of(x)(weights[: f.definition.out_shapes[0][0]]), x):
             np.testing.assert_allclose(found, right, 1e-15)
 
 

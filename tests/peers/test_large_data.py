@@ -48,8 +48,8 @@ def rigid(m: Any, p: Any) -> Any:
 def apply(kernel: Any, *arrays: Any, **options: Any) -> Any:
     """`apply_gufunc` with nothing but what a kernel says of itself."""
     dtype = np.result_type(*arrays)
-    options = {"output_dtypes": [dtype] * len(kernel._outputs), "output_sizes": kernel.output_sizes} | options
-    if len(kernel._outputs) == 1:
+    options = {"output_dtypes": [dtype] * len(kernel.definition.outputs), "output_sizes": kernel.output_sizes} | options
+    if len(kernel.definition.outputs) == 1:
         options["output_dtypes"] = dtype
     return da.apply_gufunc(kernel, kernel.signature, *arrays, vectorize=False, **options)
 

@@ -62,14 +62,14 @@ def _bad(rng: np.random.Generator, shape: tuple[int, ...]) -> Any:
 
 def _out(rng: np.random.Generator, kernel: Any, arrays: list[Any]) -> Any:
     """Somewhere to write, right or wrong."""
-    shape = kernel._out_shapes[0]
+    shape = kernel.definition.out_shapes[0]
     choices = (np.empty(shape), np.empty((3, *shape)), np.empty(shape, np.float32), [0.0], arrays[0], np.empty((7, 7)))
     return choices[rng.integers(len(choices))]
 
 
 def _leading(kernel: Any, arrays: list[Any]) -> tuple[int, ...]:
     return np.broadcast_shapes(
-        *(np.shape(array)[: np.ndim(array) - len(shape)] for array, shape in zip(arrays, kernel._shapes, strict=True))
+        *(np.shape(array)[: np.ndim(array) - len(shape)] for array, shape in zip(arrays, kernel.definition.shapes, strict=True))
     )
 
 
@@ -82,7 +82,7 @@ def test_random_calls(name: str) -> None:
     with np.errstate(all="ignore"):
         for _ in range(N_CALLS // len(MODULES)):
             kernel = kernels[rng.integers(len(kernels))]
-            arrays = [(_bad if rng.random() < 0.08 else _good)(rng, shape) for shape in kernel._shapes]
+            arrays = [(_bad if rng.random() < 0.08 else _good)(rng, shape) for shape in kernel.definition.shapes]
             more: dict[str, Any] = {}
             if rng.random() < 0.1:
                 more["out"] = _out(rng, kernel, arrays)
@@ -98,6 +98,6 @@ def test_random_calls(name: str) -> None:
                 continue
             met["done"] += 1
             leading = _leading(kernel, arrays)
-            for result, shape in zip(results if isinstance(results, tuple) else (results,), kernel._out_shapes):  # noqa: B905
+            for result, shape in zip(results if isinstance(results, tuple) else (results,), kernel.definition.out_shapes):  # noqa: B905
                 assert np.shape(result) == leading + shape
     assert min(met["done"], met["refused"]) > N_CALLS // len(MODULES) // 10

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import sys
+import zlib
 from collections.abc import Callable
 from fractions import Fraction
 from math import prod
@@ -14,13 +15,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gacompiler.backends import build_library, c_header, c_source, library_path, python_source
+from gacompiler.backends import build_library, c_header, c_source, library_path, python_source, runtime_files
 from gacompiler.backends.module import KernelSource, LayoutText, ModuleSource
+from gacompiler.generate import write as write_files
 from gacompiler.ir.cost import cost
 from gacompiler.ir.interpret import interpret
 from gacompiler.ir.program import Argument, Line, Program, Result
 from gacompiler.ir.scalar import ARITY, LEAVES, Graph, Op, Scalar
 from gacompiler.ir.verify import verify
+from gacompiler.runtime import load_module
 
 Shape = tuple[int, ...]
 
@@ -155,6 +158,7 @@ ODD_NAMES = Program(
 
 
 def write(module: ModuleSource, folder: Path) -> Path:
+    write_files(runtime_files(), folder)
     (folder / f"{module.name}.c").write_text(c_source(module))
     (folder / f"{module.name}.h").write_text(c_header(module))
     (folder / f"{module.name}.py").write_text(python_source(module))
@@ -168,12 +172,27 @@ def bits(results: Any) -> list[bytes]:
 
 
 def load(path: Path, name: str) -> ModuleType:
-    spec = importlib.util.spec_from_file_location(name, path)
+    """A generated module, on the runtime of the compiler."""
+    return load_module(path, name)
+
+
+def load_beside(path: Path, name: str) -> ModuleType:
+    """A generated module as a member of its folder, on the runtime beside it."""
+    package = f"_folder_{zlib.crc32(str(path.parent).encode()):08x}"
+    folder = sys.modules.setdefault(package, ModuleType(package))
+    folder.__path__ = [str(path.parent)]
+    spec = importlib.util.spec_from_file_location(f"{package}.{name}", path)
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module
+    sys.modules[f"{package}.{name}"] = module
     spec.loader.exec_module(module)
     return module
+
+
+def extension_of(module: ModuleType) -> Any:
+    """The extension that calls the kernels of a module; None where there is none."""
+    runtime = module.Kernel.__module__.rpartition(".")[0]
+    return sys.modules[f"{runtime}.extension"].extension
 
 
 PROGRAMS = (

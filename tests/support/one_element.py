@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from backend_programs import load, write
+from backend_programs import extension_of, load_beside, write
 
 from gacompiler.backends import ModuleSource, build_library
-from gacompiler.backends.build import extension_name, extension_path
+from gacompiler.gac_runtime.extension_file import extension_name, extension_path
 
 WAYS = ("extension", "c", "arrays")
 
@@ -37,10 +37,11 @@ def load_ways(source: ModuleSource, folder: Path, wanted: Sequence[str] = WAYS) 
             continue
         with pytest.MonkeyPatch.context() as patch:
             patch.setenv("GAC_BACKEND", backend)
+            patch.setenv("GAC_CACHE", str(folder / "nothing"))
             if place is plain:
                 patch.delitem(sys.modules, extension_name(), raising=False)
-            found[way] = load(place / f"{source.name}.py", f"{source.name}_{way}")
-        assert (found[way]._extension is not None) == (place is built)
+            found[way] = load_beside(place / f"{source.name}.py", f"{source.name}_{way}")
+        assert (extension_of(found[way]) is not None) == (place is built)
     return found
 
 

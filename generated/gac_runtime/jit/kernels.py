@@ -135,10 +135,13 @@ def _element_of_user(function: Any) -> Element:
     return Element(numba.njit(getattr(function, "py_func", function), error_model="numpy", forceinline=True), True)
 
 
-def _callback(function: Any, signature: Any, name: str, names: dict[str, Any], kept: bool = True) -> Any:
-    """A function that C can call."""
+def _callback(
+    function: Any, signature: Any, name: str, names: dict[str, Any], kept: bool = True, file: str = ""
+) -> Any:
+    """A function that C can call. What is kept of it lies beside `file`, where it is unique by its name."""
     chosen = bound(function, {"__name__": __name__, "range": range, "min": min, "abs": abs, "np": np, **names})
     chosen.__qualname__ = name
+    chosen.__code__ = chosen.__code__.replace(co_filename=file or chosen.__code__.co_filename)
     decorate = functools.partial(numba.cfunc, signature, error_model="numpy")
     return _kept(decorate, chosen) if kept else decorate()(chosen)
 
@@ -232,7 +235,8 @@ class Loops:
             rows = loop_over(loop)
             name = f"{step.apply.__name__}_{'dense' if dense else 'rows'}_{real}"
             signature = numba.types.void(*[numba.types.intp] * 3)
-            function = _callback(_numba_rows, signature, name, {"_run_rows": rows}, definition.is_generated)
+            file = step.apply.__code__.co_filename
+            function = _callback(_numba_rows, signature, name, {"_run_rows": rows}, definition.is_generated, file)
             self._compiled.append(function)
             self._table[place] = function.address
 
