@@ -9,7 +9,9 @@ from pathlib import Path
 
 from ..errors import BackendError
 from ..gac_runtime.definition import INTERFACE, result_names
-from ..ir.program import Argument, Result
+from ..ir.cost import Cost
+from ..ir.program import Argument, Program, Result
+from ..ir.uniform import Uniform
 from .build import library_name
 from .c import c_source, environment
 from .c_batch import C_ENDINGS, C_HELPERS, FORM_PARTS, form_name
@@ -146,20 +148,29 @@ def _kernel(kernel: KernelSource, layouts: Mapping[LayoutText, str]) -> list[str
     lines = [*declaration(kernel, [layouts[layout] if layout else "None" for layout in found]), texts[0][0]]
     lines += [*_documentation(kernel.summary), *texts[0][1:]]
     for form, prepare, apply in zip(kernel.uniform, texts[1::2], texts[2::2], strict=True):
-        functions = [f"_{form_name(program, form, what)}" for what in ("prepare", "apply")]
-        once, each = form.costs
-        options = {
-            "least": str(form.least(program)),
-            "n_prepared": str(form.apply.arguments[0].shape[0]),
-            "once": _string(str(once)),
-            "each": _string(str(each)),
-        }
-        same = _string(" ".join(form.same))
-        parts = [name, same, *functions, *(f"{option}={value}" for option, value in options.items())]
-        lines += ["", "", *prepare, "", "", *apply, "", "", *_call("_module.form", parts)]
+        lines += ["", "", *prepare, "", "", *apply, "", "", *form_text(program, form)]
     if kernel.result_names:
         lines += ["", "", *_call(f"{name} = _module.named", [name, _string(" ".join(kernel.result_names))])]
     return lines
+
+
+def form_text(program: Program, form: Uniform, names: Sequence[str] = ()) -> list[str]:
+    """What declares a form, after its functions.
+
+    A reader knows the arguments by the names of the parameters only, and gives those that are declared as `names`.
+    """
+    declared = dict(zip((argument.name for argument in program.arguments), names, strict=False))
+    functions = [f"_{form_name(program, form, what)}" for what in ("prepare", "apply")]
+    once, each = form.costs
+    options = {
+        "least": str(form.least(program)),
+        "n_prepared": str(form.apply.arguments[0].shape[0]),
+        "once": _string(str(once)),
+        "each": _string(str(each)),
+    }
+    same = " ".join(declared.get(name, name) for name in form.same)
+    parts = [program.name, _string(same), *functions]
+    return _call("_module.form", [*parts, *(f"{option}={value}" for option, value in options.items())])
 
 
 def declaration(kernel: KernelSource, layouts: Sequence[str]) -> list[str]:
@@ -167,8 +178,7 @@ def declaration(kernel: KernelSource, layouts: Sequence[str]) -> list[str]:
     program, cost = kernel.program, kernel.cost
     arguments, results = ([part.name for part in parts] for parts in (program.arguments, program.results))
     signature = "->".join(",".join(map(_shape, parts)) for parts in (program.arguments, program.results))
-    counts = f"{cost}, {cost.fma} fma"
-    parts = [_string(signature), *layouts, f"cost={_string(counts)}"]
+    parts = [_string(signature), *layouts, f"cost={_string(cost_text(cost))}"]
     printed = printed_arguments(kernel)
     parts += [f"names={_string(' '.join(arguments))}"] if printed != arguments else []
     parts += [f"results={_string(' '.join(results))}"] if results != result_names(len(results)) else []
@@ -181,6 +191,11 @@ def printed_arguments(kernel: KernelSource) -> list[str]:
     """The names of the parameters of the function, which a language may not let be those of the arguments."""
     head = function_text(kernel.program)[0][0]
     return head.partition("(")[2].rpartition(")")[0].split(", ")[: len(kernel.program.arguments)]
+
+
+def cost_text(cost: Cost) -> str:
+    """The counts that a kernel declares."""
+    return f"{cost}, {cost.fma} fma"
 
 
 def _shape(part: Argument | Result) -> str:

@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 from ..errors import BackendError
 from ..gac_runtime.definition import shapes_in
+from ..ir.cost import cost
 from ..ir.interpret import interpret
 from ..ir.program import Argument, Line, Operand, Program, Result
 from ..ir.scalar import Op
@@ -23,6 +24,7 @@ from ..ir.uniform import Uniform
 from ..ir.verify import verify
 from .c import c_body
 from .numba import function_text, indices
+from .python import cost_text, form_text
 
 Function = Callable[..., tuple[tuple[Any, ...], ...]]
 
@@ -245,11 +247,16 @@ def _python_program(lines: list[str], node: ast.FunctionDef, decorator: ast.expr
         for k, (parameter, shape) in enumerate(zip(parameters, (*shapes, *out_shapes), strict=True))
     ]
     statements = [line.strip() for line in lines[node.body[0].end_lineno : node.end_lineno]]
+    declared = {str(keyword.arg): keyword.value for keyword in decorator.keywords}
+    names = ast.literal_eval(declared["names"]).split() if "names" in declared else []
     program = _program(name, shaped, statements, indices)
     read = []
     for form in forms:
         prepare, apply = (_python_function(lines, ast.unparse(argument)) for argument in form.args[2:4])
         read.append(_form(program, *prepare, *apply, indices))
+        found = lines[form.lineno - 1 : form.end_lineno]
+        _compare(f"Python text of {name}", "\n".join(form_text(program, read[-1], names)), "\n".join(found))
+    _compare(f"cost of {name}", cost_text(cost(program)), ast.literal_eval(declared["cost"]))
     expected = function_text(program, read)
     found = [lines[node.lineno - 1], *lines[node.body[0].end_lineno : node.end_lineno]]
     _compare(f"Python text of {name}", "\n".join(expected[0]), "\n".join(found))

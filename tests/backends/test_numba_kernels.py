@@ -86,7 +86,8 @@ ORDERS: tuple[Callable[[Array], Array], ...] = (in_order, by_component, backward
 def arguments(kernel: Any, size: int, dtype: str, same: int | None = None) -> list[Array]:
     rng = np.random.default_rng(size)
     return [
-        rng.normal(size=shape if k == same else (size, *shape)).astype(dtype) for k, shape in enumerate(kernel.definition.shapes)
+        rng.normal(size=shape if k == same else (size, *shape)).astype(dtype)
+        for k, shape in enumerate(kernel.definition.shapes)
     ]
 
 
@@ -332,9 +333,9 @@ for kind in ("float64", "float32"):
             moved = bare.move_point(y if x.ndim == 2 else n[0], x)
             assert np.array_equal(moved, x) and moved.dtype == kind, (x, y)
 """
-    done = subprocess.run(
-        [sys.executable, "-c", code if with_cffi else hide + code], cwd=tmp_path, capture_output=True, text=True
-    )
+    environment = {**os.environ, "GAC_CACHE": str(tmp_path / "nothing")}
+    arguments = [sys.executable, "-c", code if with_cffi else hide + code]
+    done = subprocess.run(arguments, cwd=tmp_path, env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
 
 

@@ -232,7 +232,7 @@ def test_what_a_kernel_says(fast: ModuleType, plain: ModuleType) -> None:
         assert one.__name__ == one.__qualname__ == one.name == name and one.__doc__ == other.__doc__
         assert one.signature == other.signature and one.cost == other.cost and dict(one.layouts) == dict(other.layouts)
         assert inspect.signature(one) == inspect.signature(other)
-        assert repr(one).partition(".")[2] == repr(other).partition(".")[2]
+        assert repr(one).replace(one.__module__, "") == repr(other).replace(other.__module__, "")
     assert str(inspect.signature(fast.move_point)) == "(m, p, *, out=None, num_threads=None)"
     inspect.signature(fast.Kernel)
 
@@ -369,12 +369,14 @@ def test_a_file_that_is_no_extension_is_left_alone(tmp_path: Path, monkeypatch: 
     build_library(c_path)
     extension_path(tmp_path).write_text("nothing")
     monkeypatch.delitem(sys.modules, extension_name(), raising=False)
+    monkeypatch.setenv("GAC_CACHE", str(tmp_path / "nothing"))
     module = load_beside(c_path.with_suffix(".py"), "another_two")
     assert extension_of(module) is None and module.normalize([3.0, 0.0, 4.0])[1] == 5
 
 
 def test_a_compiler_that_fails_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(build, "EXTENSION_FLAGS", ("-no-such-option",))
+    monkeypatch.setattr(build, "_extensions", {})
     with pytest.raises(BackendError, match="no-such-option"):
         build_library(write(module_source("another", NORMALIZE), tmp_path))
 

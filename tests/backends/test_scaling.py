@@ -15,7 +15,8 @@ import pytest
 import generated
 from generated import pga3
 
-MODULES = [importlib.import_module(f"generated.{info.name}") for info in pkgutil.iter_modules(generated.__path__)]
+_NAMES = [info.name for info in pkgutil.iter_modules(generated.__path__) if not info.ispkg]
+MODULES = [importlib.import_module(f"generated.{name}") for name in _NAMES]
 KERNELS = [getattr(module, name) for module in MODULES for name in module.kernels]
 
 

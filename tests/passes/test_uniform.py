@@ -551,7 +551,7 @@ def numbers_of_forms(text: str, ending: str) -> list[tuple[int, int]]:
     heads = {
         "c": r"^    static const struct form forms.*?;$|^static void NAME\(\w+_start_.*?^}$"
         r"|^WIDE static void NAME\(\w+_(?:block|dense)_\w+\).*?^}$|^enum \{ PARTS.*?;$",
-        "py": r"^    forms=\(.*?^    \),$",
+        "py": r"^_module\.form\(.*?^\)$",
     }[ending]
     found = []
     for block in re.finditer(heads, text, re.DOTALL | re.MULTILINE):
@@ -578,10 +578,11 @@ def test_changes_around_a_form_in_the_text_are_found(name: str, ending: str, rec
 @pytest.mark.parametrize(
     ("ending", "old", "new"),
     [
-        ("py", '(("m",), ', '(("p",), '),
-        ("py", '(("m",), ', '(("m", "p"), '),
-        ("py", "(_move_point_prepare_m, _move_point_apply_m)", "(_move_point_apply_m, _move_point_prepare_m)"),
-        ("py", "empty(", "zeros("),
+        ("py", 'move_point, "m", ', 'move_point, "p", '),
+        ("py", 'move_point, "m", ', 'move_point, "m p", '),
+        ("py", "_move_point_prepare_m, _move_point_apply_m", "_move_point_apply_m, _move_point_prepare_m"),
+        ("py", "n_prepared=12", "n_prepared=11"),
+        ("py", "21 mul, 18 add", "20 mul, 18 add"),
         ("c", "args[0], c0a", "args[1], c0a"),
         ("c", "PREPARED = 12", "PREPARED = 11"),
         ("c", "NAME(move_point_start_m), ", "NULL, "),

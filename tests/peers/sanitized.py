@@ -63,7 +63,8 @@ def main(folder: str, name: str, rounds: int) -> None:
                 dtype = (np.float64, np.float32)[random.integers(2)]
                 leading = leading_shape(random)
                 arrays = [
-                    an_array(random, leading if random.integers(3) else (), shape, dtype) for shape in kernel.definition.shapes
+                    an_array(random, leading if random.integers(3) else (), shape, dtype)
+                    for shape in kernel.definition.shapes
                 ]
                 result = kernel(*arrays)
                 if random.integers(2) and len(kernel.definition.out_shapes) == 1 and isinstance(result, np.ndarray):

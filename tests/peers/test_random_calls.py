@@ -69,7 +69,10 @@ def _out(rng: np.random.Generator, kernel: Any, arrays: list[Any]) -> Any:
 
 def _leading(kernel: Any, arrays: list[Any]) -> tuple[int, ...]:
     return np.broadcast_shapes(
-        *(np.shape(array)[: np.ndim(array) - len(shape)] for array, shape in zip(arrays, kernel.definition.shapes, strict=True))
+        *(
+            np.shape(array)[: np.ndim(array) - len(shape)]
+            for array, shape in zip(arrays, kernel.definition.shapes, strict=True)
+        )
     )
 
 
@@ -98,6 +101,7 @@ def test_random_calls(name: str) -> None:
                 continue
             met["done"] += 1
             leading = _leading(kernel, arrays)
-            for result, shape in zip(results if isinstance(results, tuple) else (results,), kernel.definition.out_shapes):  # noqa: B905
+            several = results if isinstance(results, tuple) else (results,)
+            for result, shape in zip(several, kernel.definition.out_shapes, strict=True):
                 assert np.shape(result) == leading + shape
     assert min(met["done"], met["refused"]) > N_CALLS // len(MODULES) // 10
