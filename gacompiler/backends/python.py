@@ -144,7 +144,8 @@ def _kernel(kernel: KernelSource, layouts: Mapping[LayoutText, str]) -> list[str
     program, name = kernel.program, kernel.program.name
     texts = function_text(program, kernel.uniform)
     known = dict(kernel.layouts)
-    found = [known.get(part.name) for part in (*program.arguments, *program.results)]
+    parts: list[Argument | Result] = [*program.arguments, *program.results]
+    found = [known.get(part.name) for part in parts]
     lines = [*declaration(kernel, [layouts[layout] if layout else "None" for layout in found]), texts[0][0]]
     lines += [*_documentation(kernel.summary), *texts[0][1:]]
     for form, prepare, apply in zip(kernel.uniform, texts[1::2], texts[2::2], strict=True):
