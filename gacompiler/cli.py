@@ -43,7 +43,7 @@ from .inspect import why as why_text
 from .passes.pipeline import compile_kernel
 from .passes.record import Compilation
 from .prove import Verdict, verify_module
-from .robot_specs import robot_spec
+from .robots.descriptions import robot_spec
 from .runtime import load_module
 from .workers import each_spec
 

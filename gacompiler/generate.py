@@ -20,13 +20,14 @@ from .backends.cuda import cuda_source
 from .backends.javascript import javascript_source
 from .backends.module import KernelSource, LayoutText, ModuleSource
 from .backends.opencl import opencl_source
+from .backends.operators import OPERATORS, python_operator
 from .backends.rust import rust_source
 from .cluscript import load_script
 from .errors import BackendError, GacError, SpecError
 from .frontend.kernel import Kernel
-from .passes.operators import operator_of
 from .passes.pipeline import compile_kernel
 from .passes.record import Compilation
+from .passes.single_operation import single_operation
 from .prove import rounding_error
 from .rings.polynomial import PolynomialRing
 
@@ -177,6 +178,7 @@ def kernel_source(record: Compilation) -> KernelSource:
     ]
     relations = [f"{p.name} ~{p.name} = 1" for p in kernel.parameters if p.layout.unit]
     relations += [f"the relations of {p.layout.name} on {p.name}" for p in kernel.parameters if p.layout.user_relations]
+    operation = single_operation(record, OPERATORS)
     return KernelSource(
         record.program,
         kernel.summary,
@@ -184,7 +186,7 @@ def kernel_source(record: Compilation) -> KernelSource:
         record.cost,
         tuple(relations),
         record.uniform,
-        operator_of(record),
+        python_operator(*operation) if operation else None,
         kernel.result_names,
         rounding_error(record),
     )

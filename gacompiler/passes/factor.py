@@ -20,7 +20,7 @@ from heapq import heappop, heappush
 
 from ..algebra.blades import Rational
 from ..rings.polynomial import Polynomial
-from .kernels import Cube, Sum, best_divisor
+from .kernel_extraction import Cube, Sum, best_divisor
 
 Literal = int
 
@@ -58,7 +58,7 @@ class Policy:
     split_numbers : bool
         Whether to start by collecting the terms of a sum that have the same numeric factor: ``x + 2 (...)``.
     long_sums_first : bool
-        Whether to start with common divisors of any number of terms (`gacompiler.passes.kernels`).
+        Whether to start with common divisors of any number of terms (`gacompiler.passes.kernel_extraction`).
     """
 
     prefer_products: bool = False

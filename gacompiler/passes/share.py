@@ -6,7 +6,7 @@ from collections import Counter
 
 from ..ir.scalar import Graph, Op, Scalar
 from .factor import Factored, Policy, factor
-from .kernels import Cube, Sum
+from .kernel_extraction import Cube, Sum
 from .system import System
 
 

@@ -22,7 +22,6 @@ from one_element import load_ways, outcome
 from gacompiler.backends.module import KernelSource, LayoutText, ModuleSource
 from gacompiler.backends.values import value_types
 from gacompiler.generate import compile_spec, kernel_source, load_spec
-from gacompiler.passes.operators import operator_of
 from gacompiler.passes.pipeline import compile_kernel
 
 SPEC = '''
@@ -422,8 +421,9 @@ def test_relations_are_meaning() -> None:
         return a * b
 
     record = compile_kernel(mixed)
-    layouts = dict(kernel_source(record).layouts)
-    assert operator_of(record) == ("*", ("a", "b"))
+    source = kernel_source(record)
+    layouts = dict(source.layouts)
+    assert source.operator == ("*", ("a", "b"))
     assert layouts["a"].has_meaning and not layouts["a"].unit and not layouts["b"].has_meaning
 
 

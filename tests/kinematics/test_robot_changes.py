@@ -17,7 +17,7 @@ import pytest
 from algorithms.kinematics import Body, DescriptionError, MissingInertiaError, Robot, Status
 from algorithms.kinematics.denavit_hartenberg import Joint
 from gacompiler.generate import compile_spec, load_spec, render, write
-from gacompiler.robot_specs import robot_spec
+from gacompiler.robots.descriptions import robot_spec
 from gacompiler.runtime import load_module
 from generated import pga3, ur5
 

@@ -40,7 +40,7 @@ from gacompiler.passes.accuracy import run_in_double, ulps
 from gacompiler.passes.associate import associate
 from gacompiler.passes.divide import divide_once
 from gacompiler.passes.expand import expand_contraction, expand_meet, expand_square
-from gacompiler.passes.kernels import best_divisor
+from gacompiler.passes.kernel_extraction import best_divisor
 from gacompiler.passes.lower import Lowering, Reduction, Slot
 from gacompiler.passes.pipeline import compile_kernel
 from gacompiler.passes.resubstitute import resubstitute

@@ -12,7 +12,7 @@ import pytest
 
 from algorithms.kinematics import Robot
 from gacompiler.generate import compile_spec, load_spec, render, write
-from gacompiler.robot_specs import robot_spec
+from gacompiler.robots.descriptions import robot_spec
 from gacompiler.runtime import load_module
 from generated import pga3
 

@@ -13,7 +13,7 @@ from algorithms.kinematics.named import FOLDED
 from gacompiler import robots
 from gacompiler.cli import main
 from gacompiler.errors import SpecError
-from gacompiler.robot_specs import robot_spec
+from gacompiler.robots.descriptions import robot_spec
 from gacompiler.runtime import load_module
 from gacompiler.specs import panda
 
@@ -66,7 +66,7 @@ def test_without_masses_there_are_two_kernels(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", sorted(FOLDED))
 def test_specs_that_are_checked_in_are_what_the_command_writes(name: str) -> None:
-    path = Path(robots.__file__).parent / "specs" / f"{name}.py"
+    path = Path(robots.__file__).parents[1] / "specs" / f"{name}.py"
     assert path.read_text() == robot_spec(name, None, None, ())[1]
 
 

@@ -1,68 +1,12 @@
-"""From a robot's description to the text of its spec: what ``gac robot`` reads.
-
-Descriptions are read by `algorithms.kinematics`, which is built on generated modules. It is loaded when the command is
-given and not before: the compiler itself needs nothing of it.
-"""
+"""The text of the spec of one robot."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from decimal import Decimal
-from pathlib import Path
 from textwrap import wrap
 
-from .errors import SpecError
-from .robot_chains import Chain, Number, exact
-
-
-def robot_spec(robot: str, name: str | None, tip: str | None, locked: Sequence[str]) -> tuple[str, str]:
-    """The name of a robot's module, and the text of its spec.
-
-    Parameters
-    ----------
-    robot : str
-        A URDF file, or the name of a robot that `algorithms.kinematics` knows.
-    name : str or None
-        Of the module; else it is the robot's, in letters, digits and _.
-    tip : str or None
-    locked : sequence of str
-        As `Robot.from_urdf` has them.
-
-    Raises
-    ------
-    SpecError
-        Where there is no such file or robot, or it describes none.
-    """
-    from algorithms.kinematics import Robot
-    from algorithms.kinematics.named import table_of
-
-    try:
-        if robot.endswith((".urdf", ".xml")) or Path(robot).is_file():
-            found, source = Robot.from_urdf(robot, tip, locked), f"From {Path(robot).name}."
-        elif tip is not None or locked:
-            raise SpecError(robot, "a robot known by name", "a URDF file for --tip and --lock")
-        else:
-            found, source = Robot.from_table(table_of(robot)), "From the table of that name in algorithms.kinematics."
-    except OSError as error:
-        raise SpecError(robot, error.strerror or str(error), "a URDF file, or the name of a robot") from None
-    except ValueError as error:
-        raise SpecError(robot, str(error)) from None
-    module = name or re.sub(r"\W+", "_", found.name)
-    if not module.isidentifier():
-        raise SpecError(module, "cannot name a module", "letters, digits and _", "give another --name")
-    has_masses = bool(found.bodies.size) and not found.without_inertia
-    chain = Chain(
-        kinds=tuple(kind.value for kind in found.kinds),
-        parents=found.parents,
-        axes=tuple(tuple(map(float, row)) for row in found.axes),
-        tip=found.tip,
-        tool=tuple(map(float, found.tool)),
-        inertias=tuple(tuple(map(float, row)) for row in found.bodies) if has_masses else (),
-        gravity=tuple(map(float, found.free_fall)),
-        armature=tuple(map(float, found.armature)),
-    )
-    return module, spec_text(module, chain, source)
+from .chains import Chain, Number, exact
 
 
 def spec_text(name: str, chain: Chain, source: str) -> str:
@@ -71,7 +15,7 @@ def spec_text(name: str, chain: Chain, source: str) -> str:
     Parameters
     ----------
     name : str
-        What readers call it.
+        The name of the robot for readers.
     chain : Chain
         Numbers that are within 5e-11 (of their unit; for tensors, of their largest entry) of one with six decimals
         become that: quarter turns are written with eleven digits in many files, and their cosines are meant to vanish.

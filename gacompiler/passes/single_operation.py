@@ -1,35 +1,31 @@
-"""Which kernels are operators on values, read from what they are defined as and not from their names."""
+"""Recognise kernels that are one operation on their arguments, by their definition and not by their name."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from itertools import permutations
 
 from ..algebra.layout import Layout
 from ..frontend.expression import node
 from .record import Compilation
 
-SYMBOLS = {
-    1: {"reverse": "~", "negate": "-"},
-    2: {
-        "geometric_product": "*", "outer_product": "^", "regressive_product": "&", "add": "+", "subtract": "-",
-        "sandwich": "()",
-    },
-}  # fmt: skip
-"""By number of operands: operation -> Python's operator; ``()`` is the call ``m(x)``."""
 
-
-def operator_of(record: Compilation) -> tuple[str, tuple[str, ...]] | None:
-    """The operator that a kernel is, and the names of its arguments in the order of the operands.
+def single_operation(
+    record: Compilation, operations: Mapping[int, Iterable[str]]
+) -> tuple[str, tuple[str, ...]] | None:
+    """The operation that a kernel is, and the names of its arguments in the order of the operands.
 
     Parameters
     ----------
     record : Compilation
         A kernel whose expressions have been traced and rewritten.
+    operations : mapping of int to iterable of str
+        By number of operands: the operations to look for, in the order in which they are tried.
 
     Returns
     -------
     tuple or None
-        ``("()", ("m", "p"))`` for ``m * p * ~m``; None where the kernel is no single operation on its arguments.
+        ``("sandwich", ("m", "p"))`` for ``m * p * ~m``; None where the kernel is none of `operations`.
     """
     assert record.trace is not None and record.variants is not None
     parameters = record.kernel.parameters
@@ -42,7 +38,7 @@ def operator_of(record: Compilation) -> tuple[str, tuple[str, ...]] | None:
         symbols = [parameter.symbols() for parameter in order]
         if len({symbol.algebra for symbol in symbols}) > 1:
             return None
-        for operation, symbol in SYMBOLS.get(len(order), {}).items():
+        for operation in operations.get(len(order), ()):
             if node(operation, *symbols) in forms:
-                return symbol, tuple(parameter.name for parameter in order)
+                return operation, tuple(parameter.name for parameter in order)
     return None

@@ -1,0 +1,74 @@
+"""Inertias of the bodies of a chain, reduced to the parameters that affect the forces at its joints."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from .chains import Chain, exact
+from .frames import ZERO, Vector, directions_and_moments, dot, origins, plus, rounded
+
+Inertia = tuple[Fraction, Vector, tuple[Vector, Vector, Vector]]
+"""Mass, mass times centre, and the tensor about the origin."""
+
+
+def _about(inertia: Inertia, r: Vector) -> Inertia:
+    """The same body about the point `r`."""
+    mass, h, tensor = inertia
+    # |p - r|² E - (p - r)(p - r)ᵀ, integrated
+    shifted = plus(h, r, -mass)
+    trace = mass * dot(r, r) - 2 * dot(r, h)
+    rows = tuple(
+        tuple(
+            tensor[i][j] + (trace if i == j else 0) + h[i] * r[j] + r[i] * h[j] - mass * r[i] * r[j] for j in range(3)
+        )
+        for i in range(3)
+    )
+    return mass, shifted, rows  # type: ignore[return-value]
+
+
+def _sum(a: Inertia, b: Inertia, sign: int = 1) -> Inertia:
+    x, y, z = (plus(p, q, sign) for p, q in zip(a[2], b[2], strict=True))
+    return a[0] + sign * b[0], plus(a[1], b[1], sign), (x, y, z)
+
+
+def regrouped(chain: Chain) -> list[Inertia]:
+    """Inertias about the origins of the joints, with what does not affect a joint's force moved to its parent.
+
+    A body of mass m with its centre on the axis of a revolute joint, with equal moments about the other two axes and
+    none about its own, is not changed by the joint's rotation: carried by the joint or by its parent, it gives the same
+    forces (the base parameters of Gautier and Khalil, *IEEE Trans. Robotics Autom.* 6:368, 1990). A prismatic joint
+    passes its whole tensor on. What reaches the base affects no joint.
+    """
+    frames = list(zip(directions_and_moments(chain), origins(chain), strict=True))
+    found: list[Inertia] = []
+    for numbers, (_, origin) in zip(chain.inertias, frames, strict=True):
+        mass, *centre, xx, xy, xz, yy, yz, zz = map(exact, numbers)
+        tensor = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
+        x, y, z = (origin[k] - centre[k] for k in range(3))
+        found.append(_about((mass, ZERO, tensor), (x, y, z)))
+    for joint in reversed(range(chain.n_joints)):
+        (d, _), origin = frames[joint]
+        mass, h, tensor = found[joint]
+        if chain.kinds[joint] == "revolute":
+            along = dot(d, h)
+            x, y, z = d
+            # any unit vector orthogonal to the axis will do; one along a coordinate axis leaves a zero there
+            size, across = min((abs(c), k) for k, c in enumerate(d))
+            unit = tuple(Fraction(int(k == across)) for k in range(3))
+            level = dot(unit, [dot(row, unit) for row in tensor]) if size == 0 else Fraction(0)
+            rows = tuple(tuple(level * ((i == j) - d[i] * d[j]) for j in range(3)) for i in range(3))
+            carried: Inertia = (mass, (along * x, along * y, along * z), rows)  # type: ignore[assignment]
+        else:
+            carried = (Fraction(0), ZERO, tensor)
+        found[joint] = _sum(found[joint], carried, -1)
+        parent = chain.parents[joint]
+        if parent >= 0:
+            offset = plus(frames[parent][1], origin, -1)
+            found[parent] = _sum(found[parent], _about(carried, offset))
+    return [_clean(inertia) for inertia in found]
+
+
+def _clean(inertia: Inertia) -> Inertia:
+    mass, h, tensor = inertia
+    x, y, z = (tuple(map(rounded, row)) for row in tensor)
+    return rounded(mass), tuple(map(rounded, h)), (x, y, z)  # type: ignore[return-value]
