@@ -9,7 +9,7 @@ import numpy as np
 import scipy.ndimage
 from numpy.typing import NDArray
 
-from generated import quaternion
+from generated import images, quaternion
 
 from ..arguments import Reals
 from .phase import gabor_taps
@@ -59,7 +59,7 @@ class Level:
             slopes = rest[: 8 * size].reshape(8, size)
             for band, result in zip(_lines(bands), self._slopes, strict=True):
                 west, east, north, south = (band[wide + k : wide + k + size - 2] for k in (0, 2, 1 - wide, 1 + wide))
-                quaternion.phase_slopes(west, east, north, south, out=slopes.T.reshape(size, 4, 2, copy=False)[1:-1])
+                images.phase_slopes(west, east, north, south, out=slopes.T.reshape(size, 4, 2, copy=False)[1:-1])
                 result[:, place] = slopes.reshape(8, -1, wide)[..., 1:-1]
 
         self._each(filtered, (_COUNT + 1) * 8 * (self._most + 2) * wide)
@@ -82,9 +82,9 @@ class Level:
         Returns
         -------
         sums : array, (6, M, N)
-            Of `quaternion.phase_equations`, averaged over neighbours; 0 where the motion leads out of the image.
+            Of `images.phase_equations`, averaged over neighbours; 0 where the motion leads out of the image.
         confidence : array, (M, N)
-            Of `quaternion.solve_motion`.
+            Of `images.solve_motion`.
         noise : float
             The median over the image of the squared residual of a band: what noise of the images leaves.
         """
@@ -96,7 +96,7 @@ class Level:
             known = (_lines(array[:, :, place]) for array in (self._bands, self._slopes))
             for k, (first, slopes, second, floors) in enumerate(zip(*known, _lines(bands), self._floors, strict=True)):
                 slopes = slopes.reshape(-1, 4, 2, copy=False)
-                quaternion.phase_equations(first, slopes, second, floors, out=(more if k else total).T)
+                images.phase_equations(first, slopes, second, floors, out=(more if k else total).T)
                 if k:
                     total += more
 
@@ -107,7 +107,7 @@ class Level:
 
         def solved(place: slice) -> None:
             smooth_rows(sums, _NEIGHBOURHOOD, place, smooth[:, place])
-            quaternion.solve_motion(_lines(smooth[:, place]), ridge, out=_lines(found[:, place]))
+            images.solve_motion(_lines(smooth[:, place]), ridge, out=_lines(found[:, place]))
 
         in_threads(solved, self._places, self._workers)
         left = smooth[5] - found[0] * smooth[3] - found[1] * smooth[4]

@@ -33,7 +33,7 @@ def solved(sums: Reals, uv: Reals, noise: float, bands: int, stiffness: float) -
     Parameters
     ----------
     sums : array, (6, M, N)
-        Of `quaternion.phase_equations`, for what is added to `uv`.
+        Of `images.phase_equations`, for what is added to `uv`.
     uv : array, (2, M, N)
         The motion so far.
     noise : float

@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from generated import quaternion
+from generated import images
 
 from ..arguments import Reals
 
@@ -95,7 +95,7 @@ def median_rows(padded: Reals, place: slice, out: Reals) -> None:
     medians = np.empty((place.stop - place.start, wide), padded.dtype)
     line, inside = padded.ravel()[place.start * wide :], medians.ravel()[:-4]
     pixels = np.lib.stride_tricks.as_strided(line, (inside.size, 5, 5), (size, wide * size, size), writeable=False)
-    quaternion.median_of_25(pixels, out=inside)
+    images.median_of_25(pixels, out=inside)
     out[...] = medians[:, :-4]
 
 

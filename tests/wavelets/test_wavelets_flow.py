@@ -11,7 +11,7 @@ from flow_truth import mean_error, moving_square, pair, warped
 
 from algorithms.wavelets import optical_flow
 from algorithms.wavelets.separable import gabor_rows, half_taps, median_rows, sampled_rows, smooth_rows
-from generated import quaternion
+from generated import images
 
 data = pytest.importorskip("skimage.data")
 
@@ -171,7 +171,7 @@ def test_filters_and_medians_are_those_of_scipy(size: tuple[int, int], dtype: ty
 
 def test_medians_of_equal_numbers() -> None:
     few = np.random.default_rng(0).integers(0, 3, (4000, 5, 5)).astype(np.float32)
-    assert np.array_equal(quaternion.median_of_25(few), np.median(few.reshape(-1, 25), 1))
+    assert np.array_equal(images.median_of_25(few), np.median(few.reshape(-1, 25), 1))
 
 
 def test_filters_of_too_many_taps_are_refused() -> None:

@@ -1,0 +1,121 @@
+"""Images, one pixel at a time: optical flow from the phases of complex bands, and the median that smooths it.
+
+The bands of a pixel are eight numbers: a quaternion, and the complex numbers of two waves, as `algorithms.wavelets`
+computes them. Lengths are in pixels, phases in radians.
+"""
+
+import gacompiler as ga
+from gacompiler import SCALAR, array, kernel
+
+BANDS, SLOPES, EQUATIONS = array(SCALAR, 8), array(SCALAR, 4, 2), array(SCALAR, 6)
+
+
+def _change_of_phase(a, b):
+    return ga.atan2(a[0] * b[1] - a[1] * b[0], a[0] * b[0] + a[1] * b[1])
+
+
+def _planes(bands):
+    """The complex bands of a quaternionic one and of two waves."""
+    w, x, y, z, *waves = bands
+    return (w + z, x - y), (w - z, x + y), tuple(waves[:2]), tuple(waves[2:])
+
+
+@kernel(west=BANDS, east=BANDS, north=BANDS, south=BANDS, returns=SLOPES)
+def phase_slopes(west, east, north, south):
+    """The slopes of the phases of four complex bands along x and y, by a pixel's neighbours, in radians per pixel.
+
+    Half the change of phase between opposite neighbours. Bands are a quaternion, which stands for two complex numbers
+    as in `quaternion.pack_two_sided`, and two complex numbers more, real parts first.
+    """
+    west, east, north, south = (_planes(bands) for bands in (west, east, north, south))
+    return tuple((_change_of_phase(west[k], east[k]) / 2, _change_of_phase(north[k], south[k]) / 2) for k in range(4))
+
+
+@kernel(first=BANDS, slopes=SLOPES, second=BANDS, floor=array(SCALAR, 4), returns=EQUATIONS)
+def phase_equations(first, slopes, second, floor):
+    """What four complex bands say of the motion (u, v) between two images: each a line, as weighted normal equations.
+
+    Bands z of the first image and z' of the second one, and the slopes k of the first ones' phases, are as in
+    `phase_slopes`; ``k . (u, v) = -arg(z' / z)``. Results are sums of xx, xy, yy of the matrix, of the right-hand sides
+    x, y and of the squared change of phase, weighted by ``|z z'|``; of 0 where one of the two is smaller than `floor`
+    or the change exceeds 2.
+    """
+    sums = (0,) * 6
+    for a, b, slope, least in zip(_planes(first), _planes(second), slopes, floor, strict=True):
+        angle = _change_of_phase(a, b)
+        size, other = a[0] * a[0] + a[1] * a[1], b[0] * b[0] + b[1] * b[1]
+        small = ga.minimum(size, other) < least * least
+        weight = ga.select(small, 0, ga.select(ga.absolute(angle) <= 2, ga.sqrt(size * other), 0))
+        x, y = weight * slope[0], weight * slope[1]
+        terms = x * slope[0], x * slope[1], y * slope[1], -x * angle, -y * angle, weight * angle * angle
+        sums = tuple(before + term for before, term in zip(sums, terms, strict=True))
+    return sums
+
+
+@kernel(sums=EQUATIONS, ridge=SCALAR, returns=array(SCALAR, 3))
+def solve_motion(sums, ridge):
+    """The motion u, v of normal equations as in `phase_equations`, and how well it is known, from 0 to 1.
+
+    `ridge`, positive, is added to the diagonal, so that the motion is 0 where there are no equations. With the smaller
+    eigenvalue e of the matrix and the sum r of squares that are left, the third result is ``e / (e + r + ridge)``.
+    """
+    xx, xy, yy, x, y, square = sums
+    half, across = (xx - yy) / 2, xy
+    least = (xx + yy) / 2 - ga.sqrt(half * half + across * across)
+    a, c = xx + ridge, yy + ridge
+    determinant = a * c - xy * xy
+    u, v = (c * x - xy * y) / determinant, (a * y - xy * x) / determinant
+    least, left = ga.maximum(least, 0), ga.maximum(square - u * x - v * y, 0)
+    return u, v, least / (least + left + ridge)
+
+
+def _merge_exchange(size):
+    """Pairs of places to compare and exchange so that numbers are sorted.
+
+    Batcher's merge exchange (Knuth, *The Art of Computer Programming* 3, 5.2.2 M).
+    """
+    pairs = []
+    top = p = 1 << (size - 1).bit_length() - 1
+    while p > 0:
+        q, r, d = top, 0, p
+        while True:
+            pairs += [(i, i + d) for i in range(size - d) if i & p == r]
+            if q == p:
+                break
+            d, q, r = q - p, q >> 1, p
+        p >>= 1
+    return pairs
+
+
+def _median_network():
+    """Pairs of 5 x 5 places, row after row, after whose exchanges the median is in the middle one.
+
+    Columns are sorted, then rows; then most numbers have more than 12 others that are not larger, or not smaller, and
+    the median is that of the rest. Pairs that never change anything are left out: by all cases of zeros and ones with
+    sorted columns (Knuth, 5.3.4 Z), one bit each.
+    """
+    sort = _merge_exchange(5)
+    rest = [5 * i + j for i in range(5) for j in range(5) if max((i + 1) * (j + 1), (5 - i) * (5 - j)) <= 13]
+    pairs = [(5 * row + i, 5 * row + j) for row in range(5) for i, j in sort]
+    pairs += [(rest[i], rest[j]) for i, j in _merge_exchange(len(rest))]
+    bits = [
+        sum(1 << case for case in range(6**5) if case // 6**column % 6 <= row)
+        for row in range(5)
+        for column in range(5)
+    ]
+    found = [(5 * i + column, 5 * j + column) for column in range(5) for i, j in sort]
+    for i, j in pairs:
+        if bits[i] & ~bits[j]:
+            found.append((i, j))
+            bits[i], bits[j] = bits[i] & bits[j], bits[i] | bits[j]
+    return found
+
+
+@kernel(pixels=array(SCALAR, 5, 5))
+def median_of_25(pixels):
+    """The median of 5 x 5 numbers, which make a field of motions smooth without moving its jumps."""
+    values = [number for row in pixels for number in row]
+    for i, j in _median_network():
+        a, b = values[i], values[j]
+        values[i], values[j] = ga.select(a < b, a, b), ga.select(a < b, b, a)
+    return values[12]
