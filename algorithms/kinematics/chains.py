@@ -69,4 +69,4 @@ def joint_twists(model: Model, moved: list[Reals]) -> list[Reals]:
 
 def tool_points(model: Model, moved: list[Reals]) -> Reals:
     """Where the end effector is, (..., 3)."""
-    return pga3.move_point(moved[model.tip], model._tool_point.astype(moved[0].dtype))  # type: ignore[no-any-return]
+    return pga3.move_point(moved[model.tip], model.tool_point.astype(moved[0].dtype))  # type: ignore[no-any-return]

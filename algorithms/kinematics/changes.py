@@ -19,9 +19,10 @@ from generated import pga3
 from ..arguments import finite, finite_number, real_array
 from . import folded
 from .bodies import Body
+from .constants import Floats
 from .errors import DescriptionError, MissingInertiaError
 from .masses import joined, placed
-from .model import Floats, Model
+from .model import Model
 
 _NO_MOTOR = {np.dtype(np.float64): 1e-9, np.dtype(np.float32): 1e-6}
 """How far a motor may be from its unit, and a matrix from a motion, for numbers of about 1."""

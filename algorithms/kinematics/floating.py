@@ -25,7 +25,7 @@ from ..arguments import Reals, real_array
 from .chains import motions
 from .errors import FloatingBaseError
 from .inverse import Solutions
-from .robot import Robot
+from .robot import Robot, for_base
 from .turning import crossing, times, turned, turning, turning_slope
 
 _MOTOR = 8
@@ -37,6 +37,7 @@ _BERNOULLI = (1 / 2, 1 / 12, 0.0, -1 / 720, 0.0, 1 / 30240, 0.0, -1 / 1209600, 0
 """Bernoulli's numbers over the factorials, with the sign that velocities in the moving frame have."""
 
 
+@for_base("floating")
 @dataclass(frozen=True, slots=True, eq=False)
 class FloatingRobot(Robot):
     """A robot whose base moves freely, as ``Robot.from_urdf(path, base="floating")`` gives it.

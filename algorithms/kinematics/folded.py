@@ -12,10 +12,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields
 from hashlib import sha256
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    from .model import Model
+from .constants import Constants
 
 GENERIC = "generated.pga3"
 """The module that any robot can be computed with."""
@@ -59,7 +58,7 @@ class Folded:
 NOTHING = Folded()
 
 
-def kernels_of(model: Model) -> Folded:
+def kernels_of(model: Constants) -> Folded:
     """The kernels of the robot's module that were made from the same constants."""
     if model.module is None:
         return NOTHING
@@ -72,7 +71,7 @@ def kernels_of(model: Model) -> Folded:
     return Folded(**kept)
 
 
-def differences(model: Model) -> set[str]:
+def differences(model: Constants) -> set[str]:
     """The parts of a robot's description that its module was not made from; all of them where it does not say."""
     signed = dict(_LINE.findall(_docstring(model.module)))
     return {part for part, digest in digests(model).items() if signed.get(part) != digest}
@@ -102,7 +101,7 @@ def uses(kernels: Folded, module: Any) -> Mapping[str, str]:
     return found
 
 
-def digests(model: Model) -> dict[str, str]:
+def digests(model: Constants) -> dict[str, str]:
     """A digest for each part of a robot's description.
 
     Of numbers rounded to 1e-10 of their unit, for tensors of the decade of their largest entry: the text that a

@@ -9,16 +9,15 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from generated import pga3
 
 from ..arguments import Reals, real_array
 from . import folded, single
+from .constants import Floats
 from .denavit_hartenberg import Joint
 from .errors import DescriptionError, JointCountError, MissingInertiaError, NotFiniteError, UnknownJointTypeError
-
-Floats = NDArray[np.float64]
 
 _FLOATS = (np.dtype(np.float64), np.dtype(np.float32))
 
@@ -306,7 +305,8 @@ class Model:
             raise MissingInertiaError(f"{self.name}: nothing known of masses; expected bodies, one for each joint")
 
     @property
-    def _tool_point(self) -> Floats:
+    def tool_point(self) -> Floats:
+        """(3,), the origin of the end effector's frame at home."""
         return pga3.motor_to_matrix(self.tool)[:3, 3]  # type: ignore[no-any-return]
 
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
 from types import NoneType
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -196,11 +196,7 @@ class Robot(Slopes):
             two others.
         """
         fields = urdf.read(path, tip, locked, base)
-        if base == "floating":
-            from .floating import FloatingRobot  # which is made from this class
-
-            return FloatingRobot(**fields)
-        return cls(**fields)
+        return _BY_BASE.get(base, cls)(**fields)
 
     def forward(self, q: ArrayLike) -> Reals:
         """Where the end effector is.
@@ -400,6 +396,20 @@ class Robot(Slopes):
         kinds = tuple(self.kinds[j] for j in path)
         limits = self.limits[variables]
         return Robot(self.name, kinds, self.axes[path], self.home[path], tool=self.tool, limits=limits), variables
+
+
+_Kind = TypeVar("_Kind", bound=Robot)
+_BY_BASE: dict[str, type[Robot]] = {}
+
+
+def for_base(base: str) -> Callable[[type[_Kind]], type[_Kind]]:
+    """Declare the class below as the one that `Robot.from_urdf` makes where the base is called `base`."""
+
+    def declare(kind: type[_Kind]) -> type[_Kind]:
+        _BY_BASE[base] = kind
+        return kind
+
+    return declare
 
 
 def _carried(bodies: tuple[Body, ...], home: Reals) -> dict[str, Any]:

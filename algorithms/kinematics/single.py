@@ -10,18 +10,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numba import njit
 
 from generated import pga3
 
+from .constants import Constants, Floats
 from .denavit_hartenberg import Joint
 from .passes import COLUMNS, COUNT, Pass, a_pass, as_array, n_joints
-
-if TYPE_CHECKING:
-    from .model import Floats, Model
 
 _product, _turn, _slide = pga3.motor_product.jit, pga3.motor_from_line.jit, pga3.motor_from_screw.jit
 _move_line, _move_point, _join = pga3.move_line.jit, pga3.move_point.jit, pga3.join_point_direction.jit
@@ -56,7 +54,7 @@ _PLACES, _SPEEDS, _WORK = 14, 20, 42
 _STAYS = np.eye(8)[0]
 
 
-def table_of(model: Model, gravity: bool = True) -> Floats | None:
+def table_of(model: Constants, gravity: bool = True) -> Floats | None:
     """The numbers of a robot that passes read, or None where joints follow others."""
     if model.coupling.size:
         return None
@@ -72,7 +70,7 @@ def table_of(model: Model, gravity: bool = True) -> Floats | None:
     if model.bodies.size:
         rows[:, _BODY] = model.bodies
         rows[:, _INERTIA] = pga3.inertia_of_moved_body(_STAYS, model.bodies)
-    table[-1, _TIP], table[-1, _TOOL], table[-1, _PLACE] = model.tip, model.tool, model._tool_point
+    table[-1, _TIP], table[-1, _TOOL], table[-1, _PLACE] = model.tip, model.tool, model.tool_point
     table[-1, _FALL] = model.free_fall if gravity else 0.0
     return table
 

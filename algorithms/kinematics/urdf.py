@@ -20,6 +20,7 @@ import numpy as np
 from generated import pga3
 
 from .bodies import is_tensor
+from .constants import Floats
 from .denavit_hartenberg import Joint
 from .errors import (
     CyclicTreeError,
@@ -30,7 +31,6 @@ from .errors import (
     UnknownJointTypeError,
 )
 from .masses import fault_of, joined, placed
-from .model import Floats
 
 _X, _Y, _Z = np.eye(3)
 _MOST = np.sqrt(np.finfo(float).max)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,11 +10,9 @@ from numpy.typing import ArrayLike
 from generated import arms, pga3
 
 from ...arguments import Reals, real_array
+from ..model import Model
 from .chain import Chain, common_point, parallel
 from .closed import joined
-
-if TYPE_CHECKING:
-    from ..robot import Robot
 
 _ON_AXIS = 1e-20
 """Squared sines up to this are 0."""
@@ -76,7 +73,7 @@ class ElbowCircle:
         return line, np.where(sine_squared[..., None] > _ON_AXIS, across, spare), sine_squared
 
 
-def elbow_angle(robot: Robot, q: ArrayLike) -> Reals:
+def elbow_angle(robot: Model, q: ArrayLike) -> Reals:
     """The angle of the elbow that `Robot.inverse` takes, of configurations.
 
     Parameters
@@ -102,7 +99,7 @@ def elbow_angle(robot: Robot, q: ArrayLike) -> Reals:
     return arms.turn_between_lines(line, start, pga3.move_line(motions[2], arm.chain.axes[3]))  # type: ignore[no-any-return]
 
 
-def elbow_circle(robot: Robot) -> ElbowCircle:
+def elbow_circle(robot: Model) -> ElbowCircle:
     """The arm prepared, or a `ValueError`."""
     arm = ElbowCircle.of(Chain(robot.axes, tuple(kind.value == "prismatic" for kind in robot.kinds)))
     if arm is None:

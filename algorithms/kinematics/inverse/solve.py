@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from generated import pga3
 
 from ...arguments import Reals, finite, real_array
+from ..model import Model
 from .chain import COINCIDE, SAME, Chain, apart
 from .closed import closed_form
 from .elimination import Elimination
@@ -20,9 +20,6 @@ from .redundant import elbow_circle
 from .search import descend, polish, search
 from .slides import ThreeSlides, TwoSlides
 from .solutions import Solutions, Status
-
-if TYPE_CHECKING:
-    from ..robot import Robot
 
 _BLOCK = 2048
 """Poses that are worked on at once, so that what belongs to them stays in the second cache."""
@@ -54,7 +51,7 @@ class _Found:
 
 
 def inverse(
-    robot: Robot,
+    robot: Model,
     poses: ArrayLike,
     *,
     locked: Mapping[int, ArrayLike] | None = None,
@@ -111,7 +108,7 @@ def inverse(
 
 
 def _judge(
-    robot: Robot,
+    robot: Model,
     found: _Found,
     is_finite: NDArray[np.bool_],
     block: slice,
@@ -140,7 +137,7 @@ def _judge(
     nearest[some] = q[some, best]
 
 
-def _turned_inside(robot: Robot, q: Reals, wanted: Reals | None, held: frozenset[int]) -> NDArray[np.bool_]:
+def _turned_inside(robot: Model, q: Reals, wanted: Reals | None, held: frozenset[int]) -> NDArray[np.bool_]:
     """Turn joints of configurations (..., n) in place by whole turns into their limits; which are inside then: (...).
 
     Of several numbers of turns, the one that comes nearest to what is wanted, or to 0; `held` joints are left alone.
@@ -160,7 +157,7 @@ def _turned_inside(robot: Robot, q: Reals, wanted: Reals | None, held: frozenset
     return inside
 
 
-def _configurations(robot: Robot, near: ArrayLike, shape: tuple[int, ...]) -> Reals:
+def _configurations(robot: Model, near: ArrayLike, shape: tuple[int, ...]) -> Reals:
     """A configuration for each pose, (N, n)."""
     n, name = len(robot.kinds), f"{robot.name}: near"
     array = finite(real_array(near, name, (n,), f"{n} joint variables"), name)
@@ -172,7 +169,7 @@ def _configurations(robot: Robot, near: ArrayLike, shape: tuple[int, ...]) -> Re
         ) from None
 
 
-def _motors(robot: Robot, poses: ArrayLike) -> Reals:
+def _motors(robot: Model, poses: ArrayLike) -> Reals:
     """Unit motors of poses, in double precision."""
     array = real_array(poses, f"{robot.name}: poses", ())
     if array.shape[-2:] == (4, 4):
