@@ -17,6 +17,8 @@ from ..algebra.layout import SCALARS, Layout
 from ..algebra.multivector import Multivector
 from ..algebra.operations import OPERATIONS, SCALAR_FUNCTIONS
 from ..errors import KernelError
+from ..ir.scalar import Graph
+from .latex import latex_of
 
 INPUT, CONSTANT, GRADE, COEFFICIENT, ASSEMBLE = "input", "constant", "grade", "coefficient", "assemble"
 
@@ -168,8 +170,6 @@ class Expression(Immutable):
         return f"Expression({self})"
 
     def _repr_latex_(self) -> str:
-        from .latex import latex_of
-
         return f"${latex_of(self)}$"
 
 
@@ -197,8 +197,6 @@ def lift(value: Any) -> Expression:
         return value
     if isinstance(value, Multivector):
         return Expression(CONSTANT, (), value.map(as_exact), value.algebra)
-    from ..ir.scalar import Graph
-
     number = Graph().lift(value).value
     return Expression(CONSTANT, (), SCALARS.scalar(_int_if_whole(number)), SCALARS)
 

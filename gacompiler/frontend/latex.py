@@ -2,8 +2,31 @@
 
 from __future__ import annotations
 
+from typing import Any, Protocol
+
+from ..algebra.algebra import Algebra
 from ..algebra.multivector import Multivector
-from .expression import Expression
+
+
+class Node(Protocol):
+    """What is printed of an expression: `gacompiler.frontend.expression.Expression`, which uses this module."""
+
+    @property
+    def operation(self) -> str:
+        """Its name."""
+
+    @property
+    def arguments(self) -> tuple[Node, ...]:
+        """What the operation is applied to."""
+
+    @property
+    def data(self) -> Any:
+        """What the operation needs besides."""
+
+    @property
+    def algebra(self) -> Algebra:
+        """The algebra of the result."""
+
 
 _BINARY = {
     "geometric_product": r"{0}\,{1}", "outer_product": r"{0} \wedge {1}", "regressive_product": r"{0} \vee {1}",
@@ -33,7 +56,7 @@ _CLOSED = (
 )
 
 
-def latex_of(expression: Expression) -> str:
+def latex_of(expression: Node) -> str:
     """The expression in LaTeX, without dollar signs."""
     plain = [latex_of(argument) for argument in expression.arguments]
     inner = [

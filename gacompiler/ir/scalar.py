@@ -11,8 +11,8 @@ from enum import Enum
 from fractions import Fraction
 from typing import Any
 
-from ..algebra.coefficients import as_exact, is_representable
-from ..errors import KernelError, ZeroDivisorError
+from ..algebra.coefficients import EXACT, as_exact, is_representable
+from ..errors import InexactError, KernelError, ZeroDivisorError
 
 Rational = int | Fraction
 
@@ -303,9 +303,6 @@ def _fold_select(condition: Scalar, a: Scalar, b: Scalar) -> Scalar | None:
 
 def _fold_function(graph: Graph, op: Op, nodes: tuple[Scalar, ...]) -> Scalar | None:
     """Functions of numbers fold only where the value is rational (``sqrt(4)``, ``cos(0)``)."""
-    from ..algebra.coefficients import EXACT
-    from ..errors import InexactError
-
     numbers = [_number(node) for node in nodes]
     if any(number is None for number in numbers):
         return None

@@ -24,9 +24,10 @@ from .definitions import BINARY, UNARY, Definition, grade_of, normalize_of, powe
 from .exponentials import MOST_VECTORS, exponential, layout_of_exponential
 from .native import extension, extension_is_settled
 from .normalizing import normalized
-from .operators import Operator, layout_of, operator_of
+from .numpy_functions import NumpyFunctions
+from .operators import Operator, chosen_layout, layout_of, operator_of
 from .printing import latex_of, repr_of, text_of
-from .scalars import Scalar
+from .scalars import ScalarMethods
 
 SYMBOLS = {
     ("*", 2): BINARY["geometric_product"],
@@ -108,7 +109,7 @@ _LARGEST_POWER = 3
 """Higher ones are products of these."""
 
 
-class MultivectorArray:
+class MultivectorArray(NumpyFunctions):
     """Multivectors of one layout: a single one, shape ``()``, or an array of any shape. They cannot be changed.
 
     Operators: ``+ -``, ``*`` geometric product, ``^`` outer product, ``&`` regressive product (join of points, in
@@ -160,16 +161,6 @@ class MultivectorArray:
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray[Any, Any]:
         values = self.values
         return np.array(values, dtype) if copy or (dtype is not None and dtype != values.dtype) else values
-
-    def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **kwargs: Any) -> Any:
-        from .numpy_functions import array_ufunc
-
-        return array_ufunc(ufunc, method, inputs, kwargs)
-
-    def __array_function__(self, function: Any, types: Any, args: Any, kwargs: Any) -> Any:
-        from .numpy_functions import array_function
-
-        return array_function(function, args, kwargs)
 
     def __len__(self) -> int:
         if not self.shape:
@@ -406,6 +397,18 @@ class MultivectorArray:
         wanted = shape[0] if len(shape) == 1 and isinstance(shape[0], tuple) else shape
         return wrap(self.layout, self.values.reshape((*wanted, self.layout.size)))
 
+    @staticmethod
+    def _of_rows(layout: Layout, rows: Any) -> Any:
+        return of_rows(layout, rows)
+
+    @staticmethod
+    def _values_of(where: str, operand: Any) -> tuple[Layout, np.ndarray[Any, Any]]:
+        return values_of(where, operand)
+
+    @staticmethod
+    def _operate(symbol: str, *operands: Any) -> Any:
+        return operate(symbol, *operands)
+
     def transpose(self, *axes: Any) -> Any:
         """The axes in reversed order, or in the order of `axes`."""
         return np.transpose(self, (axes[0] if len(axes) == 1 else axes) if axes else None)
@@ -497,6 +500,20 @@ class _Array(MultivectorArray):
     __sub__, __rsub__ = _forward("-"), _backward("-")
     __truediv__, __rtruediv__ = _forward("/"), _backward("/")
     __rshift__ = _forward(">>")
+
+
+class Scalar(ScalarMethods):
+    """A number that an operation gives: a float with the methods of multivectors.
+
+    It is a float in every respect. ``+ - * /`` with numbers give numbers of this class, and with multivectors what the
+    operators of these give; ``^`` and ``|`` of two numbers are their product, and ``~`` is the number itself.
+    """
+
+    __slots__ = ()
+
+    def in_algebra(self, algebra: Algebra) -> MultivectorArray:
+        """The number as the only coefficient of a multivector of an algebra."""
+        return scalar_of(float(self), algebra)
 
 
 _single_types: dict[Layout, type | None] = {}
@@ -775,8 +792,6 @@ def _bind(symbol: str, types: tuple[type, ...], found: Operator, address: int | 
 
 def unit_layout(layout: Layout) -> Layout | None:
     """The layout of unit elements with the same coefficients, if there is one."""
-    from .operators import chosen_layout
-
     found = chosen_layout(layout, True)
     return found if found.unit else None
 

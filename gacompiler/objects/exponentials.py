@@ -8,15 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..algebra.layout import Layout
 from ..frontend.scaling import HEAD, PLAIN, SCALED, TAYLOR, weights
-
-if TYPE_CHECKING:
-    from .arrays import MultivectorArray
+from .elements import Elements
 
 MOST_VECTORS = 5
 """In algebras of no more vectors every exponential is one kernel."""
@@ -46,7 +44,7 @@ def _weights(layout: Layout) -> tuple[tuple[str, float], ...]:
     return tuple((algebra.spelling(blade)[1], float(weight)) for blade, weight in found)
 
 
-def exponential(x: MultivectorArray, whole: Layout, wrap: Callable[[Layout, Any], Any]) -> Any:
+def exponential(x: Elements, whole: Layout, wrap: Callable[[Layout, Any], Any]) -> Any:
     """``exp(x)`` in a layout that is closed under products."""
     start = np.stack([np.broadcast_to(x[name], x.shape) for name in whole.blades], -1).astype(float)
     scalar = whole.blades.index("1")

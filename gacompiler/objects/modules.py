@@ -8,14 +8,12 @@ import sys
 import tempfile
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ..runtime import load_module
 from .background import Job
 from .native import own_folder
-
-if TYPE_CHECKING:
-    from .operators import Operator
+from .spec_text import Operation, spec_text
 
 _COMPILE = """\
 import os, sys
@@ -36,7 +34,7 @@ os.replace(spec, target)
 """
 
 
-def module_job(operator: Operator) -> Job:
+def module_job(operator: Operation) -> Job:
     """The making of a module with one operation; the file that is made has the module's path in it.
 
     Raises
@@ -44,8 +42,6 @@ def module_job(operator: Operator) -> Job:
     SpecError
         When the operation cannot be written down, since a layout is made of functions and has no name.
     """
-    from .recording import spec_text
-
     text = spec_text(operator.kernel.name, [operator])
     target = own_folder() / f"{hashlib.sha256(text.encode()).hexdigest()[:24]}.path"
     target.unlink(missing_ok=True)  # another version of the compiler may have made it

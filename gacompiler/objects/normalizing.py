@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..algebra.layout import Layout
 from ..algebra.versors import norm_squared
 from ..errors import ZeroDivisorError
-
-if TYPE_CHECKING:
-    from .arrays import MultivectorArray
+from ..rings.polynomial import PolynomialRing
+from .elements import Elements
 
 SMALL, LARGE = 1e-200, 1e200
 """Squared norms between these lose nothing to the smallest and the largest doubles."""
@@ -24,8 +23,6 @@ ROUNDINGS = 4
 @cache
 def _squared_norm(layout: Layout) -> tuple[tuple[float, tuple[int, ...]], ...]:
     """The terms of the scalar part of ``x ~x``: a number, and the places of the stored coefficients in the product."""
-    from ..rings.polynomial import PolynomialRing
-
     ring = PolynomialRing()
     element = layout.element([ring.variable(f"x{k}") for k in range(layout.size)])
     polynomial = ring.lift(norm_squared(element).scalar)
@@ -55,7 +52,7 @@ def _in_range(layout: Layout, values: np.ndarray[Any, Any]) -> np.ndarray[Any, A
     return np.ldexp(values, -np.where(far, exponents, 0)[..., None]) if np.any(far) else values
 
 
-def normalized(x: MultivectorArray, run: Callable[[Any], Any], wrap: Callable[[Layout, Any], Any]) -> Any:
+def normalized(x: Elements, run: Callable[[Any], Any], wrap: Callable[[Layout, Any], Any]) -> Any:
     """`x` divided by its norm.
 
     Parameters

@@ -15,7 +15,6 @@ import numpy as np
 
 from ..algebra.layout import SCALARS, Layout
 from ..errors import AlgebraError
-from .arrays import MultivectorArray, of_rows, operate, values_of
 from .operators import chosen_layout, layout_of
 
 _REMEDY = "use a method of multivectors, or their coefficients: x.values, x['e12']"
@@ -23,8 +22,42 @@ _REFUSED = ("out", "dtype", "where", "initial", "prepend", "append", "casting", 
 """Keywords of numpy's functions that have no meaning here."""
 
 
-def array_function(function: Callable[..., Any], args: Sequence[Any], kwargs: Mapping[str, Any]) -> Any:
+class NumpyFunctions:
+    """A class of multivectors on which numpy's functions work; it says how they are made and read."""
+
+    __slots__ = ()
+
+    layout: Layout
+    values: np.ndarray[Any, Any]
+
+    @staticmethod
+    def _of_rows(layout: Layout, rows: Any) -> Any:
+        """Multivectors from their stored coefficients, or numbers, in the last axis."""
+        raise NotImplementedError
+
+    @staticmethod
+    def _values_of(where: str, operand: Any) -> tuple[Layout, np.ndarray[Any, Any]]:
+        """The layout and the stored coefficients of multivectors and numbers; of numbers without an axis of blades."""
+        raise NotImplementedError
+
+    @staticmethod
+    def _operate(symbol: str, *operands: Any) -> Any:
+        """A Python operator on operands of which one is a multivector."""
+        raise NotImplementedError
+
+    def __array_function__(self, function: Any, types: Any, args: Any, kwargs: Any) -> Any:
+        return array_function(self, function, args, kwargs)
+
+    def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **kwargs: Any) -> Any:
+        return array_ufunc(self, ufunc, method, inputs, kwargs)
+
+
+def array_function(
+    kind: NumpyFunctions, function: Callable[..., Any], args: Sequence[Any], kwargs: Mapping[str, Any]
+) -> Any:
     """What ``__array_function__`` gives: a function of numpy's interface on operands of which one is a multivector.
+
+    `kind` is one of the operands, for what its class knows of multivectors; so it is in what this calls.
 
     Raises
     ------
@@ -42,10 +75,12 @@ def array_function(function: Callable[..., Any], args: Sequence[Any], kwargs: Ma
             raise TypeError(f"{where} of multivectors takes no argument {name!r}")
     if not args:
         raise TypeError(f"{where} of multivectors: give them as the first argument, not by name")
-    return run(where, function, *args, **kwargs)
+    return run(kind, where, function, *args, **kwargs)
 
 
-def array_ufunc(ufunc: np.ufunc, method: str, inputs: Sequence[Any], kwargs: Mapping[str, Any]) -> Any:
+def array_ufunc(
+    kind: NumpyFunctions, ufunc: np.ufunc, method: str, inputs: Sequence[Any], kwargs: Mapping[str, Any]
+) -> Any:
     """What ``__array_ufunc__`` gives: a universal function on operands of which one is a multivector.
 
     Raises
@@ -56,11 +91,11 @@ def array_ufunc(ufunc: np.ufunc, method: str, inputs: Sequence[Any], kwargs: Map
     where = f"np.{ufunc.__name__}" + (f".{method}" if method != "__call__" else "")
     reduced = _REDUCTIONS.get(ufunc) if method == "reduce" else None
     if reduced is not None:
-        return array_function(reduced, inputs, {"axis": 0} | dict(kwargs))
+        return array_function(kind, reduced, inputs, {"axis": 0} | dict(kwargs))
     if kwargs:
         raise TypeError(f"{where} of multivectors takes no argument {next(iter(kwargs))!r}; they cannot be changed")
     if method == "__call__" and ufunc in _OPERATORS:
-        found = operate(_OPERATORS[ufunc], *inputs)
+        found = kind._operate(_OPERATORS[ufunc], *inputs)
         if found is not NotImplemented:
             return found
     if method == "__call__" and ufunc in _METHODS:
@@ -68,12 +103,12 @@ def array_ufunc(ufunc: np.ufunc, method: str, inputs: Sequence[Any], kwargs: Map
     raise TypeError(f"{where} is not defined for multivectors; {_REMEDY}")
 
 
-def united(where: str, operands: Sequence[Any]) -> tuple[Layout, list[np.ndarray[Any, Any]]]:
+def _united(kind: NumpyFunctions, where: str, operands: Sequence[Any]) -> tuple[Layout, list[np.ndarray[Any, Any]]]:
     """A layout for multivectors and numbers together, and the coefficients of each in it.
 
     It is their own if they have the same; that of unit elements if all are known to be such and it exists.
     """
-    layouts, arrays = zip(*(values_of(where, each) for each in operands), strict=True)
+    layouts, arrays = zip(*(kind._values_of(where, each) for each in operands), strict=True)
     if all(layout == layouts[0] for layout in layouts):
         return layouts[0], [a[..., None] if layouts[0].is_scalar else a for a in arrays]
     algebras = {layout.algebra.name: layout.algebra for layout in layouts if layout.algebra != SCALARS}
@@ -82,14 +117,15 @@ def united(where: str, operands: Sequence[Any]) -> tuple[Layout, list[np.ndarray
     (algebra,) = algebras.values()
     support = frozenset[int]().union(*(layout.support for layout in layouts))
     layout = chosen_layout(layout_of(algebra, support), all(each.unit for each in layouts))
-    return layout, [_in_layout(layout, each) for each in operands]
+    return layout, [_in_layout(kind, layout, each) for each in operands]
 
 
-def _in_layout(layout: Layout, x: Any) -> np.ndarray[Any, Any]:
-    if not isinstance(x, MultivectorArray):
-        x = of_rows(layout_of(layout.algebra, {0}), np.asarray(x)[..., None])
+def _in_layout(kind: NumpyFunctions, layout: Layout, x: Any) -> np.ndarray[Any, Any]:
+    if not isinstance(x, NumpyFunctions):
+        x = kind._of_rows(layout_of(layout.algebra, {0}), np.asarray(x)[..., None])
         return np.stack([x if name == "1" else np.zeros_like(x) for name in layout.blades], -1)
-    return np.stack(np.broadcast_arrays(*(np.asarray(x[name]) for name in layout.blades)), -1)
+    coefficients: Any = x
+    return np.stack(np.broadcast_arrays(*(np.asarray(coefficients[name]) for name in layout.blades)), -1)
 
 
 def _plain(layout: Layout) -> Layout:
@@ -103,56 +139,56 @@ def _mean(layout: Layout) -> Layout:
     return _plain(layout) if layout.implied or layout.has_relations else layout
 
 
-def _blade_by_blade(layout: Layout, columns: Sequence[Any]) -> Any:
+def _blade_by_blade(kind: NumpyFunctions, layout: Layout, columns: Sequence[Any]) -> Any:
     """Multivectors from a result for each blade; results may be lists of arrays."""
     if isinstance(columns[0], (list, tuple)):
-        return [_blade_by_blade(layout, each) for each in zip(*columns, strict=True)]
-    return of_rows(layout, np.stack(columns, -1))
+        return [_blade_by_blade(kind, layout, each) for each in zip(*columns, strict=True)]
+    return kind._of_rows(layout, np.stack(columns, -1))
 
 
 def _one(of: Callable[[Layout], Layout]) -> Any:
     """A function of one operand, with the layout of the result."""
 
-    def run(where: str, function: Any, x: Any, *args: Any, **kwargs: Any) -> Any:
-        if not isinstance(x, MultivectorArray):
+    def run(kind: NumpyFunctions, where: str, function: Any, x: Any, *args: Any, **kwargs: Any) -> Any:
+        if not isinstance(x, NumpyFunctions):
             raise TypeError(f"{where}: multivectors as another argument than the first; {_REMEDY}")
         layout = of(x.layout)
-        values = x.values if layout == x.layout else _in_layout(layout, x)
+        values = x.values if layout == x.layout else _in_layout(kind, layout, x)
         columns = [function(values[..., k], *args, **kwargs) for k in range(layout.size)]
-        return _blade_by_blade(layout, columns)
+        return _blade_by_blade(kind, layout, columns)
 
     return run
 
 
-def _list(where: str, function: Any, operands: Any, *args: Any, **kwargs: Any) -> Any:
+def _list(kind: NumpyFunctions, where: str, function: Any, operands: Any, *args: Any, **kwargs: Any) -> Any:
     """A function of a list of operands."""
     operands = list(operands)
-    layout, arrays = united(where, operands)
+    layout, arrays = _united(kind, where, operands)
     columns = [function([a[..., k] for a in arrays], *args, **kwargs) for k in range(layout.size)]
-    return _blade_by_blade(layout, columns)
+    return _blade_by_blade(kind, layout, columns)
 
 
-def _append(where: str, function: Any, first: Any, second: Any, axis: int | None = None) -> Any:
-    return _list(where, lambda pair: function(*pair, axis=axis), (first, second))
+def _append(kind: NumpyFunctions, where: str, function: Any, first: Any, second: Any, axis: int | None = None) -> Any:
+    return _list(kind, where, lambda pair: function(*pair, axis=axis), (first, second))
 
 
-def _where(where: str, function: Any, condition: Any, *choices: Any) -> Any:
-    if len(choices) != 2 or isinstance(condition, MultivectorArray):
+def _where(kind: NumpyFunctions, where: str, function: Any, condition: Any, *choices: Any) -> Any:
+    if len(choices) != 2 or isinstance(condition, NumpyFunctions):
         raise TypeError(f"{where} of multivectors: expected a condition of booleans, and two operands")
-    return _list(where, lambda pair: function(condition, *pair), choices)
+    return _list(kind, where, lambda pair: function(condition, *pair), choices)
 
 
-def _broadcast_arrays(where: str, function: Any, *operands: Any) -> Any:
-    arrays = [values_of(where, each) for each in operands]
+def _broadcast_arrays(kind: NumpyFunctions, where: str, function: Any, *operands: Any) -> Any:
+    arrays = [kind._values_of(where, each) for each in operands]
     shapes = [a.shape if layout.is_scalar else a.shape[:-1] for layout, a in arrays]
     shape = np.broadcast_shapes(*shapes)
     return tuple(
-        of_rows(layout, np.broadcast_to(a[..., None] if layout.is_scalar else a, (*shape, layout.size)))
+        kind._of_rows(layout, np.broadcast_to(a[..., None] if layout.is_scalar else a, (*shape, layout.size)))
         for layout, a in arrays
     )
 
 
-def _product(where: str, function: Any, x: Any, axis: int | None = None) -> Any:
+def _product(kind: NumpyFunctions, where: str, function: Any, x: Any, axis: int | None = None) -> Any:
     """The geometric product of elements in their order."""
     if axis is None:
         x, axis = x.reshape(x.size), 0
@@ -160,26 +196,29 @@ def _product(where: str, function: Any, x: Any, axis: int | None = None) -> Any:
     return (
         reduce(lambda a, b: a * b, factors)
         if factors
-        else of_rows(layout_of(x.algebra, {0}), np.ones((*x.shape[1:], 1)))
+        else kind._of_rows(layout_of(x.algebra, {0}), np.ones((*x.shape[1:], 1)))
     )
 
 
-def _closeness(where: str, function: Any, a: Any, b: Any, rtol: float = 1e-9, atol: float = 1e-12) -> Any:
-    first, second = (a, b) if isinstance(a, MultivectorArray) else (b, a)
+def _closeness(
+    kind: NumpyFunctions, where: str, function: Any, a: Any, b: Any, rtol: float = 1e-9, atol: float = 1e-12
+) -> Any:
+    first: Any
+    first, second = (a, b) if isinstance(a, NumpyFunctions) else (b, a)
     return first.isclose(second, rtol=rtol, atol=atol)
 
 
-def _all_close(where: str, function: Any, *operands: Any, **tolerances: Any) -> bool:
-    return bool(np.all(_closeness(where, function, *operands, **tolerances)))
+def _all_close(kind: NumpyFunctions, where: str, function: Any, *operands: Any, **tolerances: Any) -> bool:
+    return bool(np.all(_closeness(kind, where, function, *operands, **tolerances)))
 
 
-def _array_equal(where: str, function: Any, a: Any, b: Any) -> bool:
-    both = isinstance(a, MultivectorArray) and isinstance(b, MultivectorArray)
+def _array_equal(kind: NumpyFunctions, where: str, function: Any, a: Any, b: Any) -> bool:
+    both = isinstance(a, NumpyFunctions) and isinstance(b, NumpyFunctions)
     return both and a.layout == b.layout and np.array_equal(a.values, b.values)
 
 
 def _attribute(name: str) -> Any:
-    return lambda where, function, x: getattr(x, name)
+    return lambda kind, where, function, x: getattr(x, name)
 
 
 _REARRANGING = (
@@ -220,7 +259,7 @@ def _of_values(run: Callable[[Any], Any], together: Callable[..., Any]) -> Calla
 
 
 def _equal(a: Any, b: Any) -> Any:
-    if isinstance(a, MultivectorArray) and isinstance(b, MultivectorArray):
+    if isinstance(a, NumpyFunctions) and isinstance(b, NumpyFunctions):
         return a == b
     return np.zeros(np.broadcast_shapes(np.shape(a), np.shape(b)), bool)[()]
 

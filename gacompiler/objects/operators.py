@@ -38,6 +38,7 @@ from ..passes.rewrite import rewrite
 from ..passes.samples import samples
 from ..passes.schedule import schedule
 from ..passes.search import Candidate
+from ..runtime import compile
 from .background import QUEUE, Job
 from .definitions import Definition
 from .library import LIBRARY, NUMPY
@@ -159,8 +160,6 @@ class Operator:
     def build(self) -> None:
         """Compile it as generated modules are, for large arrays; wait for that."""
         if self._module is None and self.wait() is not None:
-            from ..runtime import compile
-
             self._module = compile(self.kernel, "c")
 
     def _in_turns(self, arrays: Sequence[np.ndarray[Any, Any]], leading: tuple[int, ...]) -> np.ndarray[Any, Any]:

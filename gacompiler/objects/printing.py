@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from .arrays import MultivectorArray
+from .elements import Elements
 
 SHOWN = 6
 """Elements of an array that are printed; of longer ones the first and the last half of these."""
@@ -17,21 +16,21 @@ SHOWN = 6
 _SIX_DIGITS = ".6g"
 
 
-def text_of(x: MultivectorArray, form: str = _SIX_DIGITS) -> str:
+def text_of(x: Elements, form: str = _SIX_DIGITS) -> str:
     """One multivector as a sum of blades, an array as a list of such; numbers as `form` says."""
     if not x.shape:
         return _sum(terms_of(x), "{} {}", form)
     return "[" + ",\n ".join("..." if each is None else text_of(each, form) for each in _some(x)) + "]"
 
 
-def repr_of(x: MultivectorArray) -> str:
+def repr_of(x: Elements) -> str:
     """As `text_of`, with the layout and the shape."""
     if not x.shape:
         return f"{x.layout}({text_of(x)})"
     return f"{x.layout} of shape {x.shape}:\n{text_of(x)}"
 
 
-def latex_of(x: MultivectorArray) -> str:
+def latex_of(x: Elements) -> str:
     """As `text_of`, in LaTeX."""
     if not x.shape:
         return f"${_latex(x)}$"
@@ -39,7 +38,7 @@ def latex_of(x: MultivectorArray) -> str:
     return "$" + r"\begin{aligned}" + r" \\ ".join(lines) + r"\end{aligned}" + "$"
 
 
-def terms_of(x: MultivectorArray) -> list[tuple[str, Any]]:
+def terms_of(x: Elements) -> list[tuple[str, Any]]:
     """The blades of one multivector with their coefficients, stored ones and others, by grade; zeros are left out."""
     layout = x.layout
     slots = (*layout.stored, *(slot for slot, _ in layout.fixed), *(slot for slot, _ in layout.implied))
@@ -48,7 +47,7 @@ def terms_of(x: MultivectorArray) -> list[tuple[str, Any]]:
     return [(name, value) for name, value in found if value != 0]
 
 
-def _some(x: MultivectorArray) -> Iterator[Any]:
+def _some(x: Elements) -> Iterator[Any]:
     flat = x.reshape(-1) if x.ndim > 1 else x
     if len(flat) <= SHOWN:
         yield from flat
@@ -69,7 +68,7 @@ def _sum(terms: list[tuple[str, Any]], pattern: str, form: str = _SIX_DIGITS) ->
     return text or "0"
 
 
-def _latex(x: MultivectorArray) -> str:
+def _latex(x: Elements) -> str:
     text = _sum([(_blade(name), value) for name, value in terms_of(x)], r"{}\,{}")
     return re.sub(r"(\d)e([+-]\d+)", lambda m: f"{m[1]}\\cdot 10^{{{int(m[2])}}}", text)
 

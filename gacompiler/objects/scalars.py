@@ -1,25 +1,23 @@
-"""Numbers that operations on multivectors give: floats with the methods of multivectors.
+"""Floats with the methods of multivectors: what `arrays.Scalar`, the number that an operation gives, has of its own.
 
 What is written for multivectors then works where a product happens to be a number: ``(x * x).grade(0)``, ``~(x * x)``.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any, Self
 
 import numpy as np
 
+from ..algebra.algebra import Algebra
 from ..algebra.layout import SCALAR, SCALARS, Layout
 from ..errors import AlgebraError
-
-if TYPE_CHECKING:
-    from .arrays import MultivectorArray
 
 
 def _lifted(name: str) -> Any:
     """A method of multivectors, called on the number as the only coefficient of one."""
 
-    def method(self: Scalar, *operands: Any, **options: Any) -> Any:
+    def method(self: ScalarMethods, *operands: Any, **options: Any) -> Any:
         return getattr(self.as_multivector(), name)(*operands, **options)
 
     method.__name__, method.__qualname__ = name, f"Scalar.{name}"
@@ -31,21 +29,21 @@ def _of_floats(name: str) -> Any:
     """An operator of floats, whose results are again of this class."""
     run = getattr(float, name)
 
-    def method(self: Scalar, *operands: Any) -> Any:
+    def method(self: ScalarMethods, *operands: Any) -> Any:
         found = run(self, *operands)
-        return Scalar(found) if type(found) is float else found
+        return type(self)(found) if type(found) is float else found
 
     method.__name__, method.__qualname__, method.__doc__ = name, f"Scalar.{name}", run.__doc__
     return method
 
 
-def _product(self: Scalar, other: Any) -> Any:
+def _product(self: ScalarMethods, other: Any) -> Any:
     """The outer and inner product of numbers: their product."""
-    return Scalar(float.__mul__(self, other)) if isinstance(other, (int, float)) else NotImplemented
+    return type(self)(float.__mul__(self, other)) if isinstance(other, (int, float)) else NotImplemented
 
 
 def _without_algebra(name: str) -> Any:
-    def method(self: Scalar) -> Any:
+    def method(self: ScalarMethods) -> Any:
         raise AlgebraError(
             name, "a number, which is of no algebra", "a multivector",
             "its dual in an algebra is the number times algebra.pseudoscalar",
@@ -56,8 +54,8 @@ def _without_algebra(name: str) -> Any:
     return method
 
 
-class Scalar(float):
-    """A number with the methods of multivectors.
+class ScalarMethods(float):
+    """A number with the methods of multivectors; its subclass says what a multivector is.
 
     It is a float in every respect. ``+ - * /`` with numbers give numbers of this class, and with multivectors what the
     operators of these give; ``^`` and ``|`` of two numbers are their product, and ``~`` is the number itself.
@@ -76,25 +74,25 @@ class Scalar(float):
         """The number as the only stored coefficient."""
         return np.array([float(self)])
 
-    def as_multivector(self) -> MultivectorArray:
+    def in_algebra(self, algebra: Algebra) -> Any:
+        """The number as the only coefficient of a multivector of an algebra."""
+        raise NotImplementedError
+
+    def as_multivector(self) -> Any:
         """The number as the only coefficient of a multivector of no algebra, which takes part in operations of all."""
-        from .arrays import scalar_of
+        return self.in_algebra(SCALARS)
 
-        return scalar_of(float(self))
-
-    def grade(self, *grades: int) -> Scalar:
+    def grade(self, *grades: int) -> Self:
         """The number if 0 is one of the grades, else 0."""
         if not grades or not all(isinstance(k, int) and k >= 0 for k in grades):
             raise AlgebraError("grade", f"grades {grades}", "whole numbers from 0, as in x.grade(2)")
-        return self if 0 in grades else Scalar(0.0)
+        return self if 0 in grades else type(self)(0.0)
 
     def as_layout(self, layout: Layout, *, tolerance: float = 1e-9, what: str = "") -> Any:
         """As `MultivectorArray.as_layout`, in any algebra."""
-        from .arrays import scalar_of
+        return self.in_algebra(layout.algebra).as_layout(layout, tolerance=tolerance, what=what)
 
-        return scalar_of(float(self), layout.algebra).as_layout(layout, tolerance=tolerance, what=what)
-
-    def __invert__(self) -> Scalar:
+    def __invert__(self) -> Self:
         return self
 
     def __getitem__(self, name: str) -> float:

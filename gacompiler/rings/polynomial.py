@@ -15,7 +15,8 @@ from fractions import Fraction
 from typing import Any
 
 from ..algebra.blades import Rational, exact
-from ..errors import KernelError, TooLargeError, ZeroDivisorError
+from ..algebra.coefficients import EXACT
+from ..errors import InexactError, KernelError, TooLargeError, ZeroDivisorError
 from ..ir.scalar import Op
 
 Monomial = tuple[int, ...]
@@ -226,9 +227,6 @@ class Polynomial:
 
     def scalar_function(self, name: str, arguments: tuple[Any, ...]) -> Polynomial:
         """What `gacompiler.algebra.coefficients.scalar_function` calls for this ring."""
-        from ..algebra.coefficients import EXACT
-        from ..errors import InexactError
-
         lifted = tuple(self.ring.lift(argument) for argument in arguments)
         numbers = [argument.constant_value for argument in lifted]
         if name == "select" and numbers[0] is not None:

@@ -5,19 +5,33 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import sympy
 
+from ..algebra.algebra import Algebra
 from ..errors import AlgebraError
 from ..frontend.latex import blade_latex, symbol
-
-if TYPE_CHECKING:
-    from .multivector import SymbolicMultivector
 
 STYLES = ("line", "grade", "blade", "factored")
 _COMPONENT = re.compile(r".*_[a-zA-Z](\d|inf|o)")
 """Symbols that are named after a blade: ``m_e12``."""
+
+
+class Element(Protocol):
+    """What is printed of a multivector: `SymbolicMultivector`, which uses this module."""
+
+    @property
+    def algebra(self) -> Algebra:
+        """Its algebra."""
+
+    @property
+    def expressions(self) -> Mapping[int, Any]:
+        """Coefficients by the bitmap of their blade."""
+
+    @property
+    def coefficients(self) -> dict[str, Any]:
+        """Coefficients by the name of their blade."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +44,7 @@ class Printed:
     style : {"line", "grade", "blade", "factored"}
     """
 
-    element: SymbolicMultivector
+    element: Element
     style: str
 
     def __post_init__(self) -> None:
@@ -62,7 +76,7 @@ class Printed:
         return "$\\begin{aligned}\n" + " \\\\\n".join(lines) + "\n\\end{aligned}$"
 
 
-def plain_text(element: SymbolicMultivector) -> str:
+def plain_text(element: Element) -> str:
     """In one line, as `Multivector` prints."""
     return str(Printed(element, "line"))
 
@@ -73,7 +87,7 @@ def latex(expression: Any) -> str:
     return str(sympy.latex(expression, symbol_names=symbols))
 
 
-def common_factor(element: SymbolicMultivector) -> tuple[Any, Mapping[str, Any]]:
+def common_factor(element: Element) -> tuple[Any, Mapping[str, Any]]:
     """A factor of all coefficients, and what is left of each, by name of its blade."""
     named = element.coefficients
     if not named:
@@ -85,7 +99,7 @@ def common_factor(element: SymbolicMultivector) -> tuple[Any, Mapping[str, Any]]
     return sympy.factor(factor), {name: sympy.factor(sympy.cancel(value / factor)) for name, value in named.items()}
 
 
-def _rows(element: SymbolicMultivector, style: str) -> list[dict[str, Any]]:
+def _rows(element: Element, style: str) -> list[dict[str, Any]]:
     named = element.coefficients
     if style == "blade":
         return [{name: value} for name, value in named.items()]

@@ -1,0 +1,161 @@
+"""The text of a spec whose kernels are operations on objects."""
+
+from __future__ import annotations
+
+import keyword
+import re
+import textwrap
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import Protocol
+
+from ..algebra.algebra import Algebra
+from ..algebra.catalog import CATALOG
+from ..algebra.layout import SCALARS, Layout
+from ..errors import SpecError
+from ..frontend.kernel import Kernel
+from .definitions import Definition
+
+_WIDTH = 116
+
+
+class Operation(Protocol):
+    """What is written of an operation: `Operator`, whose modules are made from the text."""
+
+    @property
+    def definition(self) -> Definition:
+        """The line of the kernel language."""
+
+    @property
+    def result(self) -> Layout:
+        """The layout of its result."""
+
+    @property
+    def kernel(self) -> Kernel:
+        """The kernel of that line on layouts."""
+
+
+def spec_text(name: str, used: Sequence[Operation]) -> str:
+    """The text of a spec with these operators as kernels; it depends on nothing else."""
+    algebras: dict[Algebra, str] = {}
+    layouts: dict[Layout, str] = {}
+    definitions: list[str] = []
+    kernels: dict[str, str] = {}
+    for operator in used:
+        text = _kernel(operator, algebras, layouts, definitions, kernels)
+        if text not in kernels.values():
+            kernels[_name(text)] = text
+    catalog = sorted(each for algebra, each in algebras.items() if CATALOG.get(algebra.name) == algebra)
+    body = "\n\n\n".join(kernels.values())
+    is_scalar = any(re.search(r"\bSCALAR\b", text) for text in kernels.values())
+    public = ", ".join([*(["SCALAR"] if is_scalar else []), *(["Algebra"] if len(catalog) < len(algebras) else [])])
+    lines = [f'"""What {name} uses."""', "", *(["import gacompiler as ga"] if "ga." in body else [])]
+    lines.append(f"from gacompiler import {public + ', ' if public else ''}kernel")
+    lines += [f"from gacompiler.algebra.catalog import {', '.join(catalog)}"] if catalog else []
+    lines += ["", *definitions] if definitions else []
+    return "\n".join(lines) + "\n\n\n" + body + "\n"
+
+
+def _name(text: str) -> str:
+    found = re.search(r"^def (\w+)\(", text, re.MULTILINE)
+    assert found is not None
+    return found[1]
+
+
+def _kernel(
+    operator: Operation,
+    algebras: dict[Algebra, str],
+    layouts: dict[Layout, str],
+    definitions: list[str],
+    known: dict[str, str],
+) -> str:
+    kernel = operator.kernel
+    given = {p.name: _layout(p.layout, algebras, layouts, definitions) for p in kernel.parameters}
+    algebra = _algebra_of(operator)
+    expression = operator.definition.expression(_algebra(algebra, algebras, definitions))
+    if kernel.returns is not None:
+        given["returns"] = _layout(operator.result, algebras, layouts, definitions)
+
+    def text(name: str) -> str:
+        words = operator.definition.name.replace("_", " ")
+        about = f"``{expression}``." if len(expression) < 90 else f"The {words} of its arguments."
+        head = ", ".join(f"{key}={value}" for key, value in given.items())
+        parameters = ", ".join(operator.definition.parameters)
+        return "\n".join(
+            [f"@kernel({head})", f"def {name}({parameters}):", f'    """{about}"""', *_returned(expression)]
+        )
+
+    name, count = kernel.name, 2
+    while name in known and known[name] != text(name):
+        name, count = f"{kernel.name}_{count}", count + 1
+    return text(name)
+
+
+def _returned(expression: str) -> list[str]:
+    if len(expression) + 11 <= _WIDTH:
+        return [f"    return {expression}"]
+    lines = textwrap.wrap(expression, _WIDTH - 8, break_long_words=False, break_on_hyphens=False)
+    return ["    return (", *(f"        {line}" for line in lines), "    )"]
+
+
+def _algebra_of(operator: Operation) -> Algebra:
+    definition: Definition = operator.definition
+    found = (p.layout.algebra for p in operator.kernel.parameters if p.layout.algebra != SCALARS)
+    return definition.algebra or next(found, SCALARS)
+
+
+def _algebra(algebra: Algebra, algebras: dict[Algebra, str], definitions: list[str]) -> str:
+    """The name of an algebra in the spec, with its definition where it is none of the catalog."""
+    if algebra == SCALARS:
+        return "SCALARS"
+    if algebra not in algebras:
+        if CATALOG.get(algebra.name) == algebra:
+            algebras[algebra] = algebra.name
+        else:
+            name = _free(_identifier(algebra.name), {*algebras.values(), *CATALOG, "SCALAR", "Algebra", "kernel", "ga"})
+            algebras[algebra] = name
+            gram = [[str(x) if Fraction(x).denominator > 1 else int(x) for x in row] for row in algebra.gram]
+            spelled = " ".join(algebra.spelling(b)[1] for b in algebra.blades() if algebra.spelling(b)[0] < 0)
+            more = f', "{spelled}"' if spelled else ""
+            definitions.append(f'{name} = Algebra("{algebra.name}", "{" ".join(algebra.vectors)}", {gram}{more})')
+    return algebras[algebra]
+
+
+def _layout(layout: Layout, algebras: dict[Algebra, str], layouts: dict[Layout, str], definitions: list[str]) -> str:
+    """A layout in the spec: by the name it has in its algebra, or defined."""
+    if layout.is_scalar:
+        return "SCALAR"
+    algebra = _algebra(layout.algebra, algebras, definitions)
+    known = (*layout.algebra.layouts.values(), layout.algebra.full, layout.algebra.even, layout.algebra.UNIT_EVEN)
+    if CATALOG.get(layout.algebra.name) == layout.algebra or layout.name in ("full", "even", "UNIT_EVEN"):
+        for each in known:
+            if each == layout:
+                return f"{algebra}.{each.name}"
+    if layout not in layouts:
+        if layout.implied or layout.user_relations is not None:
+            raise SpecError(
+                f"layout {layout}", "functions cannot be written down", "a layout of the catalog, or of blades"
+            )
+        word = _identifier(layout.name).upper()
+        if layout.name.startswith("("):
+            word = f"{algebra}_{word}" if len(word) <= 30 else f"{algebra}_{layout.size}_BLADES"
+        name = _free(word, {*layouts.values(), *algebras.values()})
+        layouts[layout] = name
+        fixed = {
+            slot.name: str(value) if Fraction(value).denominator > 1 else int(value) for slot, value in layout.fixed
+        }
+        more = (f", fixed={fixed}" if fixed else "") + (", unit=True" if layout.unit else "")
+        definitions.append(f'{name} = {algebra}.layout("{name}", "{" ".join(layout.blades)}"{more})')
+    return layouts[layout]
+
+
+def _identifier(text: str) -> str:
+    word = re.sub(r"\W+", "_", text, flags=re.ASCII).strip("_") or "ALGEBRA"
+    return f"A{word}" if word[0].isdigit() or keyword.iskeyword(word) else word
+
+
+def _free(word: str, taken: set[str]) -> str:
+    name, count = word, 2
+    while name in taken:
+        name, count = f"{word}_{count}", count + 1
+    return name
