@@ -1,13 +1,12 @@
 """A geometric-algebra compiler: multivector definitions in, specialised and proved kernels out."""
 
 from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from . import robots
 from .algebra.algebra import Algebra
 from .algebra.layout import SCALAR, Layout
 from .algebra.multivector import Multivector
-from .cluscript import read_cluscript
 from .derivatives import hessian_vector, jacobian, jvp, matrix_of, vjp
 from .frontend.eigen import eigenvalues_symmetric, eigenvectors_symmetric
 from .frontend.equations import inverse_matrix, matrix_determinant, solve_linear, solve_symmetric
@@ -53,14 +52,18 @@ from .frontend.operations import (
 )
 from .frontend.roots import cubic_roots, quadratic_roots, quartic_roots
 
+if TYPE_CHECKING:
+    from .runtime import compile
+    from .scripts import read_cluscript
+
+_LOADED_LATER = {"compile": "runtime", "read_cluscript": "scripts"}
+
 
 def __getattr__(name: str) -> Any:
-    """`compile`, its backends, and what needs sympy are loaded when they are first asked for."""
-    if name == "compile":
-        from .runtime import compile
-
-        globals()["compile"] = compile
-        return compile
+    """`compile`, its backends, scripts and what needs sympy are loaded when they are first asked for."""
+    if name in _LOADED_LATER:
+        globals()[name] = found = getattr(import_module(f"{__name__}.{_LOADED_LATER[name]}"), name)
+        return found
     if name in ("symbolic", "calculus"):
         return import_module(f"{__name__}.{name}")
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

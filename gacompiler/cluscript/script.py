@@ -7,7 +7,6 @@ from collections import namedtuple
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from fractions import Fraction
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -58,8 +57,8 @@ class Drawn:
 class Script(Kernel):
     """A script of Gaalop's language: a kernel whose arguments and results have names.
 
-    Call it with numbers or arrays by name: it is compiled once, and the result is a named tuple of arrays. It is a
-    kernel besides: `gacompiler.compile`, `jacobian` and other kernels take it.
+    `gacompiler.compile`, `jacobian` and other kernels take it. What `gacompiler.read_cluscript` returns can be called
+    with numbers, too (`gacompiler.scripts`).
 
     Attributes
     ----------
@@ -111,19 +110,8 @@ class Script(Kernel):
         return ""
 
     def __call__(self, /, *arguments: Any, **named: Any) -> Any:
-        if any(isinstance(argument, Expression) for argument in (*arguments, *named.values())):
-            names = dict(zip(self.inputs, arguments, strict=False)) | named
-            return self.function(*(names[name] for name in self.inputs))
-        from ..runtime import compile
-
-        return compile(self)(*arguments, **named)
-
-    @cached_property
-    def layouts(self) -> Any:
-        """The layouts of the results by name; asking compiles the script."""
-        from ..runtime import compile
-
-        return compile(self).layouts
+        names = dict(zip(self.inputs, arguments, strict=False)) | named
+        return self.function(*(names[name] for name in self.inputs))
 
     def multivectors(self, /, **values: Any) -> Any:
         """The results by the algebra layer: a named tuple of multivectors, exact where the values are."""
@@ -166,28 +154,8 @@ def _float(value: Any) -> Any:
     return float(value) if isinstance(value, (int, Fraction)) else value
 
 
-def read_cluscript(
-    text: str, algebra: str | Path | Algebra | None = None, name: str = "script", file: str = ""
-) -> Script:
-    """Read a script of Gaalop's language.
-
-    Parameters
-    ----------
-    text : str
-        The script.
-    algebra : str, Path or Algebra
-        A name (``cga``, ``cga3``, ``3dpga``), a folder with a user's ``definition.csv``, or an algebra. May be left out
-        where the script says it itself (``DefVarsN3();``).
-    name : str
-        Of the generated function.
-    file : str, optional
-        What messages call the script.
-
-    Returns
-    -------
-    Script
-        Call it with its free identifiers, as scalars or arrays by name; the result is a named tuple in the order of the
-        output marks, each field an array over the blades of its layout, or a plain array of scalars.
+def read_script(text: str, algebra: str | Path | Algebra | None = None, name: str = "script", file: str = "") -> Script:
+    """Read a script of Gaalop's language; see `gacompiler.read_cluscript`.
 
     Raises
     ------
@@ -195,14 +163,6 @@ def read_cluscript(
         Where the script cannot be read: it knows `line` and `column`.
     SpecError
         When there is no such algebra.
-
-    Examples
-    --------
-    >>> script = read_cluscript("?d = (x*e1 + y*e2) . (x*e1 + y*e2);", "2d")
-    >>> script.inputs, script.outputs
-    (('x', 'y'), ('d',))
-    >>> float(script(x=3.0, y=4.0).d)
-    25.0
     """
     where = file or name
     try:
@@ -367,4 +327,4 @@ def load_script(path: Path, algebra: str | None) -> Script:
         raise SpecError(str(path), "no such file", "a script")
     if not path.stem.isidentifier() or keyword.iskeyword(path.stem):
         raise SpecError(str(path), f"{path.stem!r} cannot name a function", "letters, digits and _", "rename the file")
-    return read_cluscript(path.read_text(), algebra, path.stem, str(path))
+    return read_script(path.read_text(), algebra, path.stem, str(path))

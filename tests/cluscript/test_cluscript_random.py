@@ -13,8 +13,8 @@ import pytest
 from click.testing import CliRunner
 from random_scripts import scripts
 
+from gacompiler import read_cluscript
 from gacompiler.cli import main
-from gacompiler.cluscript import read_cluscript
 from gacompiler.errors import GacError, KernelError
 from gacompiler.frontend.kernel import trace
 from gacompiler.passes.lower import author_scalars

@@ -18,11 +18,10 @@ import sympy
 from example_kernels import move_point
 
 import gacompiler as ga
-from gacompiler import calculus, symbolic
+from gacompiler import calculus, read_cluscript, symbolic
 from gacompiler.algebra import catalog
 from gacompiler.algebra.algebra import Algebra
 from gacompiler.algebra.catalog import CGA3, PGA3, VGA3
-from gacompiler.cluscript import read_cluscript
 from gacompiler.errors import KernelError
 from gacompiler.objects import CGA3 as CONFORMAL
 from gacompiler.objects import PGA3 as PROJECTIVE
