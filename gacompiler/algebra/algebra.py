@@ -13,15 +13,14 @@ from weakref import WeakValueDictionary
 
 from ..errors import AlgebraError
 from .blades import BladeProducts, Gram, Rational, Terms, exact
-from .coefficients import is_zero
+from .coefficients import Coefficient, is_zero
 from .immutable import Immutable
 from .multivector import Multivector
 from .naming import BladeNames
+from .products import Row
 
 if TYPE_CHECKING:
-    from .coefficients import Coefficient
     from .layout import Layout, Relations
-    from .products import Row
 
 _ALIVE: WeakValueDictionary[tuple[Any, ...], Algebra] = WeakValueDictionary()
 """Algebras by everything they were made of, so that one that is unpickled is the one this process has already."""
@@ -250,8 +249,7 @@ class LayoutTable:
 
 
 def _restored(name: str, vectors: tuple[str, ...], gram: Gram, spellings: tuple[str, ...], layouts: Any) -> Algebra:
-    from . import catalog  # noqa: F401  (what is in there must be found rather than made again)
-
+    # The package loads the catalog before anything can be unpickled: its algebras are found and not made again.
     known = _ALIVE.get((name, vectors, gram, spellings, layouts))
     return known if known is not None else Algebra(name, vectors, gram, " ".join(spellings), layouts)
 

@@ -36,6 +36,11 @@ def outer(a: int, b: int) -> int:
     return 0 if a & b else reordering_sign(a, b)
 
 
+def reverse_sign(k: int) -> int:
+    """Sign of a blade of grade `k` whose vectors are taken in reversed order: ``(-1)**(k (k-1) / 2)``."""
+    return -1 if k & 2 else 1
+
+
 def exact(value: Rational) -> Rational:
     """`value` as an int when it is one, so that equal numbers look equal."""
     return value.numerator if isinstance(value, Fraction) and value.denominator == 1 else value

@@ -2,32 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from ..errors import AlgebraError
 from .blades import reordering_sign
 from .coefficients import divide
 from .multivector import Multivector
 
 
-def _complement(a: Multivector, sign: Callable[[int, int], int]) -> Multivector:
-    everything = a.algebra.everything
-    orientation, _ = a.algebra.spelling(everything)
-    terms = {}
-    for blade, value in a.terms.items():
-        other = everything ^ blade
-        terms[other] = value if sign(blade, other) * orientation > 0 else -value
-    return Multivector(a.algebra, terms)
-
-
 def dual(a: Multivector) -> Multivector:
     """Right complement: ``b ^ dual(b) = I`` for every basis blade. Exists in every metric."""
-    return _complement(a, reordering_sign)
+    return a.complement(reordering_sign)
 
 
 def undual(a: Multivector) -> Multivector:
     """Left complement, the inverse of `dual`: ``undual(b) ^ b = I`` for every basis blade."""
-    return _complement(a, lambda blade, other: reordering_sign(other, blade))
+    return a.complement(lambda blade, other: reordering_sign(other, blade))
 
 
 def polarity(a: Multivector) -> Multivector:
@@ -51,4 +39,4 @@ def polarity(a: Multivector) -> Multivector:
 
 def regressive_product(a: Multivector, b: Multivector) -> Multivector:
     """``undual(dual(a) ^ dual(b))``: the meet of hyperplanes, the join where points are pseudovectors. Metric-free."""
-    return undual(dual(a).product("outer_product", dual(b)))
+    return Multivector.__and__(a, b)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from .blades import reverse_sign
 from .multivector import Multivector
 
 
 def reverse(a: Multivector) -> Multivector:
     """Reverse the order of vectors in every product: sign ``(-1)**(k (k-1) / 2)``."""
-    return a.with_signs(lambda k: -1 if k & 2 else 1)
+    return a.with_signs(reverse_sign)
 
 
 def grade_involution(a: Multivector) -> Multivector:

@@ -7,7 +7,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from ..errors import AlgebraError, ZeroDivisorError
-from .blades import grade
+from .blades import grade, reordering_sign, reverse_sign
 from .coefficients import Coefficient, divide, is_zero
 from .products import product
 
@@ -85,6 +85,16 @@ class Multivector:
             {blade: value if sign_of_grade(grade(blade)) > 0 else -value for blade, value in self.terms.items()},
         )
 
+    def complement(self, sign: Callable[[int, int], int]) -> Multivector:
+        """Every blade replaced by the one with all other vectors; `sign` is called with both."""
+        everything = self.algebra.everything
+        orientation, _ = self.algebra.spelling(everything)
+        terms = {}
+        for blade, value in self.terms.items():
+            other = everything ^ blade
+            terms[other] = value if sign(blade, other) * orientation > 0 else -value
+        return Multivector(self.algebra, terms)
+
     def product(self, name: str, other: Multivector) -> Multivector:
         """One of the products of `gacompiler.algebra.products.GRADE_RULES`."""
         return Multivector(self.algebra, product(self.algebra, name, self.terms, other.terms))
@@ -138,9 +148,10 @@ class Multivector:
         return self.lift(other).product("outer_product", self)
 
     def __and__(self, other: Any) -> Multivector:
-        from .duality import regressive_product
-
-        return NotImplemented if _defers(other) else regressive_product(self, self.lift(other))
+        if _defers(other):
+            return NotImplemented
+        left, right = self.complement(reordering_sign), self.lift(other).complement(reordering_sign)
+        return left.product("outer_product", right).complement(lambda blade, other: reordering_sign(other, blade))
 
     def __truediv__(self, other: Any) -> Multivector:
         if _defers(other):
@@ -168,9 +179,7 @@ class Multivector:
         return result
 
     def __invert__(self) -> Multivector:
-        from .involutions import reverse
-
-        return reverse(self)
+        return self.with_signs(reverse_sign)
 
     def __eq__(self, other: object) -> bool:
         """Exact equality of every coefficient (for exact rings)."""

@@ -9,13 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from .blades import Rational, exact, grade, outer
+from .blades import Terms as BladeTerms
 from .coefficients import Coefficient, is_zero, scale
-
-if TYPE_CHECKING:
-    from .algebra import Algebra
 
 Terms = Mapping[int, Coefficient]
 
@@ -33,11 +31,21 @@ GRADE_RULES: Mapping[str, Callable[[int, int, int], bool]] = {
 Row = dict[int, tuple[tuple[int, Rational], ...]]
 
 
+class BladeAlgebra(Protocol):
+    """What products read of an `Algebra`."""
+
+    def blade_product(self, a: int, b: int) -> BladeTerms:
+        """Geometric product of two basis blades."""
+
+    def product_row(self, name: str, left: int) -> Row:
+        """What is known so far of the product `name` of one basis blade with others; `product` adds to it."""
+
+
 _BRACKETS: Mapping[str, int] = {"commutator": -1, "anticommutator": 1}
 """Half of ``a b - b a`` and of ``a b + b a``: basis blades that commute or anticommute keep all or nothing."""
 
 
-def product(algebra: Algebra, name: str, a: Terms, b: Terms) -> dict[int, Coefficient]:
+def product(algebra: BladeAlgebra, name: str, a: Terms, b: Terms) -> dict[int, Coefficient]:
     """The terms of the product `name` of two sums of basis blades, without coefficients that are zero by form."""
     result: dict[int, Coefficient] = {}
     for left, x in a.items():
@@ -55,7 +63,7 @@ def product(algebra: Algebra, name: str, a: Terms, b: Terms) -> dict[int, Coeffi
     return {blade: result[blade] for blade in sorted(result) if not is_zero(result[blade])}
 
 
-def kept(algebra: Algebra, name: str, left: int, right: int) -> tuple[tuple[int, Rational], ...]:
+def kept(algebra: BladeAlgebra, name: str, left: int, right: int) -> tuple[tuple[int, Rational], ...]:
     """The terms of the geometric product of two basis blades that the product `name` keeps."""
     if name == "outer_product":
         sign = outer(left, right)
