@@ -11,8 +11,8 @@ from generated import projective3
 
 from ..arguments import Reals, real_array
 from .degeneracy import degenerate
-from .factorization import linear_cameras_of
 from .invariants import invariants_3d, normalized_pair, places_of_two_views
+from .linear_cameras import linear_cameras_of
 from .normalization import flatness, homogeneous, normalized
 from .pose_starts import linear_camera_and_gap
 from .status import VisionStatus, check_points, distinct, refuse

@@ -12,6 +12,7 @@ from generated import projective3
 from ..arguments import Reals, real_array
 from .degeneracy import degenerate
 from .fundamental import eight_points, refined
+from .linear_cameras import linear_cameras_of
 from .normalization import homogeneous, normalized
 from .status import VisionStatus
 from .tracks import agreeing, distances, majority_of_pair, noise_of, points_of_most, seen_by_camera
@@ -264,19 +265,6 @@ def _error(image: Reals, seen: Reals, cameras: Reals, points: Reals) -> float:
     x = np.einsum("vij,nj->vni", cameras, points)
     with np.errstate(divide="ignore", invalid="ignore"):
         return float(np.sqrt(np.mean((x[..., :2] / x[..., 2:] - image)[seen] ** 2)))
-
-
-def linear_cameras_of(image: Reals, weights: Reals, points: Reals) -> Reals:
-    """Cameras (v, 3, 4) from points (n, 4), in the frame in which these have unit moments, where equations are even."""
-    spread = np.linalg.cholesky(points.T @ points / len(points) + 1e-14 * np.eye(4) * (points**2).mean())
-    x = np.linalg.solve(spread, points.T).T
-    nothing = np.zeros((len(image), *x.shape))
-    first = np.concatenate([np.broadcast_to(x, nothing.shape), nothing, -image[..., :1] * x], -1)
-    second = np.concatenate([nothing, np.broadcast_to(x, nothing.shape), -image[..., 1:] * x], -1)
-    rows = np.concatenate([first * weights[..., None], second * weights[..., None]], 1)
-    triangle = np.linalg.qr(rows, mode="r")
-    found = np.linalg.svd(triangle)[2][:, -1].reshape(-1, 3, 4)
-    return np.asarray(np.linalg.solve(spread.T, np.swapaxes(found, 1, 2)).swapaxes(1, 2))
 
 
 def _points(image: Reals, weights: Reals, cameras: Reals) -> Reals:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from scipy.stats import chi2, f
 
 from ..arguments import Reals
+from .sampling import random_sets
 
 Flags = NDArray[np.bool_]
 
@@ -112,5 +113,4 @@ def _samples(n_items: int, size: int) -> Reals:
     """Different sets of items: all, or some that depend on nothing but these numbers."""
     if comb(n_items, size) <= _SAMPLES:
         return np.array(list(combinations(range(n_items), size)))
-    order = np.random.default_rng(n_items).random((_SAMPLES, n_items))
-    return np.argpartition(order, size - 1, axis=1)[:, :size]
+    return random_sets(n_items, size, _SAMPLES)

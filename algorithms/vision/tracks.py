@@ -16,7 +16,9 @@ from generated import projective3
 
 from ..arguments import Reals
 from .fundamental import eight_points
+from .linear_cameras import camera_equations, unit_moments
 from .normalization import homogeneous
+from .sampling import random_sets
 
 Flags = NDArray[np.bool_]
 
@@ -58,14 +60,10 @@ def majority_of_pair(one: Reals, two: Reals) -> Flags:
 def seen_by_camera(image: Reals, points: Reals) -> Flags:
     """Which of the pixels (n, 2) of points (n, 4) fit the camera that leaves the least median distance."""
     n = len(image)
-    spread = np.linalg.cholesky(points.T @ points / n + 1e-14 * np.eye(4) * (points**2).mean())
-    even = np.linalg.solve(spread, points.T).T
+    even, _ = unit_moments(points)
 
     def fitting(sets: Reals) -> Flags:
-        x, pixel = even[sets], image[sets]
-        nothing = np.zeros_like(x)
-        rows = [[x, nothing, -pixel[..., :1] * x], [nothing, x, -pixel[..., 1:] * x]]
-        null = np.linalg.svd(np.concatenate([np.concatenate(row, -1) for row in rows], 1))[2][:, -1]
+        null = np.linalg.svd(camera_equations(image[sets], even[sets]))[2][:, -1]
         off = distances(image[None], null.reshape(-1, 3, 4), even)
         median = np.median(np.nan_to_num(off, nan=np.inf), axis=1)
         best = int(np.argmin(median))
@@ -124,6 +122,6 @@ def points_of_most(image: Reals, seen: Flags, cameras: Reals) -> Reals:
 
 def _by_samples(n: int, size: int, fitting: Callable[[Reals], Flags]) -> Flags:
     """Which of n points fit the best of some samples; of more samples, where those are not nearly all."""
-    order = np.argpartition(np.random.default_rng(n).random((_SAMPLES, n)), size - 1, axis=1)[:, :size]
-    found = fitting(order[:_FIRST])
-    return found if found.mean() >= _MOST else fitting(order)
+    sets = random_sets(n, size, _SAMPLES)
+    found = fitting(sets[:_FIRST])
+    return found if found.mean() >= _MOST else fitting(sets)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import ast
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -25,20 +26,35 @@ ALLOWED: dict[str, set[str]] = {
     "passes": {
         *("passes", "errors", "algebra", "rings", "structure.levels", "structure.blocks", "frontend", "ir", "mpmath"),
     },
-    "cluscript": {"cluscript", "errors", "algebra", "frontend", "ir.scalar", "runtime"},
+    "cluscript": {"cluscript", "errors", "algebra", "frontend", "ir.scalar"},
+    "robots": {"robots", "errors", "algebra", "frontend"},
     "backends": {"backends", "errors", "ir", "jinja2"},
+    "derivatives": {"errors", "algebra", "frontend", "passes"},
+    "prove": {"errors", "ir", "passes", "backends", "numpy"},
+    "generate": {"errors", "algebra", "rings", "frontend", "passes", "cluscript", "backends", "prove"},
+    "inspect": {"errors", "algebra", "frontend", "ir", "passes", "backends", "generate"},
+    "runtime": {"errors", "frontend", "passes", "backends", "generate"},
+    "scripts": {"algebra", "frontend", "cluscript", "runtime"},
+    "workers": {"errors", "generate"},
     "objects": {
         *("objects", "errors", "algebra", "rings", "ir", "frontend", "passes", "backends", "generate", "runtime"),
         *("gacompiler", "numpy", "scipy", "matplotlib", "mpl_toolkits", "plotly"),
     },
+    "cli": {
+        *("errors", "algebra", "frontend", "passes", "backends", "robots", "structure", "objects.recording", "prove"),
+        *("generate", "inspect", "runtime", "workers", "click", "rich"),
+    },
+    "__init__": {"algebra", "frontend", "derivatives", "robots", "runtime", "scripts"},
+    "__main__": {"cli"},
 }
-"""What each package of the compiler may import beside the standard library."""
+"""What each package, and each file beside them, of the compiler may import beside the standard library."""
 
 EXCEPTIONS: dict[str, set[str]] = {
     "algebra/coefficients.py": {"numpy", "mpmath", "sympy"},
     "backends/approximations.py": {"mpmath"},
     "backends/c_functions.py": {"mpmath"},
     "rings/symbolic.py": {"sympy"},
+    "robots/descriptions.py": {"algorithms.kinematics"},
 }
 """Single files that may import more, and what."""
 
@@ -49,6 +65,9 @@ TEMPLATES = "backends/templates/"
 """Python files in this folder are copied into generated modules, so they keep the rules of those."""
 ALGORITHMS = {"generated", "algorithms", "numpy", "numba", "scipy", "matplotlib", "skimage", "rich"}
 LINES = 400
+
+MUTUAL = frozenset(f"gacompiler.algebra.{name}" for name in ("algebra", "layout", "multivector"))
+"""An algebra makes its multivectors and its layouts, and each of these knows its algebra: the one circle of imports."""
 
 
 def modules(folder: str) -> list[Path]:
@@ -130,9 +149,77 @@ def test_sympy_and_numpy_have_their_places() -> None:
                 assert not at_load, f"{own} loads {top} at import"
 
 
-def test_every_package_is_in_the_table() -> None:
+def test_every_package_and_file_is_in_the_table() -> None:
     folders = {path.parent.name for path in (ROOT / "gacompiler").glob("*/__init__.py")}
-    assert folders - {"specs"} <= set(ALLOWED)
+    files = {path.stem for path in (ROOT / "gacompiler").glob("*.py")}
+    assert (folders | files) - {"specs"} == set(ALLOWED)
+
+
+def test_one_file_of_the_compiler_imports_algorithms() -> None:
+    found = {
+        module
+        for module, others in graph_of(ROOT, "gacompiler", "algorithms").items()
+        if module.startswith("gacompiler") and any(other.startswith("algorithms") for other in others)
+    }
+    assert found == {"gacompiler.robots.descriptions"}
+
+
+def graph_of(root: Path, *folders: str) -> dict[str, set[str]]:
+    """The modules that each module imports: when loaded, inside functions, and for type checkers only."""
+    paths = {
+        ".".join(path.relative_to(root).with_suffix("").parts).removesuffix(".__init__"): path
+        for folder in folders
+        for path in (root / folder).rglob("*.py")
+    }
+    graph: dict[str, set[str]] = {}
+    for module, path in paths.items():
+        package = path.relative_to(root).parts[:-1]
+        found = graph[module] = set()
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Import):
+                found |= {alias.name for alias in node.names}
+            elif isinstance(node, ast.ImportFrom):
+                base = package[: len(package) + 1 - node.level] if node.level else ()
+                name = ".".join([*base, *([node.module] if node.module else [])])
+                inside = {alias.name: f"{name}.{alias.name}" for alias in node.names}
+                found |= {each if each in paths else name for each in inside.values()}
+        found &= paths.keys() - {module}
+    return graph
+
+
+def circle(graph: Mapping[str, set[str]]) -> list[str]:
+    """Modules that import one another in a circle, the first one at both ends; none where there is no circle."""
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        return list(error.args[1])
+    return []
+
+
+def test_nothing_imports_in_a_circle() -> None:
+    graph = graph_of(ROOT, "gacompiler", "algorithms")
+    assert circle(graph) and set(circle(graph)) <= MUTUAL, " <- ".join(circle(graph))
+    joined = {module: set(others) for module, others in graph.items() if module not in MUTUAL}
+    for others in joined.values():
+        if others & MUTUAL:
+            others -= MUTUAL
+            others.add("MUTUAL")
+    joined["MUTUAL"] = set().union(*(graph[module] for module in MUTUAL)) - MUTUAL
+    assert not circle(joined), " <- ".join(circle(joined))
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["from .b import B", "def f():\n    from . import b", "if TYPE_CHECKING:\n    from p.b import B", "import p.b"],
+)
+def test_circles_are_found(tmp_path: Path, line: str) -> None:
+    (tmp_path / "p").mkdir()
+    (tmp_path / "p" / "__init__.py").write_text("from .a import A\n")
+    (tmp_path / "p" / "a.py").write_text(line)
+    (tmp_path / "p" / "b.py").write_text("import sys\n")
+    assert circle(graph_of(tmp_path, "p")) == []
+    (tmp_path / "p" / "b.py").write_text("from .a import A\n")
+    assert set(circle(graph_of(tmp_path, "p"))) == {"p.a", "p.b"}
 
 
 def test_specs_use_public_names() -> None:

@@ -1,0 +1,12 @@
+"""Random sets of items for robust estimates: the same ones in every run."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+def random_sets(n_items: int, size: int, count: int) -> NDArray[np.intp]:
+    """`count` sets (count, size) of different items out of `n_items`; they depend on these numbers alone."""
+    order = np.random.default_rng(n_items).random((count, n_items))
+    return np.argpartition(order, size - 1, axis=1)[:, :size]
