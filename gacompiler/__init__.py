@@ -52,6 +52,8 @@ from .frontend.operations import (
 )
 from .frontend.roots import cubic_roots, quadratic_roots, quartic_roots
 
+__version__ = "0.1.0"
+
 if TYPE_CHECKING:
     from .runtime import compile
     from .scripts import read_cluscript

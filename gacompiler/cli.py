@@ -17,6 +17,7 @@ from rich import progress as bars
 from rich.console import Console
 from rich.table import Table
 
+from . import __version__
 from .algebra.catalog import CATALOG, orthogonal
 from .backends import build_library, no_compiler, runtime_files
 from .backends.build import processors
@@ -101,7 +102,7 @@ def _examples(*lines: str) -> str:
         "gac show my_kernels.py:move_point",
     ),
 )
-@click.version_option(package_name="gacompiler")
+@click.version_option(__version__)
 @click.option(
     "--debug", is_flag=True, expose_value=False, callback=_wants_traceback, help="Print the traceback of an error too."
 )

@@ -42,7 +42,7 @@ ALLOWED: dict[str, set[str]] = {
     },
     "cli": {
         *("errors", "algebra", "frontend", "passes", "backends", "robots", "structure", "objects.recording", "prove"),
-        *("generate", "inspect", "runtime", "workers", "click", "rich"),
+        *("generate", "inspect", "runtime", "workers", "__version__", "click", "rich"),
     },
     "__init__": {"algebra", "frontend", "derivatives", "robots", "runtime", "scripts"},
     "__main__": {"cli"},

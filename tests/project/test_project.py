@@ -13,6 +13,7 @@ from typing import Any
 
 import pytest
 
+import gacompiler
 from gacompiler.backends.build import library_path
 from gacompiler.cli import main
 
@@ -87,7 +88,17 @@ def test_ci_runs_what_it_says() -> None:
 
 def test_version_is_the_latest_in_the_changelog() -> None:
     entries = re.findall(r"^## \[([^]]+)\]", (ROOT / "docs" / "CHANGELOG.md").read_text(), re.MULTILINE)
-    assert next(entry for entry in entries if entry != "Unreleased") == project()["project"]["version"]
+    assert next(entry for entry in entries if entry != "Unreleased") == gacompiler.__version__
+    assert project()["project"]["dynamic"] == ["version"]
+    assert project()["tool"]["setuptools"]["dynamic"] == {"version": {"attr": "gacompiler.__version__"}}
+
+
+def test_packages_are_marked_as_typed() -> None:
+    metadata = project()
+    assert "Typing :: Typed" in metadata["project"]["classifiers"]
+    assert "py.typed" in metadata["tool"]["setuptools"]["package-data"]["*"]
+    packages = [pattern.removesuffix("*") for pattern in metadata["tool"]["setuptools"]["packages"]["find"]["include"]]
+    assert [name for name in packages if not (ROOT / name / "py.typed").is_file()] == []
 
 
 def test_every_dependency_is_pinned() -> None:
