@@ -2,7 +2,7 @@
 // command: gac generate --all images
 // spec: ce3c99ce74e058d6
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: fb36fd91eaf947979f9ca7b60620ef6c019cb4ac2b1ed7e89c70891f185bb51b
+// body: 04b9aecca85b45d91b301ed9ff44208bdf4d2adc58f19db9ef46c4cd8757085b
 /* images
    Images, one pixel at a time: optical flow from the phases of complex bands, and the median that smooths it.
    
@@ -33,14 +33,14 @@ extern "C" {
      south[8]  SCALAR.
      out[8]  SCALAR.
    Costs 40 mul, 32 add, 8 call.
-   Where `west` and `east` and `north` stay the same for 2 elements or more: 20 mul, 20 add, 4 call once, then 20
-   mul, 12 add, 4 call for each.
-   Where `west` and `east` and `south` stay the same for 2 elements or more: 20 mul, 20 add, 4 call once, then 20
-   mul, 12 add, 4 call for each.
-   Where `west` and `north` and `south` stay the same for 2 elements or more: 20 mul, 20 add, 4 call once, then
-   20 mul, 12 add, 4 call for each.
-   Where `east` and `north` and `south` stay the same for 2 elements or more: 20 mul, 20 add, 4 call once, then
-   20 mul, 12 add, 4 call for each.
+   Where `west` and `east` and `north` are the same for 2 elements or more: 20 mul, 20 add, 4 call once, then 20
+   mul, 12 add, 4 call for each element.
+   Where `west` and `east` and `south` are the same for 2 elements or more: 20 mul, 20 add, 4 call once, then 20
+   mul, 12 add, 4 call for each element.
+   Where `west` and `north` and `south` are the same for 2 elements or more: 20 mul, 20 add, 4 call once, then 20
+   mul, 12 add, 4 call for each element.
+   Where `east` and `north` and `south` are the same for 2 elements or more: 20 mul, 20 add, 4 call once, then 20
+   mul, 12 add, 4 call for each element.
    Error: 0.7 ulp of the largest coefficient, 64 random inputs. */
 void images_phase_slopes_f64(const double *west, const double *east, const double *north, const double *south,
     double *out);
@@ -61,10 +61,10 @@ void images_phase_slopes_loop_f32(char **args, const intptr_t *dimensions, const
      floor[4]  SCALAR.
      out[6]  SCALAR.
    Costs 76 mul, 42 add, 4 sqrt, 4 call, 24 choice.
-   Where `first` and `second` and `floor` stay the same for 2 elements or more: 48 mul, 27 add, 4 sqrt, 4 call,
-   24 choice once, then 28 mul, 15 add for each.
-   Where `first` and `slopes` and `second` stay the same for 2 elements or more: 36 mul, 24 add, 4 sqrt, 4 call,
-   16 choice once, then 40 mul, 18 add, 8 choice for each.
+   Where `first` and `second` and `floor` are the same for 2 elements or more: 48 mul, 27 add, 4 sqrt, 4 call, 24
+   choice once, then 28 mul, 15 add for each element.
+   Where `first` and `slopes` and `second` are the same for 2 elements or more: 36 mul, 24 add, 4 sqrt, 4 call,
+   16 choice once, then 40 mul, 18 add, 8 choice for each element.
    Error: 2.1 ulp of the largest coefficient, 64 random inputs. */
 void images_phase_equations_f64(const double *first, const double *slopes, const double *second, const double
     *floor, double *out);
@@ -81,8 +81,8 @@ void images_phase_equations_loop_f32(char **args, const intptr_t *dimensions, co
      ridge  SCALAR.
      out[3]  SCALAR.
    Costs 13 mul, 13 add, 2 div, 1 sqrt, 2 choice.
-   Where `sums` stay the same for 2 elements or more: 6 mul, 4 add, 1 sqrt, 1 choice once, then 7 mul, 9 add, 2
-   div, 1 choice for each.
+   Where `sums` is the same for 2 elements or more: 6 mul, 4 add, 1 sqrt, 1 choice once, then 7 mul, 9 add, 2
+   div, 1 choice for each element.
    Error: 2.8 ulp of the largest coefficient, 64 random inputs. */
 void images_solve_motion_f64(const double *sums, double ridge, double *out);
 void images_solve_motion_f32(const float *sums, float ridge, float *out);

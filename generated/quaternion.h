@@ -2,7 +2,7 @@
 // command: gac generate --all quaternion
 // spec: fa6c25573d842394
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 801dd73b45bc17b391f91a9fe02410dca4d88b7e5a0b49ee5881eadbbc0c7a9b
+// body: 4108f86ab16aad6b1c76e69b043599a794867d21f5c6339b692f0979a61d8d66
 /* quaternion
    Quaternions (w, x, y, z), scalar first, as the even elements of G(3): ``i = e32, j = e13, k = e21``.
    
@@ -42,9 +42,12 @@ void quaternion_product_loop_f32(char **args, const intptr_t *dimensions, const 
      r[4]  VGA3.QUATERNION: 1, e32, e13, e21.
      out[4]  VGA3.QUATERNION: 1, e32, e13, e21.
    Costs 32 mul, 24 add.
-   Where `p` and `q` stay the same for 2 elements or more: 16 mul, 12 add once, then 16 mul, 12 add for each.
-   Where `p` and `r` stay the same for 2 elements or more: 16 mul, 32 add once, then 16 mul, 12 add for each.
-   Where `q` and `r` stay the same for 2 elements or more: 16 mul, 12 add once, then 16 mul, 12 add for each.
+   Where `p` and `q` are the same for 2 elements or more: 16 mul, 12 add once, then 16 mul, 12 add for each
+   element.
+   Where `p` and `r` are the same for 2 elements or more: 16 mul, 32 add once, then 16 mul, 12 add for each
+   element.
+   Where `q` and `r` are the same for 2 elements or more: 16 mul, 12 add once, then 16 mul, 12 add for each
+   element.
    Error: 2.1 ulp of the largest coefficient, 64 random inputs. */
 void quaternion_product_of_three_f64(const double *p, const double *q, const double *r, double *out);
 void quaternion_product_of_three_f32(const float *p, const float *q, const float *r, float *out);
@@ -97,7 +100,7 @@ void quaternion_normalize_loop_f32(char **args, const intptr_t *dimensions, cons
      out[3]  VGA3.VECTOR: e1, e2, e3.
    Assumes ``q ~q = 1``.
    Costs 18 mul, 12 add.
-   Where `q` stay the same for 2 elements or more: 16 mul, 13 add once, then 9 mul, 6 add for each.
+   Where `q` is the same for 2 elements or more: 16 mul, 13 add once, then 9 mul, 6 add for each element.
    Error: 2.5 ulp of the largest coefficient, 64 random inputs. */
 void quaternion_rotate_vector_f64(const double *q, const double *v, double *out);
 void quaternion_rotate_vector_f32(const float *q, const float *v, float *out);
@@ -110,7 +113,7 @@ void quaternion_rotate_vector_loop_f32(char **args, const intptr_t *dimensions, 
      out[3]  VGA3.VECTOR: e1, e2, e3.
    Assumes ``q ~q = 1``.
    Costs 18 mul, 12 add.
-   Where `q` stay the same for 2 elements or more: 16 mul, 13 add once, then 9 mul, 6 add for each.
+   Where `q` is the same for 2 elements or more: 16 mul, 13 add once, then 9 mul, 6 add for each element.
    Error: 2.7 ulp of the largest coefficient, 64 random inputs. */
 void quaternion_rotate_vector_back_f64(const double *q, const double *v, double *out);
 void quaternion_rotate_vector_back_f32(const float *q, const float *v, float *out);
@@ -148,10 +151,10 @@ void quaternion_from_matrix_loop_f32(char **args, const intptr_t *dimensions, co
      angle  SCALAR.
      out[4]  VGA3.UNIT_QUATERNION: 1, e32, e13, e21; unit.
    Costs 7 mul, 2 add, 1 div, 1 sqrt, 2 call.
-   Where `angle` stay the same for 2 elements or more: 1 mul, 0 add, 2 call once, then 6 mul, 2 add, 1 div, 1
-   sqrt for each.
-   Where `axis` stay the same for 2 elements or more: 3 mul, 2 add, 1 sqrt once, then 4 mul, 0 add, 1 div, 2 call
-   for each.
+   Where `angle` is the same for 2 elements or more: 1 mul, 0 add, 2 call once, then 6 mul, 2 add, 1 div, 1 sqrt
+   for each element.
+   Where `axis` is the same for 2 elements or more: 3 mul, 2 add, 1 sqrt once, then 4 mul, 0 add, 1 div, 2 call
+   for each element.
    Error: 1.2 ulp of the largest coefficient, 64 random inputs. */
 void quaternion_from_axis_angle_f64(const double *axis, double angle, double *out);
 void quaternion_from_axis_angle_f32(const float *axis, float angle, float *out);
@@ -185,12 +188,12 @@ void quaternion_to_rotation_vector_loop_f32(char **args, const intptr_t *dimensi
      yaw  SCALAR.
      out[4]  VGA3.UNIT_QUATERNION: 1, e32, e13, e21; unit.
    Costs 15 mul, 4 add, 6 call.
-   Where `pitch` and `yaw` stay the same for 2 elements or more: 6 mul, 0 add, 4 call once, then 9 mul, 4 add, 2
-   call for each.
-   Where `roll` and `pitch` stay the same for 2 elements or more: 2 mul, 0 add, 4 call once, then 13 mul, 4 add,
-   2 call for each.
-   Where `roll` and `yaw` stay the same for 2 elements or more: 2 mul, 0 add, 4 call once, then 13 mul, 4 add, 2
-   call for each.
+   Where `pitch` and `yaw` are the same for 2 elements or more: 6 mul, 0 add, 4 call once, then 9 mul, 4 add, 2
+   call for each element.
+   Where `roll` and `pitch` are the same for 2 elements or more: 2 mul, 0 add, 4 call once, then 13 mul, 4 add, 2
+   call for each element.
+   Where `roll` and `yaw` are the same for 2 elements or more: 2 mul, 0 add, 4 call once, then 13 mul, 4 add, 2
+   call for each element.
    Error: 1.2 ulp of the largest coefficient, 64 random inputs. */
 void quaternion_from_roll_pitch_yaw_f64(double roll, double pitch, double yaw, double *out);
 void quaternion_from_roll_pitch_yaw_f32(float roll, float pitch, float yaw, float *out);
@@ -262,8 +265,8 @@ void quaternion_square_root_loop_f32(char **args, const intptr_t *dimensions, co
      t  SCALAR.
      out[4]  VGA3.QUATERNION: 1, e32, e13, e21.
    Costs 15 mul, 4 add, 1 div, 1 sqrt, 5 call, 6 choice.
-   Where `q` stay the same for 2 elements or more: 4 mul, 3 add, 1 sqrt, 2 call, 4 choice once, then 11 mul, 1
-   add, 1 div, 3 call, 2 choice for each.
+   Where `q` is the same for 2 elements or more: 4 mul, 3 add, 1 sqrt, 2 call, 4 choice once, then 11 mul, 1 add,
+   1 div, 3 call, 2 choice for each element.
    Error: 4.2 ulp of the largest coefficient, 64 random inputs. */
 void quaternion_power_f64(const double *q, double t, double *out);
 void quaternion_power_f32(const float *q, float t, float *out);
@@ -277,8 +280,8 @@ void quaternion_power_loop_f32(char **args, const intptr_t *dimensions, const in
      out[4]  VGA3.UNIT_QUATERNION: 1, e32, e13, e21; unit.
    Assumes ``p ~p = 1``, ``q ~q = 1``.
    Costs 16 mul, 9 add, 1 div, 1 sqrt, 3 call, 7 choice.
-   Where `p` and `q` stay the same for 2 elements or more: 5 mul, 4 add, 1 sqrt, 1 call, 5 choice once, then 11
-   mul, 5 add, 1 div, 2 call, 2 choice for each.
+   Where `p` and `q` are the same for 2 elements or more: 5 mul, 4 add, 1 sqrt, 1 call, 5 choice once, then 11
+   mul, 5 add, 1 div, 2 call, 2 choice for each element.
    Error: 4.5 ulp of the largest coefficient, 64 random inputs. */
 void quaternion_slerp_f64(const double *p, const double *q, double t, double *out);
 void quaternion_slerp_f32(const float *p, const float *q, float t, float *out);
@@ -318,9 +321,12 @@ void quaternion_unpack_two_sided_loop_f32(char **args, const intptr_t *dimension
      out_0[2]  SCALAR.
      out_1[2]  SCALAR.
    Costs 32 mul, 28 add.
-   Where `p` and `q` stay the same for 2 elements or more: 16 mul, 16 add once, then 16 mul, 12 add for each.
-   Where `p` and `r` stay the same for 2 elements or more: 16 mul, 36 add once, then 16 mul, 12 add for each.
-   Where `q` and `r` stay the same for 2 elements or more: 16 mul, 16 add once, then 16 mul, 12 add for each.
+   Where `p` and `q` are the same for 2 elements or more: 16 mul, 16 add once, then 16 mul, 12 add for each
+   element.
+   Where `p` and `r` are the same for 2 elements or more: 16 mul, 36 add once, then 16 mul, 12 add for each
+   element.
+   Where `q` and `r` are the same for 2 elements or more: 16 mul, 16 add once, then 16 mul, 12 add for each
+   element.
    Error: 2.4 ulp of the largest coefficient, 64 random inputs. */
 void quaternion_pack_turned_f64(const double *p, const double *q, const double *r, double *out_0, double *out_1);
 void quaternion_pack_turned_f32(const float *p, const float *q, const float *r, float *out_0, float *out_1);
@@ -334,14 +340,14 @@ void quaternion_pack_turned_loop_f32(char **args, const intptr_t *dimensions, co
      r[4]  VGA3.QUATERNION: 1, e32, e13, e21.
      out[4]  VGA3.QUATERNION: 1, e32, e13, e21.
    Costs 36 mul, 28 add.
-   Where `z_plus` and `p` and `r` stay the same for 2 elements or more: 52 mul, 36 add once, then 8 mul, 8 add
-   for each.
-   Where `z_minus` and `p` and `r` stay the same for 2 elements or more: 52 mul, 36 add once, then 8 mul, 8 add
-   for each.
-   Where `z_plus` and `z_minus` and `p` stay the same for 2 elements or more: 20 mul, 16 add once, then 16 mul,
-   12 add for each.
-   Where `z_plus` and `z_minus` and `r` stay the same for 2 elements or more: 20 mul, 16 add once, then 16 mul,
-   12 add for each.
+   Where `z_plus` and `p` and `r` are the same for 2 elements or more: 52 mul, 36 add once, then 8 mul, 8 add for
+   each element.
+   Where `z_minus` and `p` and `r` are the same for 2 elements or more: 52 mul, 36 add once, then 8 mul, 8 add
+   for each element.
+   Where `z_plus` and `z_minus` and `p` are the same for 2 elements or more: 20 mul, 16 add once, then 16 mul, 12
+   add for each element.
+   Where `z_plus` and `z_minus` and `r` are the same for 2 elements or more: 20 mul, 16 add once, then 16 mul, 12
+   add for each element.
    Error: 2.2 ulp of the largest coefficient, 64 random inputs. */
 void quaternion_unpack_turned_f64(const double *z_plus, const double *z_minus, const double *p, const double *r,
     double *out);
@@ -361,14 +367,14 @@ void quaternion_unpack_turned_loop_f32(char **args, const intptr_t *dimensions, 
      nu[3]  VGA3.VECTOR: e1, e2, e3.
      out[4]  VGA3.QUATERNION: 1, e32, e13, e21.
    Costs 22 mul, 16 add.
-   Where `w` and `mu` and `nu` stay the same for 2 elements or more: 27 mul, 17 add once, then 7 mul, 7 add for
-   each.
-   Where `mirrored` and `mu` and `nu` stay the same for 2 elements or more: 27 mul, 18 add once, then 7 mul, 7
-   add for each.
-   Where `w` and `mirrored` and `mu` stay the same for 2 elements or more: 10 mul, 4 add once, then 12 mul, 12
-   add for each.
-   Where `w` and `mirrored` and `nu` stay the same for 2 elements or more: 14 mul, 4 add once, then 12 mul, 12
-   add for each.
+   Where `w` and `mu` and `nu` are the same for 2 elements or more: 27 mul, 17 add once, then 7 mul, 7 add for
+   each element.
+   Where `mirrored` and `mu` and `nu` are the same for 2 elements or more: 27 mul, 18 add once, then 7 mul, 7 add
+   for each element.
+   Where `w` and `mirrored` and `mu` are the same for 2 elements or more: 10 mul, 4 add once, then 12 mul, 12 add
+   for each element.
+   Where `w` and `mirrored` and `nu` are the same for 2 elements or more: 14 mul, 4 add once, then 12 mul, 12 add
+   for each element.
    Error: 1.8 ulp of the largest coefficient, 64 random inputs. */
 void quaternion_unpack_real_f64(const double *w, const double *mirrored, const double *mu, const double *nu, double
     *out);
@@ -385,8 +391,8 @@ void quaternion_unpack_real_loop_f32(char **args, const intptr_t *dimensions, co
      nu[3]  VGA3.VECTOR: e1, e2, e3.
      out[2]  SCALAR.
    Costs 17 mul, 14 add, 1 div.
-   Where `mu` and `nu` stay the same for 2 elements or more: 15 mul, 9 add, 1 div once, then 6 mul, 5 add for
-   each.
+   Where `mu` and `nu` are the same for 2 elements or more: 15 mul, 9 add, 1 div once, then 6 mul, 5 add for each
+   element.
    Error: 20.4 ulp of the largest coefficient, 64 random inputs. */
 void quaternion_pack_real_f64(const double *q, const double *mu, const double *nu, double *out);
 void quaternion_pack_real_f32(const float *q, const float *mu, const float *nu, float *out);
@@ -419,14 +425,14 @@ void quaternion_to_phases_loop_f32(char **args, const intptr_t *dimensions, cons
      psi  SCALAR.
      out[4]  VGA3.QUATERNION: 1, e32, e13, e21.
    Costs 14 mul, 4 add, 6 call.
-   Where `phi` and `theta` and `psi` stay the same for 2 elements or more: 12 mul, 4 add, 6 call once, then 4
-   mul, 0 add for each.
-   Where `size` and `phi` and `psi` stay the same for 2 elements or more: 6 mul, 0 add, 4 call once, then 8 mul,
-   4 add, 2 call for each.
-   Where `size` and `phi` and `theta` stay the same for 2 elements or more: 2 mul, 0 add, 4 call once, then 12
-   mul, 4 add, 2 call for each.
-   Where `size` and `theta` and `psi` stay the same for 2 elements or more: 0 mul, 0 add, 4 call once, then 14
-   mul, 4 add, 2 call for each.
+   Where `phi` and `theta` and `psi` are the same for 2 elements or more: 12 mul, 4 add, 6 call once, then 4 mul,
+   0 add for each element.
+   Where `size` and `phi` and `psi` are the same for 2 elements or more: 6 mul, 0 add, 4 call once, then 8 mul, 4
+   add, 2 call for each element.
+   Where `size` and `phi` and `theta` are the same for 2 elements or more: 2 mul, 0 add, 4 call once, then 12
+   mul, 4 add, 2 call for each element.
+   Where `size` and `theta` and `psi` are the same for 2 elements or more: 0 mul, 0 add, 4 call once, then 14
+   mul, 4 add, 2 call for each element.
    Error: 2.1 ulp of the largest coefficient, 64 random inputs. */
 void quaternion_from_phases_f64(double size, double phi, double theta, double psi, double *out);
 void quaternion_from_phases_f32(float size, float phi, float theta, float psi, float *out);

@@ -1,4 +1,4 @@
-"""Where the extension lies through which Python calls kernels, and how it is loaded; nothing is loaded by importing this."""
+"""The file of the extension through which Python calls kernels: its name, its place, and how it is loaded."""
 
 from __future__ import annotations
 
