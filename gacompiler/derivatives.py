@@ -18,18 +18,14 @@ from typing import Any
 
 from .algebra.layout import SCALAR, SCALARS, Layout
 from .algebra.multivector import Multivector
-from .algebra.products import GRADE_RULES
+from .algebra.operations import Derivative, Operation
 from .algebra.signs import norm_signs
 from .errors import KernelError
-from .frontend.expression import ASSEMBLE, COEFFICIENT, CONSTANT, GRADE, INPUT, Expression, lift, node, topological
+from .frontend.expression import Expression, lift, node, topological
 from .frontend.kernel import ArrayOf, Kernel, Parameter, trace
 from .frontend.operations import assemble
 from .passes.decide import decide
 from .passes.rewrite import rewrite
-
-_BILINEAR = (*GRADE_RULES, "regressive_product", "commutator", "anticommutator")
-_LINEAR = ("negate", "reverse", "grade_involution", "clifford_conjugate", "dual", "undual", "polarity")
-_ZERO = ("less", "less_equal", "equal")
 
 
 def derivative(expressions: Sequence[Expression], tangents: Mapping[Expression, Expression]) -> list[Expression]:
@@ -37,7 +33,7 @@ def derivative(expressions: Sequence[Expression], tangents: Mapping[Expression, 
     zero = lift(0)
     found: dict[Expression, Expression] = {}
     for expression in topological(expressions):
-        if expression.operation in (INPUT, CONSTANT):
+        if expression.operation in (Operation.INPUT, Operation.CONSTANT):
             found[expression] = tangents.get(expression, zero)
         else:
             found[expression] = _rule(expression, [found[argument] for argument in expression.arguments])
@@ -45,7 +41,7 @@ def derivative(expressions: Sequence[Expression], tangents: Mapping[Expression, 
 
 
 def _is_zero(expression: Expression) -> bool:
-    return expression.operation == CONSTANT and not expression.data.terms
+    return expression.operation is Operation.CONSTANT and not expression.data.terms
 
 
 def _sum(parts: Sequence[Expression]) -> Expression:
@@ -60,90 +56,93 @@ def _rule(expression: Expression, d: list[Expression]) -> Expression:
     """The derivative of one node, given those of its arguments."""
     if all(map(_is_zero, d)):
         return lift(0)
-    operation, arguments = expression.operation, expression.arguments
-    if operation in _BILINEAR:
-        (a, b), (da, db) = arguments, d
-        left = lift(0) if _is_zero(da) else node(operation, da, b)
-        right = lift(0) if _is_zero(db) else node(operation, a, db)
-        return _sum([left, right])
-    if operation in _LINEAR:
-        return node(operation, d[0])
-    if operation in (GRADE, COEFFICIENT):
-        return lift(0) if d[0].algebra == SCALARS != arguments[0].algebra else _same(expression, d)
-    if operation == ASSEMBLE:
-        return _same(expression, d)
-    if operation == "add":
-        return _sum(d)
-    if operation == "subtract":
-        return _sum([d[0], lift(0) if _is_zero(d[1]) else -d[1]])
-    if operation == "sandwich":
-        v, x = arguments
-        (dv, dx) = d
-        odd = {blade.bit_count() & 1 for blade in v.blades} == {1}
-        moved = node("grade_involution", x) if odd else x
-        parts = [lift(0) if _is_zero(dx) else node("sandwich", v, dx)]
-        if not _is_zero(dv):
-            parts += [dv * moved * ~v, v * moved * ~dv]
-        return _sum(parts)
-    return _scalar_rule(expression, d)
+    operation, x = expression.operation, expression.arguments
+    match operation.row.derivative:
+        case Derivative.BILINEAR:
+            left = lift(0) if _is_zero(d[0]) else node(operation, d[0], x[1])
+            right = lift(0) if _is_zero(d[1]) else node(operation, x[0], d[1])
+            return _sum([left, right])
+        case Derivative.LINEAR:
+            return node(operation, d[0])
+        case Derivative.ZERO:
+            return lift(0)
+        case Derivative.OWN:
+            return _own_rule(expression, d)
 
 
 def _same(expression: Expression, d: list[Expression]) -> Expression:
     return Expression(expression.operation, tuple(d), expression.data, expression.algebra)
 
 
-def _scalar_rule(expression: Expression, d: list[Expression]) -> Expression:
-    """Quotients, norms and functions; the value itself is reused where it occurs in its derivative."""
+def _own_rule(expression: Expression, d: list[Expression]) -> Expression:
+    """The rules of single operations; the value itself is reused where it occurs in its derivative."""
     x = expression.arguments
     value, half = expression, Fraction(1, 2)
     match expression.operation:
-        case "divide":
+        case Operation.GRADE | Operation.COEFFICIENT:
+            return lift(0) if d[0].algebra == SCALARS != x[0].algebra else _same(expression, d)
+        case Operation.ASSEMBLE:
+            return _same(expression, d)
+        case Operation.ADD:
+            return _sum(d)
+        case Operation.SUBTRACT:
+            return _sum([d[0], lift(0) if _is_zero(d[1]) else -d[1]])
+        case Operation.SANDWICH:
+            return _sandwich_rule(x[0], x[1], d[0], d[1])
+        case Operation.DIVIDE:
             first = lift(0) if _is_zero(d[0]) else d[0] / x[1]
             return first if _is_zero(d[1]) else _sum([first, -(value * d[1]) / x[1]])
-        case "inverse":
+        case Operation.INVERSE:
             return -(value * d[0] * value)
-        case "determinant":
-            return node("scalar_product", _adjugate(x[0]), d[0])
-        case "norm_squared":
-            return node("scalar_product", d[0], ~x[0]) + node("scalar_product", x[0], ~d[0])
-        case "norm":
-            square = node("norm_squared", x[0])
+        case Operation.DETERMINANT:
+            return node(Operation.SCALAR_PRODUCT, _adjugate(x[0]), d[0])
+        case Operation.NORM_SQUARED:
+            return node(Operation.SCALAR_PRODUCT, d[0], ~x[0]) + node(Operation.SCALAR_PRODUCT, x[0], ~d[0])
+        case Operation.NORM:
+            square = node(Operation.NORM_SQUARED, x[0])
             slope = _rule(square, d)
             signs = norm_signs(x[0].algebra, x[0].blades)
             if signs.both:
-                slope = node("select", square > 0, slope, -slope)
+                slope = node(Operation.SELECT, square > 0, slope, -slope)
             elif signs.negative:
                 slope = -slope
             return half * slope / value
-        case "normalize":
-            size = node("norm", x[0])
+        case Operation.NORMALIZE:
+            size = node(Operation.NORM, x[0])
             return d[0] / size - value * _rule(size, d) / size
-        case "sqrt":
+        case Operation.SQRT:
             return half * d[0] / value
-        case "sin":
-            return node("cos", x[0]) * d[0]
-        case "cos":
-            return -(node("sin", x[0]) * d[0])
-        case "exp":
+        case Operation.SIN:
+            return node(Operation.COS, x[0]) * d[0]
+        case Operation.COS:
+            return -(node(Operation.SIN, x[0]) * d[0])
+        case Operation.EXP:
             return value * d[0]
-        case "log":
+        case Operation.LOG:
             return d[0] / x[0]
-        case "acos":
-            return -d[0] / node("sqrt", 1 - x[0] * x[0])
-        case "atan2":
+        case Operation.ACOS:
+            return -d[0] / node(Operation.SQRT, 1 - x[0] * x[0])
+        case Operation.ATAN2:
             return (x[1] * d[0] - x[0] * d[1]) / (x[0] * x[0] + x[1] * x[1])
-        case "abs":
-            return node("select", x[0] > 0, d[0], -d[0])
-        case "minimum":
-            return node("select", x[0] < x[1], d[0], d[1])
-        case "maximum":
-            return node("select", x[1] < x[0], d[0], d[1])
-        case "select":
-            return node("select", x[0], d[1], d[2])
-        case operation if operation in _ZERO:
-            return lift(0)
+        case Operation.ABS:
+            return node(Operation.SELECT, x[0] > 0, d[0], -d[0])
+        case Operation.MINIMUM:
+            return node(Operation.SELECT, x[0] < x[1], d[0], d[1])
+        case Operation.MAXIMUM:
+            return node(Operation.SELECT, x[1] < x[0], d[0], d[1])
+        case Operation.SELECT:
+            return node(Operation.SELECT, x[0], d[1], d[2])
         case operation:
             raise KernelError("derivative", f"no rule for {operation}", "an operation with a derivative")
+
+
+def _sandwich_rule(v: Expression, x: Expression, dv: Expression, dx: Expression) -> Expression:
+    odd = {blade.bit_count() & 1 for blade in v.blades} == {1}
+    moved = node(Operation.GRADE_INVOLUTION, x) if odd else x
+    parts = [lift(0) if _is_zero(dx) else node(Operation.SANDWICH, v, dx)]
+    if not _is_zero(dv):
+        parts += [dv * moved * ~v, v * moved * ~dv]
+    return _sum(parts)
 
 
 def _adjugate(a: Expression) -> Expression:
@@ -206,7 +205,7 @@ def _numbers(value: Expression, layout: Layout) -> list[Expression]:
     """The stored coefficients of a result, as scalar expressions."""
     if value.algebra == SCALARS:
         return [value if slot.blade == 0 else lift(0) for slot in layout.stored]
-    return [Expression(COEFFICIENT, (value,), (slot.sign, slot.blade), SCALARS) for slot in layout.stored]
+    return [Expression(Operation.COEFFICIENT, (value,), (slot.sign, slot.blade), SCALARS) for slot in layout.stored]
 
 
 def _result_layout(definition: Kernel) -> Layout:
@@ -274,7 +273,7 @@ def matrix_of(definition: Kernel, wrt: str) -> Kernel:
         columns = []
         for t in _coefficient_tangents(variable, parameter.layout):
             (column,) = derivative([value], {variable: t})
-            if any(e.operation == INPUT and e == variable for e in topological([column])):
+            if any(e.operation is Operation.INPUT and e == variable for e in topological([column])):
                 raise KernelError(definition.where, f"the result is not linear in {wrt}", "a linear expression")
             columns.append(_numbers(column, layout))
         return tuple(tuple(column[row] for column in columns) for row in range(layout.size))

@@ -1,21 +1,26 @@
-"""The three involutions: a sign for each grade ``k`` (Dorst, Fontijne & Mann 2007, §2.9)."""
+"""The three involutions, by the signs of grades in the table of operations."""
 
 from __future__ import annotations
 
-from .blades import reverse_sign
 from .multivector import Multivector
+from .operations import Operation
 
 
 def reverse(a: Multivector) -> Multivector:
-    """Reverse the order of vectors in every product: sign ``(-1)**(k (k-1) / 2)``."""
-    return a.with_signs(reverse_sign)
+    """Reverse the order of vectors in every product: sign ``(-1)**(k (k - 1) / 2)``."""
+    return _signed(Operation.REVERSE, a)
 
 
 def grade_involution(a: Multivector) -> Multivector:
     """Negate every vector: sign ``(-1)**k``."""
-    return a.with_signs(lambda k: -1 if k & 1 else 1)
+    return _signed(Operation.GRADE_INVOLUTION, a)
 
 
 def clifford_conjugate(a: Multivector) -> Multivector:
-    """Reverse and grade involution together: sign ``(-1)**(k (k+1) / 2)``."""
-    return a.with_signs(lambda k: -1 if (k + 1) & 2 else 1)
+    """Reverse and grade involution together: sign ``(-1)**(k (k + 1) / 2)``."""
+    return _signed(Operation.CLIFFORD_CONJUGATE, a)
+
+
+def _signed(operation: Operation, a: Multivector) -> Multivector:
+    assert operation.row.signs is not None
+    return a.with_signs(operation.row.signs)

@@ -28,7 +28,7 @@ class Multivector:
     -----
     Operators: ``+ -``, ``*`` geometric product, ``^`` outer product, ``&`` regressive product, ``~`` reverse,
     ``/`` by a scalar, ``**`` by a natural number. Python gives ``^`` and ``&`` a lower precedence than ``+``: use
-    parentheses. Every other operation is a function, see `gacompiler.algebra.operations`.
+    parentheses. Every other operation is a function, see `gacompiler.algebra.meanings`.
     """
 
     __slots__ = ("algebra", "terms")
@@ -96,7 +96,7 @@ class Multivector:
         return Multivector(self.algebra, terms)
 
     def product(self, name: str, other: Multivector) -> Multivector:
-        """One of the products of `gacompiler.algebra.products.GRADE_RULES`."""
+        """The product of this name that keeps some grades of the geometric product, or a bracket of it."""
         return Multivector(self.algebra, product(self.algebra, name, self.terms, other.terms))
 
     def lift(self, other: Any) -> Multivector:

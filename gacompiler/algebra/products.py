@@ -1,32 +1,21 @@
-"""Every bilinear product as one rule: which grades of the geometric product it keeps.
+"""Every bilinear product by the rule in its row of the table of operations: which grades it keeps, or which bracket.
 
 For operands of grade ``p`` and ``q`` the geometric product has parts of grade ``r``; a product is the predicate
-``(p, q, r)`` that selects them (Dorst, Fontijne & Mann 2007, §19.4; Hestenes & Sobczyk 1984, §1-1). The metric enters
-only through the geometric product of basis blades.
+``(p, q, r)`` that selects them. The metric enters only through the geometric product of basis blades.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from fractions import Fraction
 from typing import Protocol
 
 from .blades import Rational, exact, grade, outer
 from .blades import Terms as BladeTerms
 from .coefficients import Coefficient, is_zero, scale
+from .operations import BY_NAME, Operation
 
 Terms = Mapping[int, Coefficient]
-
-GRADE_RULES: Mapping[str, Callable[[int, int, int], bool]] = {
-    "geometric_product": lambda p, q, r: True,
-    "outer_product": lambda p, q, r: r == p + q,
-    "left_contraction": lambda p, q, r: r == q - p,
-    "right_contraction": lambda p, q, r: r == p - q,
-    "inner_product": lambda p, q, r: r == abs(p - q),
-    "hestenes_product": lambda p, q, r: r == abs(p - q) and p != 0 and q != 0,
-    "scalar_product": lambda p, q, r: r == 0,
-}
-
 
 Row = dict[int, tuple[tuple[int, Rational], ...]]
 
@@ -39,10 +28,6 @@ class BladeAlgebra(Protocol):
 
     def product_row(self, name: str, left: int) -> Row:
         """What is known so far of the product `name` of one basis blade with others; `product` adds to it."""
-
-
-_BRACKETS: Mapping[str, int] = {"commutator": -1, "anticommutator": 1}
-"""Half of ``a b - b a`` and of ``a b + b a``: basis blades that commute or anticommute keep all or nothing."""
 
 
 def product(algebra: BladeAlgebra, name: str, a: Terms, b: Terms) -> dict[int, Coefficient]:
@@ -65,12 +50,17 @@ def product(algebra: BladeAlgebra, name: str, a: Terms, b: Terms) -> dict[int, C
 
 def kept(algebra: BladeAlgebra, name: str, left: int, right: int) -> tuple[tuple[int, Rational], ...]:
     """The terms of the geometric product of two basis blades that the product `name` keeps."""
-    if name == "outer_product":
+    operation = BY_NAME[name]
+    if operation is Operation.OUTER_PRODUCT:
         sign = outer(left, right)
         return ((left | right, sign),) if sign else ()
-    if name in _BRACKETS:
+    bracket, keeps = operation.row.bracket, operation.row.grades
+    if bracket:
+        # Basis blades that commute or anticommute keep all or nothing of their product.
         there, back = algebra.blade_product(left, right), algebra.blade_product(right, left)
-        sums = {blade: there.get(blade, 0) + _BRACKETS[name] * back.get(blade, 0) for blade in sorted({*there, *back})}
+        sums = {blade: there.get(blade, 0) + bracket * back.get(blade, 0) for blade in sorted({*there, *back})}
         return tuple((blade, exact(Fraction(value) / 2)) for blade, value in sums.items() if value)
-    rule, p, q = GRADE_RULES[name], grade(left), grade(right)
-    return tuple((blade, f) for blade, f in algebra.blade_product(left, right).items() if rule(p, q, grade(blade)))
+    if keeps is None:
+        raise KeyError(f"{name} is no part of the geometric product")
+    p, q = grade(left), grade(right)
+    return tuple((blade, f) for blade, f in algebra.blade_product(left, right).items() if keeps(p, q, grade(blade)))

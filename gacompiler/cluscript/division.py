@@ -7,9 +7,10 @@ from fractions import Fraction
 from typing import Any
 
 from ..algebra.multivector import Multivector
+from ..algebra.operations import Operation
 from ..algebra.versors import SMALL_DIMENSION, n_vectors
 from ..errors import ZeroDivisorError
-from ..frontend.expression import INPUT, Expression, evaluate, topological
+from ..frontend.expression import Expression, evaluate, topological
 from ..frontend.operations import apply, inverse, norm_squared, reverse
 from ..ir.scalar import Graph
 
@@ -19,7 +20,7 @@ def zero_divisors(divisors: Sequence[Expression]) -> list[bool]:
     found, graph, memory = [], Graph(), dict[Expression, Multivector]()
     for divisor in divisors:
         checked = divisor if divisor.is_scalar else norm_squared(divisor)
-        names = [e.data.components[0] for e in topological([checked], memory) if e.operation == INPUT]
+        names = [e.data.components[0] for e in topological([checked], memory) if e.operation is Operation.INPUT]
         inputs = {name: graph.variable(name) for name in names}
         (value,) = evaluate([checked], inputs, memory, graph.lift)
         number = graph.lift(value.scalar)
@@ -29,7 +30,15 @@ def zero_divisors(divisors: Sequence[Expression]) -> list[bool]:
     return found
 
 
-_KEEPS = ("reverse", "negate", "outer_product", "hestenes_product", "grade_involution", "dual", "undual")
+_KEEPS = (
+    Operation.REVERSE,
+    Operation.NEGATE,
+    Operation.OUTER_PRODUCT,
+    Operation.HESTENES_PRODUCT,
+    Operation.GRADE_INVOLUTION,
+    Operation.DUAL,
+    Operation.UNDUAL,
+)
 """What makes blades of blades."""
 
 
@@ -49,15 +58,15 @@ def quotient(a: Any, b: Any) -> Any:
     if isinstance(b, (Expression, Multivector)) and not b.blades:
         raise ZeroDivisorError("division", f"a division by {b}, which is zero", "a divisor other than zero")
     if not isinstance(b, (Expression, Multivector)) or (isinstance(b, Expression) and b.is_scalar):
-        return apply("divide", a, b)
+        return apply(Operation.DIVIDE, a, b)
     if isinstance(b, Multivector):
-        return apply("geometric_product", a, inverse(b))
+        return apply(Operation.GEOMETRIC_PRODUCT, a, inverse(b))
     if n_vectors(b.blades) > SMALL_DIMENSION or _is_blade_or_versor(b):
         square = norm_squared(b)
         if not square.blades:
             raise ZeroDivisorError("division", f"{b}, whose square is zero", "an element with an inverse")
-        return apply("divide", apply("geometric_product", a, reverse(b)), square)
-    return apply("geometric_product", a, inverse(b))
+        return apply(Operation.DIVIDE, apply(Operation.GEOMETRIC_PRODUCT, a, reverse(b)), square)
+    return apply(Operation.GEOMETRIC_PRODUCT, a, inverse(b))
 
 
 def _is_blade_or_versor(b: Expression) -> bool:
@@ -73,16 +82,18 @@ def _is_blade_or_versor(b: Expression) -> bool:
             square = node.data * reverse(node.data)
             simple = not any(square.terms) and len({each.bit_count() for each in node.data.terms}) == 1
         inner = node.arguments
-        scaled = node.operation == "geometric_product" and any(x.is_scalar for x in inner)
+        scaled = node.operation is Operation.GEOMETRIC_PRODUCT and any(x.is_scalar for x in inner)
         blades = all(blade[x] for x in inner)
         blade[node] = simple or (
             bool(inner)
             and blades
-            and (scaled or node.operation in _KEEPS or _is_dual(node) or node.operation == "divide")
+            and (scaled or node.operation in _KEEPS or _is_dual(node) or node.operation is Operation.DIVIDE)
         )
         versors = bool(inner) and all(versor[x] for x in inner)
         versor[node] = blade[node] or (
-            versors and node.operation in ("geometric_product", "reverse", "negate", "divide", "sandwich")
+            versors
+            and node.operation
+            in (Operation.GEOMETRIC_PRODUCT, Operation.REVERSE, Operation.NEGATE, Operation.DIVIDE, Operation.SANDWICH)
         )
     return versor[b]
 
@@ -90,4 +101,4 @@ def _is_blade_or_versor(b: Expression) -> bool:
 def _is_dual(node: Expression) -> bool:
     """Whether a product has a pseudoscalar as one factor."""
     everything = {node.algebra.everything}
-    return node.operation == "geometric_product" and any(set(x.blades) == everything for x in node.arguments)
+    return node.operation is Operation.GEOMETRIC_PRODUCT and any(set(x.blades) == everything for x in node.arguments)

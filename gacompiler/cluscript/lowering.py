@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 from ..algebra.coefficients import is_representable
 from ..algebra.layout import SCALARS
 from ..algebra.multivector import Multivector
+from ..algebra.operations import Operation
 from ..errors import AlgebraError, GacError
 from ..frontend.expression import Expression
 from ..frontend.operations import apply
@@ -37,7 +38,8 @@ from .tokens import Place, ScriptError
 from .values import length
 
 OPERATIONS = {
-    "+": "add", "-": "subtract", "*": "geometric_product", "^": "outer_product", ".": "hestenes_product",
+    "+": Operation.ADD, "-": Operation.SUBTRACT, "*": Operation.GEOMETRIC_PRODUCT, "^": Operation.OUTER_PRODUCT,
+    ".": Operation.HESTENES_PRODUCT,
 }  # fmt: skip
 
 
@@ -234,7 +236,7 @@ class Lowering:
                 if node.operator == "*":
                     return self._call("Dual", (operand,), node.place)
                 return self._guarded(
-                    node.place, lambda: apply("negate" if node.operator == "-" else "reverse", operand)
+                    node.place, lambda: apply(Operation.NEGATE if node.operator == "-" else Operation.REVERSE, operand)
                 )
             case Binary():
                 return self._binary(node, frame)

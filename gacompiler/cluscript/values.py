@@ -7,9 +7,10 @@ from fractions import Fraction
 from typing import Any
 
 from ..algebra.multivector import Multivector
+from ..algebra.operations import Operation
 from ..errors import KernelError
 from ..frontend import operations
-from ..frontend.expression import CONSTANT, Expression, lift
+from ..frontend.expression import Expression, lift
 
 
 def lifted(value: Any) -> Any:
@@ -50,7 +51,7 @@ def within_domain(name: str, function: Callable[..., Any]) -> Callable[..., Any]
     """A function of a number, which refuses exact numbers for which it has no real value."""
 
     def checked(x: Any) -> Any:
-        number = x.data.scalar if isinstance(x, Expression) and x.operation == CONSTANT else x
+        number = x.data.scalar if isinstance(x, Expression) and x.operation is Operation.CONSTANT else x
         if isinstance(number, (int, Fraction)) and not DOMAINS[name](number):
             raise KernelError(name, f"{name}({number}), which is no real number", "a number where it is defined")
         return function(x)

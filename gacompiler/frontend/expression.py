@@ -14,13 +14,12 @@ from ..algebra.algebra import Algebra
 from ..algebra.coefficients import as_exact
 from ..algebra.immutable import Immutable
 from ..algebra.layout import SCALARS, Layout
+from ..algebra.meanings import MEANINGS
 from ..algebra.multivector import Multivector
-from ..algebra.operations import OPERATIONS, SCALAR_FUNCTIONS
+from ..algebra.operations import Kind, Operation
 from ..errors import KernelError
 from ..ir.scalar import Graph
 from .latex import latex_of
-
-INPUT, CONSTANT, GRADE, COEFFICIENT, ASSEMBLE = "input", "constant", "grade", "coefficient", "assemble"
 
 
 class Expression(Immutable):
@@ -28,9 +27,7 @@ class Expression(Immutable):
 
     Attributes
     ----------
-    operation : str
-        ``"input"``, ``"constant"``, ``"grade"``, ``"coefficient"``, ``"assemble"`` or a name of
-        `gacompiler.algebra.operations.OPERATIONS`.
+    operation : Operation
     arguments : tuple of Expression
     data : object
         What the operation needs besides: an input's `Input`, a constant's `Multivector`, grades, or a blade.
@@ -41,13 +38,15 @@ class Expression(Immutable):
 
     takes_over_multivector = True
     __array_ufunc__ = None  # so that a number of numpy on the left leaves the operation to the expression
-    operation: str
+    operation: Operation
     arguments: tuple[Expression, ...]
     data: Any
     algebra: Algebra
     _blades: frozenset[int] | None
 
-    def __new__(cls, operation: str, arguments: tuple[Expression, ...], data: Any, algebra: Algebra) -> Expression:
+    def __new__(
+        cls, operation: Operation, arguments: tuple[Expression, ...], data: Any, algebra: Algebra
+    ) -> Expression:
         """The one node of this content: expressions that are built alike are the same object."""
         content = data.key if isinstance(data, Input) else data
         if isinstance(data, Multivector):
@@ -74,48 +73,48 @@ class Expression(Immutable):
 
     def grade(self, *grades: int) -> Expression:
         """The part of the given grades."""
-        return Expression(GRADE, (self,), grades, self.algebra)
+        return Expression(Operation.GRADE, (self,), grades, self.algebra)
 
     def __getitem__(self, blade: str | int) -> Expression:
         """The coefficient of a blade, in any spelling or by bitmap, as a scalar."""
         where = self.algebra.blade(blade) if isinstance(blade, str) else (1, blade)
-        return Expression(COEFFICIENT, (self,), where, SCALARS)
+        return Expression(Operation.COEFFICIENT, (self,), where, SCALARS)
 
     def __add__(self, other: Any) -> Expression:
-        return node("add", self, other)
+        return node(Operation.ADD, self, other)
 
     def __radd__(self, other: Any) -> Expression:
-        return node("add", other, self)
+        return node(Operation.ADD, other, self)
 
     def __sub__(self, other: Any) -> Expression:
-        return node("subtract", self, other)
+        return node(Operation.SUBTRACT, self, other)
 
     def __rsub__(self, other: Any) -> Expression:
-        return node("subtract", other, self)
+        return node(Operation.SUBTRACT, other, self)
 
     def __mul__(self, other: Any) -> Expression:
-        return node("geometric_product", self, other)
+        return node(Operation.GEOMETRIC_PRODUCT, self, other)
 
     def __rmul__(self, other: Any) -> Expression:
-        return node("geometric_product", other, self)
+        return node(Operation.GEOMETRIC_PRODUCT, other, self)
 
     def __xor__(self, other: Any) -> Expression:
-        return node("outer_product", self, other)
+        return node(Operation.OUTER_PRODUCT, self, other)
 
     def __rxor__(self, other: Any) -> Expression:
-        return node("outer_product", other, self)
+        return node(Operation.OUTER_PRODUCT, other, self)
 
     def __and__(self, other: Any) -> Expression:
-        return node("regressive_product", self, other)
+        return node(Operation.REGRESSIVE_PRODUCT, self, other)
 
     def __rand__(self, other: Any) -> Expression:
-        return node("regressive_product", other, self)
+        return node(Operation.REGRESSIVE_PRODUCT, other, self)
 
     def __truediv__(self, other: Any) -> Expression:
-        return node("divide", self, other)
+        return node(Operation.DIVIDE, self, other)
 
     def __rtruediv__(self, other: Any) -> Expression:
-        return node("divide", other, self)
+        return node(Operation.DIVIDE, other, self)
 
     def __pow__(self, exponent: int) -> Expression:
         if not isinstance(exponent, int) or exponent < 0:
@@ -126,25 +125,25 @@ class Expression(Immutable):
         return result
 
     def __neg__(self) -> Expression:
-        return node("negate", self)
+        return node(Operation.NEGATE, self)
 
     def __pos__(self) -> Expression:
         return self
 
     def __invert__(self) -> Expression:
-        return node("reverse", self)
+        return node(Operation.REVERSE, self)
 
     def __lt__(self, other: Any) -> Expression:
-        return node("less", self, other)
+        return node(Operation.LESS, self, other)
 
     def __le__(self, other: Any) -> Expression:
-        return node("less_equal", self, other)
+        return node(Operation.LESS_EQUAL, self, other)
 
     def __gt__(self, other: Any) -> Expression:
-        return node("less", other, self)
+        return node(Operation.LESS, other, self)
 
     def __ge__(self, other: Any) -> Expression:
-        return node("less_equal", other, self)
+        return node(Operation.LESS_EQUAL, other, self)
 
     def __bool__(self) -> bool:
         raise KernelError(
@@ -196,16 +195,16 @@ def lift(value: Any) -> Expression:
     if isinstance(value, Expression):
         return value
     if isinstance(value, Multivector):
-        return Expression(CONSTANT, (), value.map(as_exact), value.algebra)
+        return Expression(Operation.CONSTANT, (), value.map(as_exact), value.algebra)
     number = Graph().lift(value).value
-    return Expression(CONSTANT, (), SCALARS.scalar(_int_if_whole(number)), SCALARS)
+    return Expression(Operation.CONSTANT, (), SCALARS.scalar(_int_if_whole(number)), SCALARS)
 
 
 def _int_if_whole(number: Any) -> Any:
     return number.numerator if number.denominator == 1 else number
 
 
-def node(operation: str, *arguments: Any) -> Expression:
+def node(operation: Operation, *arguments: Any) -> Expression:
     """The expression ``operation(arguments)``; raises where the algebras differ or a scalar is needed."""
     lifted = tuple(lift(argument) for argument in arguments)
     algebra = SCALARS
@@ -219,7 +218,8 @@ def node(operation: str, *arguments: Any) -> Expression:
                     'carry coefficients over one by one: assemble(algebra, {"e1": x["e1"]})',
                 )
             algebra = argument.algebra
-    needs_scalars = lifted if operation in SCALAR_FUNCTIONS else lifted[1:] if operation == "divide" else ()
+    is_scalar = operation.row.kind is Kind.SCALAR
+    needs_scalars = lifted if is_scalar else lifted[1:] if operation is Operation.DIVIDE else ()
     for argument in needs_scalars:
         if not argument.is_scalar:
             names = " ".join(argument.algebra.spelling(blade)[1] for blade in sorted(argument.blades))
@@ -276,24 +276,26 @@ def apply_operation(
 ) -> Multivector:
     """One node, given the values of its arguments; see `evaluate`."""
     value = _apply(expression, values, inputs)
-    return value.map(lift) if lift is not None and expression.operation in (INPUT, CONSTANT) else value
+    return (
+        value.map(lift) if lift is not None and expression.operation in (Operation.INPUT, Operation.CONSTANT) else value
+    )
 
 
 def _apply(expression: Expression, values: list[Multivector], inputs: Mapping[str, Any]) -> Multivector:
     match expression.operation:
-        case "input":
+        case Operation.INPUT:
             source: Input = expression.data
             return source.layout.element([inputs[name] for name in source.components])
-        case "constant":
+        case Operation.CONSTANT:
             constant: Multivector = expression.data
             return constant
-        case "grade":
+        case Operation.GRADE:
             return values[0].grade(*expression.data)
-        case "coefficient":
+        case Operation.COEFFICIENT:
             sign, blade = expression.data
             coefficient = values[0].terms.get(blade, 0)
             return SCALARS.scalar(coefficient if sign > 0 else -coefficient)
-        case "assemble":
+        case Operation.ASSEMBLE:
             terms = {
                 blade: value.scalar if sign > 0 else -value.scalar
                 for (sign, blade), value in zip(expression.data, values, strict=True)
@@ -302,7 +304,7 @@ def _apply(expression: Expression, values: list[Multivector], inputs: Mapping[st
         case operation:
             algebra = expression.algebra
             lifted = [v if v.algebra is algebra else Multivector(algebra, v.terms) for v in values]
-            return OPERATIONS[operation](*lifted)
+            return MEANINGS[operation](*lifted)
 
 
 class _Something:
@@ -324,12 +326,12 @@ SOMETHING = _Something()
 
 
 def _possible_blades(expression: Expression) -> frozenset[int]:
-    if expression.operation == INPUT:
+    if expression.operation is Operation.INPUT:
         support: frozenset[int] = expression.data.layout.support
         return support
-    if expression.operation == CONSTANT:
+    if expression.operation is Operation.CONSTANT:
         return frozenset(expression.data.terms)
-    if expression.operation == "inverse":
+    if expression.operation is Operation.INVERSE:
         (argument,) = expression.arguments
         return _powers(argument)
     values = [Multivector(a.algebra, dict.fromkeys(a.blades, SOMETHING)) for a in expression.arguments]
@@ -348,17 +350,11 @@ def _powers(argument: Expression) -> frozenset[int]:
         found |= new
 
 
-def _restored(rows: list[tuple[str, list[int], Any, Algebra]]) -> Expression:
+def _restored(rows: list[tuple[Operation, list[int], Any, Algebra]]) -> Expression:
     made: list[Expression] = []
     for operation, arguments, data, algebra in rows:
         made.append(Expression(operation, tuple(made[k] for k in arguments), data, algebra))
     return made[-1]
-
-
-_INFIX = {
-    "add": "+", "subtract": "-", "geometric_product": "*", "outer_product": "^", "regressive_product": "&",
-    "divide": "/", "less": "<", "less_equal": "<=",
-}  # fmt: skip
 
 
 def text_of(expression: Expression) -> str:
@@ -371,21 +367,19 @@ def text_of(expression: Expression) -> str:
 
 def _text(expression: Expression, inner: list[str]) -> str:
     match expression.operation:
-        case "input":
+        case Operation.INPUT:
             return str(expression.data.components[0] if expression.data.layout.is_scalar else expression.data.name)
-        case "constant":
+        case Operation.CONSTANT:
             text = str(expression.data)
             return f"({text})" if " " in text else text
-        case "negate":
-            return f"-{inner[0]}"
-        case "reverse":
-            return f"~{inner[0]}"
-        case "grade":
+        case Operation.GRADE:
             return f"{inner[0]}.grade({', '.join(map(str, expression.data))})"
-        case "coefficient":
+        case Operation.COEFFICIENT:
             sign, blade = expression.data
             return f"{'' if sign > 0 else '-'}{inner[0]}[{expression.arguments[0].algebra.spelling(blade)[1]}]"
-        case operation if operation in _INFIX:
-            return f"({inner[0]} {_INFIX[operation]} {inner[1]})"
+        case operation if operation.row.operator and len(inner) == 1:
+            return f"{operation.row.operator}{inner[0]}"
+        case operation if operation.row.operator:
+            return f"({inner[0]} {operation.row.operator} {inner[1]})"
         case operation:
             return f"{operation}({', '.join(inner)})"

@@ -2,9 +2,16 @@
 
 from __future__ import annotations
 
+from ..algebra.operations import Operation
 from .expression import Expression
 
-_KEEPS_UNIT = ("reverse", "grade_involution", "clifford_conjugate", "negate", "inverse")
+_KEEPS_UNIT = (
+    Operation.REVERSE,
+    Operation.GRADE_INVOLUTION,
+    Operation.CLIFFORD_CONJUGATE,
+    Operation.NEGATE,
+    Operation.INVERSE,
+)
 
 
 def is_unit(expression: Expression) -> bool:
@@ -14,9 +21,9 @@ def is_unit(expression: Expression) -> bool:
     sandwiches of them.
     """
     match expression.operation:
-        case "input":
+        case Operation.INPUT:
             return bool(expression.data.layout.unit)
-        case "geometric_product" | "sandwich":
+        case Operation.GEOMETRIC_PRODUCT | Operation.SANDWICH:
             return all(map(is_unit, expression.arguments))
         case operation:
             return operation in _KEEPS_UNIT and is_unit(expression.arguments[0])

@@ -14,8 +14,9 @@ from typing import Any
 
 from ..algebra.immutable import Immutable
 from ..algebra.layout import Layout
+from ..algebra.operations import Operation
 from ..errors import GacError, KernelError
-from .expression import INPUT, Expression, Input, lift
+from .expression import Expression, Input, lift
 from .traced import Traced
 
 
@@ -75,7 +76,7 @@ class Parameter:
     def symbols(self) -> Any:
         """What the kernel's function is called with: an expression, or nested tuples of them."""
         elements = [
-            Expression(INPUT, (), Input(self.name, self.layout, names), self.layout.algebra)
+            Expression(Operation.INPUT, (), Input(self.name, self.layout, names), self.layout.algebra)
             for names in self._elements()
         ]
         return _nested(elements, self.outer_shape)
@@ -345,7 +346,7 @@ def _check_inputs(definition: Kernel, outputs: tuple[Output, ...]) -> None:
         if expression in seen:
             continue
         seen.add(expression)
-        if expression.operation == INPUT and any(c not in own for c in expression.data.components):
+        if expression.operation is Operation.INPUT and any(c not in own for c in expression.data.components):
             raise KernelError(
                 definition.where, f"uses {expression.data.name}, an input of another kernel", "its own parameters"
             )

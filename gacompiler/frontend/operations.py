@@ -1,6 +1,7 @@
 """The functions that kernels are written with. On multivectors they compute; on expressions they build.
 
-Operators ``+ - * ^ & ~ /`` do the same as ``add`` ... ``divide``; everything else has its full name here, once.
+Operators ``+ - * ^ & ~ /`` do the same as the operations of their names; everything else has its full name here, once.
+What a line here means is in the table of operations, `gacompiler.algebra.operations`.
 """
 
 from __future__ import annotations
@@ -9,123 +10,83 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..algebra.algebra import Algebra
+from ..algebra.functions import binary, unary
 from ..algebra.layout import SCALARS
+from ..algebra.meanings import MEANINGS
 from ..algebra.multivector import Multivector
-from ..algebra.operations import OPERATIONS
+from ..algebra.operations import Operation
 from ..algebra.versors import SMALL_DIMENSION, conjugate_factors
 from ..errors import AlgebraError
-from .expression import ASSEMBLE, Expression, lift, node
+from .expression import Expression, lift, node
+
+__all__ = [
+    "absolute", "acos", "anticommutator", "assemble", "atan2", "clifford_conjugate", "coefficient", "commutator", "cos",
+    "determinant", "dual", "equal", "geometric_product", "grade", "grade_involution", "hestenes_product",
+    "inner_product", "inverse", "join", "left_contraction", "maximum", "meet", "minimum", "norm", "norm_squared",
+    "normalize", "outer_product", "polarity", "regressive_product", "reverse", "right_contraction", "sandwich",
+    "scalar_product", "select", "sin", "undual",
+]  # fmt: skip
 
 
-def apply(operation: str, *arguments: Any) -> Any:
+def apply(operation: Operation, *arguments: Any) -> Any:
     """`operation` on anything: an expression if any argument is one, else the value."""
     if any(isinstance(argument, Expression) for argument in arguments):
         return node(operation, *arguments)
     algebra = next((a.algebra for a in arguments if isinstance(a, Multivector)), None)
     if algebra is None:
-        result = OPERATIONS[operation](*(SCALARS.scalar(argument) for argument in arguments))
+        result = MEANINGS[operation](*(SCALARS.scalar(argument) for argument in arguments))
         return result.scalar
-    return OPERATIONS[operation](*(a if isinstance(a, Multivector) else algebra.scalar(a) for a in arguments))
+    return MEANINGS[operation](*(a if isinstance(a, Multivector) else algebra.scalar(a) for a in arguments))
 
 
-def geometric_product(a: Any, b: Any) -> Any:
-    """``a * b``."""
-    return apply("geometric_product", a, b)
+geometric_product = binary(apply, Operation.GEOMETRIC_PRODUCT)
+outer_product = binary(apply, Operation.OUTER_PRODUCT)
+regressive_product = binary(apply, Operation.REGRESSIVE_PRODUCT)
+left_contraction = binary(apply, Operation.LEFT_CONTRACTION)
+right_contraction = binary(apply, Operation.RIGHT_CONTRACTION)
+inner_product = binary(apply, Operation.INNER_PRODUCT)
+hestenes_product = binary(apply, Operation.HESTENES_PRODUCT)
+scalar_product = binary(apply, Operation.SCALAR_PRODUCT)
+commutator = binary(apply, Operation.COMMUTATOR)
+anticommutator = binary(apply, Operation.ANTICOMMUTATOR)
 
+reverse = unary(apply, Operation.REVERSE)
+grade_involution = unary(apply, Operation.GRADE_INVOLUTION)
+clifford_conjugate = unary(apply, Operation.CLIFFORD_CONJUGATE)
+dual = unary(apply, Operation.DUAL)
+undual = unary(apply, Operation.UNDUAL)
+polarity = unary(apply, Operation.POLARITY)
 
-def outer_product(a: Any, b: Any) -> Any:
-    """``a ^ b``: of grades p and q, the part of grade p + q."""
-    return apply("outer_product", a, b)
+inverse = unary(apply, Operation.INVERSE)
+norm_squared = unary(apply, Operation.NORM_SQUARED)
+norm = unary(apply, Operation.NORM)
+normalize = unary(apply, Operation.NORMALIZE)
 
-
-def left_contraction(a: Any, b: Any) -> Any:
-    """Of grades p and q, the part of grade q - p of the geometric product."""
-    return apply("left_contraction", a, b)
-
-
-def right_contraction(a: Any, b: Any) -> Any:
-    """Of grades p and q, the part of grade p - q of the geometric product."""
-    return apply("right_contraction", a, b)
-
-
-def inner_product(a: Any, b: Any) -> Any:
-    """Of grades p and q, the part of grade \\|p - q\\| of the geometric product; scalars take part."""
-    return apply("inner_product", a, b)
-
-
-def hestenes_product(a: Any, b: Any) -> Any:
-    """`inner_product`, but zero where one factor is a scalar."""
-    return apply("hestenes_product", a, b)
-
-
-def scalar_product(a: Any, b: Any) -> Any:
-    """The scalar part of the geometric product."""
-    return apply("scalar_product", a, b)
-
-
-def regressive_product(a: Any, b: Any) -> Any:
-    """``a & b``: ``undual(dual(a) ^ dual(b))``, in every metric."""
-    return apply("regressive_product", a, b)
+sqrt = unary(apply, Operation.SQRT)
+sin = unary(apply, Operation.SIN)
+cos = unary(apply, Operation.COS)
+acos = unary(apply, Operation.ACOS)
+exp = unary(apply, Operation.EXP)
+log = unary(apply, Operation.LOG)
+absolute = unary(apply, Operation.ABS, "absolute")
+minimum = binary(apply, Operation.MINIMUM)
+maximum = binary(apply, Operation.MAXIMUM)
+equal = binary(apply, Operation.EQUAL)
 
 
 def join(a: Any, b: Any) -> Any:
     """The smallest object that contains both, where points are pseudovectors (plane-based algebras): ``a & b``."""
-    return apply("regressive_product", a, b)
+    return apply(Operation.REGRESSIVE_PRODUCT, a, b)
 
 
 def meet(a: Any, b: Any) -> Any:
     """The common part of two objects, where planes are vectors (plane-based algebras): ``a ^ b``."""
-    return apply("outer_product", a, b)
-
-
-def commutator(a: Any, b: Any) -> Any:
-    """``(a b - b a) / 2``."""
-    return apply("commutator", a, b)
-
-
-def anticommutator(a: Any, b: Any) -> Any:
-    """``(a b + b a) / 2``."""
-    return apply("anticommutator", a, b)
-
-
-def reverse(a: Any) -> Any:
-    """``~a``."""
-    return apply("reverse", a)
-
-
-def grade_involution(a: Any) -> Any:
-    """Every vector negated."""
-    return apply("grade_involution", a)
-
-
-def clifford_conjugate(a: Any) -> Any:
-    """Reverse and grade involution."""
-    return apply("clifford_conjugate", a)
-
-
-def dual(a: Any) -> Any:
-    """Right complement, metric-free: ``b ^ dual(b) = I`` for basis blades."""
-    return apply("dual", a)
-
-
-def undual(a: Any) -> Any:
-    """The inverse of `dual`."""
-    return apply("undual", a)
-
-
-def polarity(a: Any) -> Any:
-    """The metric dual ``a I**-1``; raises in a degenerate metric."""
-    return apply("polarity", a)
+    return apply(Operation.OUTER_PRODUCT, a, b)
 
 
 def sandwich(versor: Any, x: Any) -> Any:
     """``v x ~v``; for an odd versor ``v grade_involution(x) ~v``."""
-    return apply("sandwich", versor, x)
-
-
-def inverse(a: Any) -> Any:
-    """``b`` with ``a b = 1``."""
-    return apply("inverse", a)
+    return apply(Operation.SANDWICH, versor, x)
 
 
 def determinant(a: Any) -> Any:
@@ -135,31 +96,12 @@ def determinant(a: Any) -> Any:
     """
     if isinstance(a, Expression) and a.algebra.dimension <= SMALL_DIMENSION:
         return conjugate_factors(a, clifford_conjugate, complete=True)[1]["1"]
-    return apply("determinant", a)
+    return apply(Operation.DETERMINANT, a)
 
 
-def norm_squared(a: Any) -> Any:
-    """The scalar part of ``a ~a``."""
-    return apply("norm_squared", a)
-
-
-def norm(a: Any) -> Any:
-    """``sqrt(|a ~a|)``: the root of the absolute value of `norm_squared`.
-
-    The absolute value costs an operation only where squares of both signs can occur: in conformal and Minkowski's
-    metrics, not in Euclidean ones, with or without null vectors.
-    """
-    return apply("norm", a)
-
-
-def normalize(a: Any) -> Any:
-    """``a / norm(a)``: then ``a ~a`` has the scalar part 1, or -1 where it was negative.
-
-    It is negative for real conformal spheres, circles, lines and planes that are outer products of points, and for
-    spacelike vectors where one square is positive. A null element has the norm 0: its quotient is infinite, or not a
-    number where a coefficient is 0 too.
-    """
-    return apply("normalize", a)
+def atan2(y: Any, x: Any) -> Any:
+    """Angle of the point (x, y), in (-pi, pi]."""
+    return apply(Operation.ATAN2, y, x)
 
 
 def grade(a: Any, *grades: int) -> Any:
@@ -177,62 +119,7 @@ def assemble(algebra: Algebra, coefficients: Mapping[str, Any]) -> Any:
     if not any(isinstance(value, Expression) for value in coefficients.values()):
         return algebra.multivector(coefficients)
     arguments = tuple(lift(value) for value in coefficients.values())
-    return Expression(ASSEMBLE, arguments, tuple(algebra.blade(name) for name in coefficients), algebra)
-
-
-def sqrt(a: Any) -> Any:
-    """Square root of a scalar."""
-    return apply("sqrt", a)
-
-
-def sin(a: Any) -> Any:
-    """Sine of a scalar, radians."""
-    return apply("sin", a)
-
-
-def cos(a: Any) -> Any:
-    """Cosine of a scalar, radians."""
-    return apply("cos", a)
-
-
-def atan2(y: Any, x: Any) -> Any:
-    """Angle of the point (x, y), in (-pi, pi]."""
-    return apply("atan2", y, x)
-
-
-def acos(a: Any) -> Any:
-    """Arc cosine of a scalar, in [0, pi]."""
-    return apply("acos", a)
-
-
-def exp(a: Any) -> Any:
-    """Exponential of a scalar."""
-    return apply("exp", a)
-
-
-def log(a: Any) -> Any:
-    """Natural logarithm of a scalar."""
-    return apply("log", a)
-
-
-def absolute(a: Any) -> Any:
-    """Absolute value of a scalar."""
-    return apply("abs", a)
-
-
-def minimum(a: Any, b: Any) -> Any:
-    """The smaller of two scalars."""
-    return apply("minimum", a, b)
-
-
-def maximum(a: Any, b: Any) -> Any:
-    """The larger of two scalars."""
-    return apply("maximum", a, b)
-
-
-def equal(a: Any, b: Any) -> Any:
-    """1 where two scalars are equal, else 0."""
-    return apply("equal", a, b)
+    return Expression(Operation.ASSEMBLE, arguments, tuple(algebra.blade(name) for name in coefficients), algebra)
 
 
 def select(condition: Any, a: Any, b: Any) -> Any:
@@ -241,10 +128,12 @@ def select(condition: Any, a: Any, b: Any) -> Any:
         return a if _is_true(condition) else b
     x, y = lift(a), lift(b)
     if x.is_scalar and y.is_scalar:
-        return node("select", condition, x, y)
+        return node(Operation.SELECT, condition, x, y)
     algebra = x.algebra if x.algebra != SCALARS else y.algebra
     names = [algebra.spelling(blade)[1] for blade in sorted(x.blades | y.blades)]
-    return assemble(algebra, {name: node("select", condition, _part(x, name), _part(y, name)) for name in names})
+    return assemble(
+        algebra, {name: node(Operation.SELECT, condition, _part(x, name), _part(y, name)) for name in names}
+    )
 
 
 def _is_true(condition: Any) -> bool:

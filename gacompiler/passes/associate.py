@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from ..algebra.operations import Operation
 from ..frontend.expression import Expression, node
 
-_ASSOCIATIVE = ("geometric_product", "outer_product", "regressive_product")
+_ASSOCIATIVE = (Operation.GEOMETRIC_PRODUCT, Operation.OUTER_PRODUCT, Operation.REGRESSIVE_PRODUCT)
 LONGEST = 12
 """Chains with more factors are left as they are."""
 
@@ -38,7 +39,7 @@ def _chain(expression: Expression) -> tuple[list[Expression], int]:
     return factors + stack, cost
 
 
-def _cheapest(operation: str, factors: Sequence[Expression]) -> tuple[Expression, int]:
+def _cheapest(operation: Operation, factors: Sequence[Expression]) -> tuple[Expression, int]:
     """By dynamic programming over the runs of neighbours; of equally good ones the one that splits last."""
     best = {(k, k + 1): (factor, 0) for k, factor in enumerate(factors)}
     for length in range(2, len(factors) + 1):
@@ -52,12 +53,12 @@ def _cheapest(operation: str, factors: Sequence[Expression]) -> tuple[Expression
     return best[0, len(factors)]
 
 
-def _pairs(operation: str, a: Expression, b: Expression) -> int:
+def _pairs(operation: Operation, a: Expression, b: Expression) -> int:
     """Pairs of blades whose product does not vanish; the regressive product is the outer product of complements."""
     algebra = a.algebra if a.algebra.dimension >= b.algebra.dimension else b.algebra
-    if operation == "geometric_product":
+    if operation is Operation.GEOMETRIC_PRODUCT:
         return sum(bool(algebra.blade_product(x, y)) for x in a.blades for y in b.blades)
     full = algebra.everything
-    if operation == "outer_product":
+    if operation is Operation.OUTER_PRODUCT:
         return sum(not x & y for x in a.blades for y in b.blades)
     return sum(x | y == full for x in a.blades for y in b.blades)

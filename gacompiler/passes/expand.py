@@ -6,6 +6,7 @@ nearly coincide lose digits in the differences, and the author's structure keeps
 
 from __future__ import annotations
 
+from ..algebra.operations import Operation
 from ..frontend.expression import Expression, node
 from ..frontend.facts import has_grade, is_vector
 
@@ -16,10 +17,10 @@ def expand_meet(expression: Expression) -> Expression | None:
     And the same with both products and both grades swapped: ``(a ^ b) & n``, where ``&`` still makes the scalars.
     """
     dimension = expression.algebra.dimension
-    if expression.operation == "outer_product":
-        inner, grade = "regressive_product", dimension - 1
-    elif expression.operation == "regressive_product":
-        inner, grade = "outer_product", 1
+    if expression.operation is Operation.OUTER_PRODUCT:
+        inner, grade = Operation.REGRESSIVE_PRODUCT, dimension - 1
+    elif expression.operation is Operation.REGRESSIVE_PRODUCT:
+        inner, grade = Operation.OUTER_PRODUCT, 1
     else:
         return None
     for (pair, n), sign in ((expression.arguments, 1), (expression.arguments[::-1], (-1) ** dimension)):
@@ -33,26 +34,34 @@ def expand_meet(expression: Expression) -> Expression | None:
 
 def expand_contraction(expression: Expression) -> Expression | None:
     """``v . (a ^ b) = (v . a) b - (v . b) a`` for three vectors, and from the other side its negative."""
-    if expression.operation not in ("left_contraction", "right_contraction", "inner_product", "hestenes_product"):
+    if expression.operation not in (
+        Operation.LEFT_CONTRACTION,
+        Operation.RIGHT_CONTRACTION,
+        Operation.INNER_PRODUCT,
+        Operation.HESTENES_PRODUCT,
+    ):
         return None
     first, second = expression.arguments
-    from_left = second.operation == "outer_product" and expression.operation != "right_contraction"
+    from_left = second.operation is Operation.OUTER_PRODUCT and expression.operation is not Operation.RIGHT_CONTRACTION
     pair, v = (second, first) if from_left else (first, second)
-    if pair.operation != "outer_product" or not all(map(is_vector, (v, *pair.arguments))):
+    if pair.operation is not Operation.OUTER_PRODUCT or not all(map(is_vector, (v, *pair.arguments))):
         return None
-    if not from_left and expression.operation == "left_contraction":
+    if not from_left and expression.operation is Operation.LEFT_CONTRACTION:
         return None
     a, b = pair.arguments
-    found = node("scalar_product", v, a) * b - node("scalar_product", v, b) * a
+    found = node(Operation.SCALAR_PRODUCT, v, a) * b - node(Operation.SCALAR_PRODUCT, v, b) * a
     return found if from_left else -found
 
 
 def expand_square(expression: Expression) -> Expression | None:
     """The identity of Lagrange: the squared norm of ``a ^ b`` is ``(a . a) (b . b) - (a . b)**2`` for two vectors."""
-    if expression.operation != "norm_squared" or expression.arguments[0].operation != "outer_product":
+    if (
+        expression.operation is not Operation.NORM_SQUARED
+        or expression.arguments[0].operation is not Operation.OUTER_PRODUCT
+    ):
         return None
     a, b = expression.arguments[0].arguments
     if not (is_vector(a) and is_vector(b)):
         return None
-    inner = node("scalar_product", a, b)
-    return node("scalar_product", a, a) * node("scalar_product", b, b) - inner * inner
+    inner = node(Operation.SCALAR_PRODUCT, a, b)
+    return node(Operation.SCALAR_PRODUCT, a, a) * node(Operation.SCALAR_PRODUCT, b, b) - inner * inner

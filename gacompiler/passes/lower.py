@@ -10,6 +10,7 @@ from functools import cache
 from ..algebra.blades import Rational
 from ..algebra.layout import Layout
 from ..algebra.multivector import Multivector
+from ..algebra.operations import PRODUCTS, Operation
 from ..errors import KernelError
 from ..frontend.expression import Expression, evaluate, topological
 from ..frontend.facts import is_unit
@@ -160,7 +161,7 @@ class Lowering:
         self.relations = Relations(self.ring)
         place = {name: k for k, name in enumerate(self.ring.names)}
         for expression in topological(expressions):
-            if expression.operation == "input" and expression.data.layout.has_relations:
+            if expression.operation is Operation.INPUT and expression.data.layout.has_relations:
                 places = tuple(place[name] for name in expression.data.components)
                 self.relations.add(
                     Polynomial(self.ring, terms) for terms in _relation_terms(expression.data.layout, places)
@@ -170,7 +171,7 @@ class Lowering:
         self.has_solved = False
         memory: dict[Expression, Multivector] = {}
         for expression in topological(expressions) if name_implied else ():
-            if expression.operation == "input" and expression.data.layout.implied:
+            if expression.operation is Operation.INPUT and expression.data.layout.implied:
                 (element,) = evaluate([expression], inputs, lift=self.ring.lift)
                 memory[expression] = self._named(expression.data.components[0].rpartition("_")[0], element)
         named = cuts | {e for e in expressions if by_squares and square_of(e) is not None}
@@ -213,19 +214,26 @@ class Lowering:
         return System(self.ring, self._n_inputs, tuple(self._definitions), tuple(outputs))
 
 
+_HEAVY = (
+    *PRODUCTS, Operation.SANDWICH, Operation.INVERSE, Operation.NORM_SQUARED, Operation.NORM, Operation.NORMALIZE,
+    Operation.DIVIDE, Operation.ADD, Operation.SUBTRACT,
+)  # fmt: skip
+"""Operations whose results are worth a name."""
+
+_PLAIN = (
+    Operation.ADD, Operation.SUBTRACT, Operation.NEGATE, Operation.REVERSE, Operation.GRADE, Operation.DUAL,
+    Operation.UNDUAL, Operation.COEFFICIENT, Operation.ASSEMBLE,
+)  # fmt: skip
+"""Operations that move, negate and add coefficients."""
+
+
 def stages(expressions: Sequence[Expression]) -> list[Expression]:
     """Nodes worth naming: products and what contains them, not results themselves, nor what only moves signs."""
-    heavy = (
-        "geometric_product", "outer_product", "left_contraction", "right_contraction", "inner_product", "inverse",
-        "hestenes_product", "scalar_product", "regressive_product", "commutator", "anticommutator", "sandwich",
-        "norm_squared", "norm", "normalize", "divide", "add", "subtract",
-    )  # fmt: skip
-    plain = ("add", "subtract", "negate", "reverse", "grade", "dual", "undual", "coefficient", "assemble")
     order = topological(expressions)
     used = {argument for expression in order for argument in expression.arguments}
     linear: set[Expression] = set()  # sums of inputs cost nothing to keep inside what uses them
     for expression in order:
-        leaf = expression.operation in ("input", "constant")
-        if leaf or (expression.operation in plain and all(argument in linear for argument in expression.arguments)):
+        leaf = expression.operation in (Operation.INPUT, Operation.CONSTANT)
+        if leaf or (expression.operation in _PLAIN and all(argument in linear for argument in expression.arguments)):
             linear.add(expression)
-    return [e for e in order if e.operation in heavy and e in used and e not in linear]
+    return [e for e in order if e.operation in _HEAVY and e in used and e not in linear]

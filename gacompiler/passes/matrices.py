@@ -13,6 +13,7 @@ from typing import Any
 
 from ..algebra.involutions import grade_involution, reverse
 from ..algebra.multivector import Multivector
+from ..algebra.operations import Operation
 from ..frontend.expression import Expression, apply_operation, topological
 from ..frontend.facts import is_unit_even_versor
 from ..structure.blocks import matrix_product
@@ -63,7 +64,7 @@ def evaluate_by_matrices(
 def _possible(expression: Expression) -> Iterable[int]:
     """The blades that a product or a sandwich can have; a unit even versor keeps the grades of what it moves."""
     first, x = expression.arguments
-    if expression.operation != "sandwich" or not is_unit_even_versor(first):
+    if expression.operation is not Operation.SANDWICH or not is_unit_even_versor(first):
         return expression.blades
     grades = {blade.bit_count() for blade in x.blades}
     return [blade for blade in expression.blades if blade.bit_count() in grades]
@@ -77,8 +78,8 @@ def _text(plan: Sequence[Level]) -> str:
     return " ".join(parts + ["in halves"] * (HALVES in kinds) + ["of complex numbers"] * (COMPLEX in kinds))
 
 
-def _factors(operation: str, values: Sequence[Multivector]) -> list[Multivector]:
-    if operation == "geometric_product":
+def _factors(operation: Operation, values: Sequence[Multivector]) -> list[Multivector]:
+    if operation is Operation.GEOMETRIC_PRODUCT:
         return list(values)
     versor, x = values
     odd = any(blade.bit_count() & 1 for blade in versor.terms)
@@ -87,10 +88,10 @@ def _factors(operation: str, values: Sequence[Multivector]) -> list[Multivector]
 
 def _large(expression: Expression) -> tuple[frozenset[int], ...]:
     """The blades of the factors of a large product or sandwich; nothing for anything else."""
-    if expression.operation not in ("geometric_product", "sandwich"):
+    if expression.operation not in (Operation.GEOMETRIC_PRODUCT, Operation.SANDWICH):
         return ()
     a, b = expression.arguments
-    is_sandwich = expression.operation == "sandwich"
+    is_sandwich = expression.operation is Operation.SANDWICH
     if a.algebra != b.algebra or len(a.blades) * len(b.blades) < SMALLEST // (1 + is_sandwich):
         return ()
     return (a.blades, b.blades, a.blades) if is_sandwich else (a.blades, b.blades)
@@ -99,7 +100,7 @@ def _large(expression: Expression) -> tuple[frozenset[int], ...]:
 def has_huge_product(expressions: Sequence[Expression]) -> bool:
     """Whether some product is better not written out, because matrices will do."""
     return any(
-        expression.operation == "geometric_product"
+        expression.operation is Operation.GEOMETRIC_PRODUCT
         and len(expression.arguments[0].blades) * len(expression.arguments[1].blades) > HUGE
         and plans(expression.algebra, *_large(expression))
         for expression in topological(expressions)

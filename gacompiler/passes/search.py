@@ -12,8 +12,9 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
+from ..algebra.operations import Operation
 from ..errors import TooLargeError
-from ..frontend.expression import INPUT, Expression, evaluate, topological
+from ..frontend.expression import Expression, evaluate, topological
 from ..frontend.kernel import Kernel
 from ..ir.cost import Cost, cost
 from ..ir.program import Argument, Program
@@ -218,7 +219,7 @@ class Search:
         """Ways to lower: reductions, implied coefficients by name or not, squares used or not."""
         named = (False, True) if self._has_implied else (False,)
         found = [(reduction, name_implied, False) for reduction in Reduction for name_implied in named]
-        if any(e.operation != INPUT and square_of(e) is not None for e in topological(expressions)):
+        if any(e.operation is not Operation.INPUT and square_of(e) is not None for e in topological(expressions)):
             found[len(named) : len(named)] = [(Reduction.NORMAL, name_implied, True) for name_implied in named]
         return found
 

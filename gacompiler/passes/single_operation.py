@@ -39,6 +39,6 @@ def single_operation(
         if len({symbol.algebra for symbol in symbols}) > 1:
             return None
         for operation in operations.get(len(order), ()):
-            if node(operation, *symbols) in forms:
+            if node(Operation(operation), *symbols) in forms:
                 return operation, tuple(parameter.name for parameter in order)
     return None

@@ -12,12 +12,13 @@ from functools import cache
 from ..algebra.algebra import Algebra
 from ..algebra.blades import Rational
 from ..algebra.layout import Layout
-from ..frontend.expression import CONSTANT, INPUT, Expression
+from ..algebra.operations import Operation
+from ..frontend.expression import Expression
 from ..frontend.facts import is_unit, is_vector
 from ..rings.polynomial import Polynomial, PolynomialRing
 from .rewrite import sandwich_of_difference
 
-_KEEPS_SQUARE = ("reverse", "grade_involution", "clifford_conjugate", "negate")
+_KEEPS_SQUARE = (Operation.REVERSE, Operation.GRADE_INVOLUTION, Operation.CLIFFORD_CONJUGATE, Operation.NEGATE)
 
 
 def square_of(expression: Expression) -> Rational | None:
@@ -26,15 +27,15 @@ def square_of(expression: Expression) -> Rational | None:
     ``(m x ~m) (m x ~m) = m x x ~m`` for a unit `m`, so what is moved keeps its square. The involutions keep it as well.
     """
     operation, arguments = expression.operation, expression.arguments
-    if operation == INPUT and expression.data.layout.implied:
+    if operation is Operation.INPUT and expression.data.layout.implied:
         return _square_in_layout(expression.data.layout)
-    if operation == CONSTANT:
+    if operation is Operation.CONSTANT:
         return _number((expression.data * expression.data).terms)
     if is_unit(expression) and is_vector(expression):
         return 1
     if operation in _KEEPS_SQUARE:
         return square_of(arguments[0])
-    if operation == "sandwich" and is_unit(arguments[0]):
+    if operation is Operation.SANDWICH and is_unit(arguments[0]):
         return square_of(arguments[1])
     sandwich = sandwich_of_difference(expression)
     return None if sandwich is None else square_of(sandwich)

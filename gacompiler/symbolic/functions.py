@@ -7,132 +7,61 @@ from typing import Any
 import sympy
 
 from ..algebra.coefficients import is_zero
+from ..algebra.functions import binary, unary
+from ..algebra.meanings import MEANINGS
 from ..algebra.multivector import Multivector
-from ..algebra.operations import OPERATIONS
+from ..algebra.operations import Operation
 from ..errors import AlgebraError
 from ..rings.symbolic import Expanded
 from .multivector import SymbolicMultivector, required, symbolic
 from .printing import common_factor
 from .relations import reduce
 
+__all__ = [
+    "anticommutator", "clifford_conjugate", "commutator", "determinant", "dual", "exp", "geometric_product", "grade",
+    "grade_involution", "hestenes_product", "inner_product", "inverse", "left_contraction", "norm", "norm_squared",
+    "normalize", "outer_product", "polarity", "regressive_product", "reverse", "right_contraction", "sandwich",
+    "scalar_product", "undual",
+]  # fmt: skip
 
-def _apply(operation: str, *arguments: Any) -> SymbolicMultivector:
+
+def _apply(operation: Operation, *arguments: Any) -> SymbolicMultivector:
     algebra = next((a.algebra for a in arguments if isinstance(a, Multivector)), None)
     if algebra is None:
         raise AlgebraError(f"{operation}()", ", ".join(type(a).__name__ for a in arguments), "at least one multivector")
     zero = SymbolicMultivector(algebra, {})
     lifted = tuple(map(zero.lift, arguments))
-    return symbolic(OPERATIONS[operation](*lifted), operation, *lifted)
+    return symbolic(MEANINGS[operation](*lifted), operation, *lifted)
 
 
-def geometric_product(a: Any, b: Any) -> SymbolicMultivector:
-    """``a * b``."""
-    return _apply("geometric_product", a, b)
+geometric_product = binary(_apply, Operation.GEOMETRIC_PRODUCT)
+outer_product = binary(_apply, Operation.OUTER_PRODUCT)
+regressive_product = binary(_apply, Operation.REGRESSIVE_PRODUCT)
+left_contraction = binary(_apply, Operation.LEFT_CONTRACTION)
+right_contraction = binary(_apply, Operation.RIGHT_CONTRACTION)
+inner_product = binary(_apply, Operation.INNER_PRODUCT)
+hestenes_product = binary(_apply, Operation.HESTENES_PRODUCT)
+scalar_product = binary(_apply, Operation.SCALAR_PRODUCT)
+commutator = binary(_apply, Operation.COMMUTATOR)
+anticommutator = binary(_apply, Operation.ANTICOMMUTATOR)
 
+reverse = unary(_apply, Operation.REVERSE)
+grade_involution = unary(_apply, Operation.GRADE_INVOLUTION)
+clifford_conjugate = unary(_apply, Operation.CLIFFORD_CONJUGATE)
+dual = unary(_apply, Operation.DUAL)
+undual = unary(_apply, Operation.UNDUAL)
+polarity = unary(_apply, Operation.POLARITY)
 
-def outer_product(a: Any, b: Any) -> SymbolicMultivector:
-    """``a ^ b``."""
-    return _apply("outer_product", a, b)
-
-
-def left_contraction(a: Any, b: Any) -> SymbolicMultivector:
-    """Of grades p and q, the part of grade q - p of the geometric product."""
-    return _apply("left_contraction", a, b)
-
-
-def right_contraction(a: Any, b: Any) -> SymbolicMultivector:
-    """Of grades p and q, the part of grade p - q of the geometric product."""
-    return _apply("right_contraction", a, b)
-
-
-def inner_product(a: Any, b: Any) -> SymbolicMultivector:
-    """Of grades p and q, the part of grade \\|p - q\\|; scalars take part."""
-    return _apply("inner_product", a, b)
-
-
-def hestenes_product(a: Any, b: Any) -> SymbolicMultivector:
-    """`inner_product`, but zero where one factor is a scalar."""
-    return _apply("hestenes_product", a, b)
-
-
-def scalar_product(a: Any, b: Any) -> SymbolicMultivector:
-    """The scalar part of the geometric product."""
-    return _apply("scalar_product", a, b)
-
-
-def regressive_product(a: Any, b: Any) -> SymbolicMultivector:
-    """``a & b``."""
-    return _apply("regressive_product", a, b)
-
-
-def commutator(a: Any, b: Any) -> SymbolicMultivector:
-    """``(a b - b a) / 2``."""
-    return _apply("commutator", a, b)
-
-
-def anticommutator(a: Any, b: Any) -> SymbolicMultivector:
-    """``(a b + b a) / 2``."""
-    return _apply("anticommutator", a, b)
-
-
-def reverse(a: Any) -> SymbolicMultivector:
-    """``~a``."""
-    return _apply("reverse", a)
-
-
-def grade_involution(a: Any) -> SymbolicMultivector:
-    """Every vector negated."""
-    return _apply("grade_involution", a)
-
-
-def clifford_conjugate(a: Any) -> SymbolicMultivector:
-    """Reverse and grade involution."""
-    return _apply("clifford_conjugate", a)
-
-
-def dual(a: Any) -> SymbolicMultivector:
-    """Right complement, metric-free: ``b ^ dual(b) = I`` for basis blades."""
-    return _apply("dual", a)
-
-
-def undual(a: Any) -> SymbolicMultivector:
-    """The inverse of `dual`."""
-    return _apply("undual", a)
-
-
-def polarity(a: Any) -> SymbolicMultivector:
-    """The metric dual ``a I**-1``; raises in a degenerate metric."""
-    return _apply("polarity", a)
+inverse = unary(_apply, Operation.INVERSE)
+determinant = unary(_apply, Operation.DETERMINANT)
+norm_squared = unary(_apply, Operation.NORM_SQUARED)
+norm = unary(_apply, Operation.NORM)
+normalize = unary(_apply, Operation.NORMALIZE)
 
 
 def sandwich(versor: Any, x: Any) -> SymbolicMultivector:
     """``v x ~v``; for an odd versor ``v grade_involution(x) ~v``."""
-    return _apply("sandwich", versor, x)
-
-
-def inverse(a: Any) -> SymbolicMultivector:
-    """``b`` with ``a b = 1``."""
-    return _apply("inverse", a)
-
-
-def determinant(a: Any) -> SymbolicMultivector:
-    """A scalar that is zero exactly where `a` has no inverse."""
-    return _apply("determinant", a)
-
-
-def norm_squared(a: Any) -> SymbolicMultivector:
-    """The scalar part of ``a ~a``."""
-    return _apply("norm_squared", a)
-
-
-def norm(a: Any) -> SymbolicMultivector:
-    """``sqrt(|a ~a|)``, without the absolute value where the metric lets one sign occur only."""
-    return _apply("norm", a)
-
-
-def normalize(a: Any) -> SymbolicMultivector:
-    """``a / norm(a)``: then ``a ~a`` has the scalar part 1, or -1 where it was negative."""
-    return _apply("normalize", a)
+    return _apply(Operation.SANDWICH, versor, x)
 
 
 def grade(a: Any, *grades: int) -> SymbolicMultivector:

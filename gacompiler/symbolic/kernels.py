@@ -12,6 +12,7 @@ import sympy
 
 from ..algebra.layout import SCALAR, SCALARS, Layout
 from ..algebra.multivector import Multivector
+from ..algebra.operations import Operation
 from ..errors import KernelError
 from ..frontend import operations as scalar
 from ..frontend.expression import Expression, evaluate, lift, node
@@ -155,7 +156,7 @@ class _Replay:
             return given
         if result.history is not None:
             operation, operands = result.history
-            if operation == "grade":
+            if operation is Operation.GRADE:
                 return self.expression(operands[0]).grade(*operands[1:])
             return node(operation, *map(self.expression, operands))
         named = {name: _scalar(value, self._values) for name, value in result.coefficients.items()}

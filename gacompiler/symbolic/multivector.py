@@ -13,6 +13,7 @@ from ..algebra.algebra import Algebra
 from ..algebra.immutable import Immutable
 from ..algebra.layout import SCALARS, Layout
 from ..algebra.multivector import Multivector
+from ..algebra.operations import BY_NAME, Operation
 from ..errors import AlgebraError
 from ..rings.symbolic import Expanded
 from .printing import Printed, plain_text
@@ -45,7 +46,7 @@ class SymbolicMultivector(Immutable, Multivector):
 
     name: str | None
     layout: Layout | None
-    history: tuple[str, tuple[Any, ...]] | None
+    history: tuple[Operation, tuple[Any, ...]] | None
     _shown: Mapping[int, Any] | None
     _in_own_form: bool
 
@@ -57,7 +58,7 @@ class SymbolicMultivector(Immutable, Multivector):
         name: str | None = None,
         layout: Layout | None = None,
         shown: Mapping[int, Any] | None = None,
-        history: tuple[str, tuple[Any, ...]] | None = None,
+        history: tuple[Operation, tuple[Any, ...]] | None = None,
     ) -> None:
         super().__init__(algebra, {blade: Expanded.of(value) for blade, value in terms.items()})
         object.__setattr__(self, "name", name)
@@ -211,59 +212,59 @@ class SymbolicMultivector(Immutable, Multivector):
 
     def grade(self, *grades: int) -> SymbolicMultivector:
         """The part of the given grades."""
-        return symbolic(super().grade(*grades), "grade", self, *grades)
+        return symbolic(super().grade(*grades), Operation.GRADE, self, *grades)
 
     def keep(self, predicate: Callable[[int], bool]) -> SymbolicMultivector:
         """The part on the blades (bitmaps) for which `predicate` holds."""
         return symbolic(super().keep(predicate))
 
     def product(self, name: str, other: Multivector) -> SymbolicMultivector:
-        """One of the products of `gacompiler.algebra.products.GRADE_RULES`."""
+        """The product of this name that keeps some grades of the geometric product, or a bracket of it."""
         lifted = self.lift(other)
-        return symbolic(super().product(name, lifted), name, self, lifted)
+        return symbolic(super().product(name, lifted), BY_NAME[name], self, lifted)
 
     def __add__(self, other: Any) -> SymbolicMultivector:
         lifted = self.lift(other)
-        return symbolic(super().__add__(lifted), "add", self, lifted)
+        return symbolic(super().__add__(lifted), Operation.ADD, self, lifted)
 
     def __radd__(self, other: Any) -> SymbolicMultivector:
         return self.lift(other) + self
 
     def __sub__(self, other: Any) -> SymbolicMultivector:
         lifted = self.lift(other)
-        return symbolic(super().__sub__(lifted), "subtract", self, lifted)
+        return symbolic(super().__sub__(lifted), Operation.SUBTRACT, self, lifted)
 
     def __rsub__(self, other: Any) -> SymbolicMultivector:
         return self.lift(other) - self
 
     def __neg__(self) -> SymbolicMultivector:
-        return symbolic(-self._plain, "negate", self)
+        return symbolic(-self._plain, Operation.NEGATE, self)
 
     def __pos__(self) -> SymbolicMultivector:
         return self
 
     def __mul__(self, other: Any) -> SymbolicMultivector:
-        return self.product("geometric_product", other)
+        return self.product(Operation.GEOMETRIC_PRODUCT, other)
 
     def __rmul__(self, other: Any) -> SymbolicMultivector:
         return self.lift(other) * self
 
     def __xor__(self, other: Any) -> SymbolicMultivector:
-        return self.product("outer_product", other)
+        return self.product(Operation.OUTER_PRODUCT, other)
 
     def __rxor__(self, other: Any) -> SymbolicMultivector:
         return self.lift(other) ^ self
 
     def __and__(self, other: Any) -> SymbolicMultivector:
         lifted = self.lift(other)
-        return symbolic(super().__and__(lifted), "regressive_product", self, lifted)
+        return symbolic(super().__and__(lifted), Operation.REGRESSIVE_PRODUCT, self, lifted)
 
     def __rand__(self, other: Any) -> SymbolicMultivector:
         return self.lift(other) & self
 
     def __truediv__(self, other: Any) -> SymbolicMultivector:
         lifted = self.lift(other)
-        return symbolic(self._plain / lifted._plain, "divide", self, lifted)
+        return symbolic(self._plain / lifted._plain, Operation.DIVIDE, self, lifted)
 
     def __rtruediv__(self, other: Any) -> SymbolicMultivector:
         return self.lift(other) / self
@@ -272,7 +273,7 @@ class SymbolicMultivector(Immutable, Multivector):
         return symbolic(super().__pow__(exponent))
 
     def __invert__(self) -> SymbolicMultivector:
-        return symbolic(super().__invert__(), "reverse", self)
+        return symbolic(super().__invert__(), Operation.REVERSE, self)
 
     def __eq__(self, other: object) -> bool:
         """Whether both have the same expanded coefficients; `equal` of this package also looks for identities."""
@@ -334,7 +335,7 @@ def _restored(rows: list[tuple[Any, ...]]) -> SymbolicMultivector:
     return made[-1]
 
 
-def symbolic(value: Multivector, operation: str | None = None, *operands: Any) -> SymbolicMultivector:
+def symbolic(value: Multivector, operation: Operation | None = None, *operands: Any) -> SymbolicMultivector:
     """`value` with sympy coefficients; the result of `operation` on `operands`, where that is given."""
     if operation is not None:
         return SymbolicMultivector(value.algebra, value.terms, history=(operation, operands))

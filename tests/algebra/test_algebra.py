@@ -21,8 +21,8 @@ from gacompiler.algebra.blades import grade
 from gacompiler.algebra.catalog import CATALOG, CGA3, PGA2, PGA3, STA, VGA2, VGA3, null_pairs, orthogonal
 from gacompiler.algebra.coefficients import EXACT, divide, is_zero, scalar_function, scale
 from gacompiler.algebra.duality import dual, polarity, regressive_product, undual
+from gacompiler.algebra.meanings import MEANINGS
 from gacompiler.algebra.multivector import Multivector
-from gacompiler.algebra.operations import OPERATIONS
 from gacompiler.algebra.versors import inverse, norm, norm_squared, normalize, sandwich
 from gacompiler.errors import AlgebraError, GacError, InexactError
 from gacompiler.ir.scalar import Graph
@@ -238,9 +238,9 @@ def test_every_operation_is_named_once() -> None:
         "commutator anticommutator reverse grade_involution clifford_conjugate dual undual polarity sandwich inverse "
         "norm_squared norm normalize"
     )
-    assert set(wanted.split(" ")) <= set(OPERATIONS)
+    assert set(wanted.split(" ")) <= set(MEANINGS)
     x = 3 * VGA3.basis()[0] + VGA3.basis()[1] * 4
-    assert OPERATIONS["norm"](x) == 5 and OPERATIONS["normalize"](x) == x / 5
+    assert MEANINGS["norm"](x) == 5 and MEANINGS["normalize"](x) == x / 5
 
 
 # Duals

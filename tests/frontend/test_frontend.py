@@ -41,9 +41,10 @@ from gacompiler import (
     sqrt,
 )
 from gacompiler.algebra.catalog import CGA3, PGA3, STA, VGA3
-from gacompiler.algebra.operations import OPERATIONS
+from gacompiler.algebra.meanings import MEANINGS
+from gacompiler.algebra.operations import Operation
 from gacompiler.errors import AlgebraError, GacError, KernelError
-from gacompiler.frontend.expression import CONSTANT, INPUT, Expression, evaluate, lift, node, topological
+from gacompiler.frontend.expression import Expression, evaluate, lift, node, topological
 from gacompiler.frontend.facts import is_unit, is_unit_even_versor, parity
 from gacompiler.frontend.kernel import ArrayOf, Kernel, Parameter, trace
 from gacompiler.passes.pipeline import compile_kernel
@@ -121,8 +122,8 @@ def test_a_wrong_declaration_says_why(declare: Callable[[], Any], message: str) 
 
 def test_the_expression_is_what_was_written() -> None:
     expression = only(move_point)
-    assert expression.operation == "sandwich" and str(expression) == "sandwich(m, p)"
-    assert [argument.operation for argument in expression.arguments] == [INPUT, INPUT]
+    assert expression.operation is Operation.SANDWICH and str(expression) == "sandwich(m, p)"
+    assert [argument.operation for argument in expression.arguments] == [Operation.INPUT, Operation.INPUT]
     written = kernel(m=PGA3.MOTOR, p=PGA3.POINT)(named(lambda m, p: (m * p * ~m).grade(3) + 2 * dual(p)))
     text = str(only(written))
     assert text == "(((m * p) * ~m).grade(3) + (2 * dual(p)))"
@@ -146,7 +147,7 @@ def test_operators_and_functions_are_one() -> None:
     assert a * b != b * a and a + b != a - b and a["e12"] != a["e21"]
 
 
-@pytest.mark.parametrize("name", sorted(set(OPERATIONS) - {"abs", "less", "less_equal", "select"}))
+@pytest.mark.parametrize("name", sorted(set(MEANINGS) - {"abs", "less", "less_equal", "select"}))
 def test_every_operation_has_a_function_of_its_name(name: str) -> None:
     operators = {"add", "subtract", "negate", "divide"}
     assert name in operators or hasattr(gacompiler, name)
@@ -221,7 +222,7 @@ def test_constants_come_from_either_side() -> None:
     ):  # fmt: skip
         expression = only(kernel(a=VGA3.VECTOR)(named(build)))
         assert isinstance(expression, Expression)
-        assert CONSTANT in {argument.operation for argument in topological([expression])}
+        assert Operation.CONSTANT in {argument.operation for argument in topological([expression])}
         values = {"a_e1": Fraction(2), "a_e2": Fraction(3), "a_e3": Fraction(5)}
         element = VGA3.VECTOR.element(list(values.values()))
         assert evaluate([expression], values) == [build(element)]
@@ -378,6 +379,6 @@ def test_deep_expressions_do_not_recurse() -> None:
 
 
 def test_nodes_say_what_they_are() -> None:
-    expression = node("outer_product", VGA3.basis()[0], 2)
+    expression = node(Operation.OUTER_PRODUCT, VGA3.basis()[0], 2)
     assert repr(expression) == "Expression((e1 ^ 2))"
     assert str(only(kernel(a=VGA3.VECTOR)(named(lambda a: -a["e1"] / 2)))) == "(-a[e1] / 2)"

@@ -19,7 +19,7 @@ import pytest
 import gacompiler as ga
 from gacompiler import Algebra
 from gacompiler.algebra import catalog
-from gacompiler.algebra.operations import OPERATIONS
+from gacompiler.algebra.meanings import MEANINGS
 from gacompiler.errors import AlgebraError, LayoutError
 from gacompiler.objects import CGA2, CGA3, PGA2, PGA3, STA, VGA2, VGA3, MultivectorArray, Space, library, operators
 from gacompiler.objects import arrays as arrays_module
@@ -71,7 +71,7 @@ def exact(x: Any, algebra: Algebra) -> ga.Multivector:
 @pytest.mark.parametrize(("space", "left", "right"), PAIRS, ids=lambda x: x.algebra.name if isinstance(x, Space) else x)
 def test_products_are_those_of_the_algebra_to_the_last_bit(name: str, space: Space, left: str, right: str) -> None:
     a, b = some(space, left, 1), some(space, right, 2)
-    wanted = OPERATIONS[name](a.exactly(), b.exactly())
+    wanted = MEANINGS[name](a.exactly(), b.exactly())
     for _ in range(2):  # when it is compiled, and afterwards
         assert exact(getattr(a, name)(b) if hasattr(a, name) else OPERATORS[name](a, b), space.algebra) == wanted
         if name in OPERATORS:
@@ -82,7 +82,7 @@ def test_products_are_those_of_the_algebra_to_the_last_bit(name: str, space: Spa
 @pytest.mark.parametrize(("space", "layout"), sorted({(s, left) for s, left, _ in PAIRS}, key=str), ids=str)
 def test_involutions_are_those_of_the_algebra(name: str, space: Space, layout: str) -> None:
     a = some(space, layout, 3)
-    assert exact(getattr(a, name)(), space.algebra) == OPERATIONS[name](a.exactly())
+    assert exact(getattr(a, name)(), space.algebra) == MEANINGS[name](a.exactly())
     assert exact(~a, space.algebra) == ~a.exactly()
     assert exact(-a, space.algebra) == -a.exactly()
     assert exact(a.grade(1, 2), space.algebra) == a.exactly().grade(1, 2)
@@ -425,7 +425,7 @@ def test_large_arrays_run_as_generated_modules_do(monkeypatch: pytest.MonkeyPatc
 
 def test_definitions_are_the_names_of_the_compiler() -> None:
     for name in (*UNARY, *BINARY):
-        assert name in OPERATIONS or hasattr(ga, name), name
+        assert name in MEANINGS or hasattr(ga, name), name
 
 
 def test_blocks_of_the_page_run(capsys: pytest.CaptureFixture[str]) -> None:

@@ -32,8 +32,9 @@ from gacompiler import (
 )
 from gacompiler.algebra.catalog import CGA3, PGA2, PGA3, QUATERNIONS, STA, VGA2, VGA3, null_pairs, orthogonal
 from gacompiler.algebra.layout import Layout
+from gacompiler.algebra.operations import Operation
 from gacompiler.algebra.products import product
-from gacompiler.frontend.expression import INPUT, Expression, Input, evaluate, topological
+from gacompiler.frontend.expression import Expression, Input, evaluate, topological
 from gacompiler.frontend.kernel import Kernel, trace
 from gacompiler.ir.interpret import interpret
 from gacompiler.passes.accuracy import run_in_double, ulps
@@ -170,7 +171,7 @@ def element(name: str, algebra: Algebra, *grades: int) -> Expression:
 
 def same_value(a: Expression, b: Expression, random: Random) -> bool:
     """Whether two expressions have the same value at a random point."""
-    inputs = [each.data.components for each in topological([a, b]) if each.operation == INPUT]
+    inputs = [each.data.components for each in topological([a, b]) if each.operation is Operation.INPUT]
     at = {name: Fraction(random.randint(-9, 9), random.randint(1, 4)) for names in inputs for name in names}
     first, second = evaluate([a, b], at)
     return bool(first.terms == second.terms)
@@ -342,7 +343,9 @@ def test_differences_with_what_is_computed_from_them_are_not_circular() -> None:
 
 def symbol(name: str, layout: Layout) -> Expression:
     """An input of a layout."""
-    return Expression(INPUT, (), Input(name, layout, tuple(f"{name}_{b}" for b in layout.blades)), layout.algebra)
+    return Expression(
+        Operation.INPUT, (), Input(name, layout, tuple(f"{name}_{b}" for b in layout.blades)), layout.algebra
+    )
 
 
 def test_squares_that_are_known() -> None:

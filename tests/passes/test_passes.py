@@ -49,8 +49,9 @@ from gacompiler import (
 )
 from gacompiler.algebra.algebra import Algebra
 from gacompiler.algebra.catalog import CGA2, CGA3, PGA2, PGA3, QUATERNIONS, STA, VGA2, VGA3, orthogonal
+from gacompiler.algebra.operations import Operation
 from gacompiler.errors import KernelError
-from gacompiler.frontend.expression import INPUT, Expression, Input, evaluate
+from gacompiler.frontend.expression import Expression, Input, evaluate
 from gacompiler.frontend.kernel import ArrayOf, Kernel, Parameter, trace
 from gacompiler.ir.cost import cost
 from gacompiler.ir.interpret import interpret
@@ -263,7 +264,9 @@ def test_nothing_is_shifted_without_a_direction() -> None:
 
 
 def symbol(name: str, layout: Any) -> Expression:
-    return Expression(INPUT, (), Input(name, layout, tuple(f"{name}_{b}" for b in layout.blades)), layout.algebra)
+    return Expression(
+        Operation.INPUT, (), Input(name, layout, tuple(f"{name}_{b}" for b in layout.blades)), layout.algebra
+    )
 
 
 M, N = symbol("m", PGA3.MOTOR), symbol("n", PGA3.MOTOR)
