@@ -3,60 +3,51 @@
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from . import robots
-from .algebra.algebra import Algebra
-from .algebra.layout import SCALAR, Layout
-from .algebra.multivector import Multivector
-from .derivatives import hessian_vector, jacobian, jvp, matrix_of, vjp
-from .frontend.eigen import eigenvalues_symmetric, eigenvectors_symmetric
-from .frontend.equations import inverse_matrix, matrix_determinant, solve_linear, solve_symmetric
-from .frontend.functions import exp, interpolate, log, power, sqrt
-from .frontend.kernel import Kernel, array, kernel
-from .frontend.operations import (
-    absolute,
-    acos,
-    anticommutator,
-    assemble,
-    atan2,
-    clifford_conjugate,
-    coefficient,
-    commutator,
-    cos,
-    determinant,
-    dual,
-    equal,
-    geometric_product,
-    grade,
-    grade_involution,
-    hestenes_product,
-    inner_product,
-    inverse,
-    join,
-    left_contraction,
-    maximum,
-    meet,
-    minimum,
-    norm,
-    norm_squared,
-    normalize,
-    outer_product,
-    polarity,
-    regressive_product,
-    reverse,
-    right_contraction,
-    sandwich,
-    scalar_product,
-    select,
-    sin,
-    undual,
-)
-from .frontend.roots import cubic_roots, quadratic_roots, quartic_roots
+from . import frontend
+from . import robots as robots
+from .algebra.algebra import Algebra as Algebra
+from .algebra.layout import SCALAR as SCALAR
+from .algebra.layout import Layout as Layout
+from .algebra.multivector import Multivector as Multivector
+from .derivatives import hessian_vector as hessian_vector
+from .derivatives import jacobian as jacobian
+from .derivatives import jvp as jvp
+from .derivatives import matrix_of as matrix_of
+from .derivatives import vjp as vjp
+from .frontend.eigen import eigenvalues_symmetric as eigenvalues_symmetric
+from .frontend.eigen import eigenvectors_symmetric as eigenvectors_symmetric
+from .frontend.equations import inverse_matrix as inverse_matrix
+from .frontend.equations import matrix_determinant as matrix_determinant
+from .frontend.equations import solve_linear as solve_linear
+from .frontend.equations import solve_symmetric as solve_symmetric
+from .frontend.functions import exp as exp
+from .frontend.functions import interpolate as interpolate
+from .frontend.functions import log as log
+from .frontend.functions import power as power
+from .frontend.functions import sqrt as sqrt
+from .frontend.kernel import Kernel as Kernel
+from .frontend.kernel import array as array
+from .frontend.kernel import kernel as kernel
+from .frontend.operations import *  # noqa: F403
+from .frontend.roots import cubic_roots as cubic_roots
+from .frontend.roots import quadratic_roots as quadratic_roots
+from .frontend.roots import quartic_roots as quartic_roots
+
+if not TYPE_CHECKING:
+    # Type checkers read no list that is computed; to them, `as` and `*` above say what is exported.
+    __all__ = sorted([
+        "SCALAR", "Algebra", "Kernel", "Layout", "Multivector", "array", "compile", "cubic_roots",
+        "eigenvalues_symmetric", "eigenvectors_symmetric", "exp", "hessian_vector", "interpolate", "inverse_matrix",
+        "jacobian", "jvp", "kernel", "log", "matrix_determinant", "matrix_of", "power", "quadratic_roots",
+        "quartic_roots", "read_cluscript", "robots", "solve_linear", "solve_symmetric", "sqrt", "vjp",
+        *frontend.operations.__all__,
+    ])  # fmt: skip
 
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
-    from .runtime import compile
-    from .scripts import read_cluscript
+    from .runtime import compile as compile
+    from .scripts import read_cluscript as read_cluscript
 
 _LOADED_LATER = {"compile": "runtime", "read_cluscript": "scripts"}
 
@@ -69,15 +60,3 @@ def __getattr__(name: str) -> Any:
     if name in ("symbolic", "calculus"):
         return import_module(f"{__name__}.{name}")
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-
-
-__all__ = [
-    "SCALAR", "Algebra", "Kernel", "Layout", "Multivector", "absolute", "acos", "anticommutator", "array", "assemble",
-    "atan2", "clifford_conjugate", "coefficient", "commutator", "compile", "cos", "cubic_roots", "determinant", "dual",
-    "eigenvalues_symmetric", "eigenvectors_symmetric", "equal", "exp", "geometric_product", "grade", "grade_involution",
-    "hessian_vector", "hestenes_product", "inner_product", "interpolate", "inverse", "inverse_matrix", "jacobian",
-    "join", "jvp", "kernel", "left_contraction", "log", "matrix_determinant", "matrix_of", "maximum", "meet", "minimum",
-    "norm", "norm_squared", "normalize", "outer_product", "polarity", "power", "quadratic_roots", "quartic_roots",
-    "read_cluscript", "regressive_product", "reverse", "right_contraction", "robots", "sandwich", "scalar_product",
-    "select", "sin", "solve_linear", "solve_symmetric", "sqrt", "undual", "vjp",
-]  # fmt: skip

@@ -10,7 +10,7 @@ from __future__ import annotations
 import itertools
 import operator
 from collections.abc import Callable, Iterator
-from functools import cache, partial
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,10 +18,12 @@ import numpy as np
 from ..algebra.algebra import Algebra
 from ..algebra.layout import SCALAR, SCALARS, Layout
 from ..algebra.multivector import Multivector
+from ..algebra.operations import Kind, Operation
 from ..errors import AlgebraError, LayoutError
 from .checks import check_relations, require_blade
 from .definitions import BINARY, UNARY, Definition, grade_of, normalize_of, power_of
 from .exponentials import MOST_VECTORS, exponential, layout_of_exponential
+from .methods import Engine, Operations, curried, run_by
 from .native import extension, extension_is_settled
 from .normalizing import normalized
 from .numpy_functions import NumpyFunctions
@@ -30,17 +32,11 @@ from .printing import latex_of, repr_of, text_of
 from .scalars import ScalarMethods
 
 SYMBOLS = {
-    ("*", 2): BINARY["geometric_product"],
-    ("^", 2): BINARY["outer_product"],
-    ("&", 2): BINARY["regressive_product"],
-    ("|", 2): BINARY["inner_product"],
-    ("+", 2): BINARY["add"],
-    ("-", 2): BINARY["subtract"],
-    ("/", 2): BINARY["divide"],
-    (">>", 2): BINARY["sandwich"],
-    ("()", 2): BINARY["sandwich"],
-    ("~", 1): UNARY["reverse"],
-    ("-", 1): UNARY["negate"],
+    (symbol, each.row.operands): (UNARY if each.row.operands == 1 else BINARY)[each]
+    for each in Operation
+    if each.row.kind is not Kind.SCALAR
+    for symbol in (each.row.operator, *each.row.object_operators)
+    if symbol
 }
 """What Python's operators mean, by their symbol and the number of operands; ``()`` is the call ``m(x)``."""
 
@@ -49,67 +45,23 @@ QUOTIENT = Definition("quotient", ("a", "b"), "a * ~b")
 """By a unit versor, whose inverse is its reverse; by others, a product with the inverse."""
 
 
-def _one(name: str, about: str) -> Any:
-    run = _curried(UNARY[name])
-
-    def method(self: Any) -> Any:
-        return run[0](self)
-
-    return _named(method, name, about)
-
-
-def _two(name: str, about: str) -> Any:
-    run = _curried(BINARY[name])
-
-    def method(self: Any, other: Any) -> Any:
-        return run[0](self)(other)
-
-    return _named(method, name, about)
-
-
-def _named(method: Any, name: str, about: str) -> Any:
-    method.__name__, method.__doc__ = name, about
-    method.__qualname__ = f"MultivectorArray.{name}"
-    return method
-
-
-def _curried(definition: Definition) -> list[Callable[[Any], Any]]:
-    """An operation as a function of its first operand that may be replaced: by one that the extension calls, if it can.
-
-    It gives the result, or where there are two operands a function of the second.
-    """
-
-    def first(x: Any) -> Any:
-        if extension() is not None:
-            run[0] = _role_type(definition, None)()
-        elif extension_is_settled():
-            run[0] = partial(_in_turn, definition)
-        else:
-            return _in_turn(definition, x)
-        return run[0](x)
-
-    run: list[Callable[[Any], Any]] = [first]
-    return run
-
-
-def _in_turn(definition: Definition, x: Any) -> Any:
-    return apply(definition, x) if len(definition.parameters) == 1 else lambda y: apply(definition, x, y)
-
-
 @cache
 def _run_of(definition: Definition) -> list[Callable[[Any], Any]]:
-    """As `_curried`, for definitions that are made when they are asked for."""
-    return _curried(definition)
+    """As `curried`, for definitions that are made when they are asked for."""
+    return curried(definition)
 
 
 _grades: dict[tuple[type, tuple[int, ...]], list[Callable[[Any], Any]]] = {}
 """What `MultivectorArray.grade` calls for single multivectors, whose grades have been looked at."""
 
+_EXP, _LOG, _SQRT, _POWER = map(curried, (UNARY["exp"], UNARY["log"], UNARY["sqrt"], BINARY["power"]))
+"""By one kernel; the last three of what is known to be a unit versor or a number."""
+
 _LARGEST_POWER = 3
 """Higher ones are products of these."""
 
 
-class MultivectorArray(NumpyFunctions):
+class MultivectorArray(Operations, NumpyFunctions):
     """Multivectors of one layout: a single one, shape ``()``, or an array of any shape. They cannot be changed.
 
     Operators: ``+ -``, ``*`` geometric product, ``^`` outer product, ``&`` regressive product (join of points, in
@@ -211,36 +163,6 @@ class MultivectorArray(NumpyFunctions):
     def __dir__(self) -> list[str]:
         return sorted({*object.__dir__(self), *(name for name in self.layout.blades if name.isidentifier())})
 
-    # Operations of one object.
-    negate = _one("negate", "``-x``.")
-    reverse = _one("reverse", "``~x``: the order of vectors in every product turned round.")
-    grade_involution = _one("grade_involution", "Every vector negated.")
-    clifford_conjugate = _one("clifford_conjugate", "Reverse and grade involution.")
-    dual = _one("dual", "The right complement, which needs no metric: ``b ^ dual(b) = I`` for basis blades.")
-    undual = _one("undual", "The inverse of `dual`.")
-    polarity = _one("polarity", "The metric dual ``x I**-1``; an error where the metric is degenerate.")
-    inverse = _one("inverse", "``y`` with ``x y = 1``; infinite or not a number where there is none.")
-    norm_squared = _one("norm_squared", "The scalar part of ``x ~x``, a number.")
-    norm = _one("norm", "``sqrt(|x ~x|)``: the root of the absolute value of `norm_squared`, a number.")
-    _exponential = _one("exp", "As `exp`, by one kernel.")
-    _logarithm = _one("log", "As `log`, of what is known to be a unit versor or a number.")
-    _root = _one("sqrt", "As `sqrt`, of what is known to be a unit versor or a number.")
-
-    # Operations of two.
-    left_contraction = _two("left_contraction", "Of grades p and q, the part of grade q - p of the product.")
-    right_contraction = _two("right_contraction", "Of grades p and q, the part of grade p - q of the product.")
-    scalar_product = _two("scalar_product", "The scalar part of the geometric product, a number.")
-    inner_product = _two("inner_product", "``x | y``: of grades p and q, the part of grade ``|p - q|`` of the product.")
-    outer_product = _two("outer_product", "``x ^ y``.")
-    regressive_product = _two("regressive_product", "``x & y``.")
-    geometric_product = _two("geometric_product", "``x * y``.")
-    commutator = _two("commutator", "``(x y - y x) / 2``.")
-    anticommutator = _two("anticommutator", "``(x y + y x) / 2``.")
-    _raised = _two("power", "As `power`, of what is known to be a unit versor or a number.")
-    sandwich = _two(
-        "sandwich", "``x y ~x`` for an even unit versor `x`; with the grade involution of `y` for odd ones."
-    )
-
     def exp(self) -> Any:
         """The exponential; of a bivector over up to five vectors a unit versor. See `gacompiler.exp`.
 
@@ -248,7 +170,7 @@ class MultivectorArray(NumpyFunctions):
         largest argument; elsewhere without a closed form it is not a number far beyond a norm of 1000.
         """
         whole = layout_of_exponential(self.layout) if self.layout.algebra.dimension > MOST_VECTORS else None
-        return self._exponential() if whole is None else exponential(self, whole, wrap)
+        return _EXP[0](self) if whole is None else exponential(self, whole, wrap)
 
     def __pow__(self, exponent: Any) -> Any:
         """A product of equal factors for a natural number, the inverse of one for a negative whole number."""
@@ -314,16 +236,16 @@ class MultivectorArray(NumpyFunctions):
         LayoutError
             When a versor is not unit to the `tolerance`. A versor that is only known to be even is looked at.
         """
-        return self._as_unit("log", tolerance)._logarithm()
+        return _LOG[0](self._as_unit("log", tolerance))
 
     def sqrt(self, *, tolerance: float = 1e-9) -> Any:
         """The root of a unit versor, half way to it, or of a number; errors as in `log`."""
-        return self._as_unit("sqrt", tolerance)._root()
+        return _SQRT[0](self._as_unit("sqrt", tolerance))
 
     def power(self, exponent: Any, *, tolerance: float = 1e-9) -> Any:
         """``exp(exponent * log(x))``: of a unit versor, a part of the shorter way to it; errors as in `log`."""
         exponent = float(exponent) if isinstance(exponent, int) else exponent
-        return self._as_unit("power", tolerance)._raised(exponent)
+        return _POWER[0](self._as_unit("power", tolerance))(exponent)
 
     def _as_unit(self, what: str, tolerance: float) -> Any:
         """This, in the layout of unit elements if it is even; complex numbers and their kin as they are."""
@@ -598,7 +520,7 @@ _roles: dict[type, _Role] = {}
 _partial_types: dict[tuple[str, type], type] = {}
 
 
-def _role_type(definition: Definition, layout: Layout | None) -> Any:
+def role_type(definition: Definition, layout: Layout | None) -> Any:
     """A type of the extension for an operation, whose only object is called with a single multivector.
 
     That gives the result; or where there are two operands an object with the coefficients of the first, of the type for
@@ -636,7 +558,7 @@ def _second(definition: Definition, holder: Any, x: Any, y: Any) -> Any:
         if native is None:
             return result
         if key not in _partial_types:
-            _partial_types[key] = _role_type(definition, x.layout)
+            _partial_types[key] = role_type(definition, x.layout)
             extension().bind_operator("()", (type(holder), type(x)), _partial_types[key], native.left, False)
         _bind("()", (_partial_types[key], type(y)), found, native.element)
     return result
@@ -808,3 +730,6 @@ def _mixed(where: str, a: Algebra, b: Algebra) -> AlgebraError:
         where, f"multivectors of {a.name} and {b.name}", "one algebra",
         "carry coefficients over by name: algebra.multivector({...})",
     )  # fmt: skip
+
+
+run_by(Engine(apply, role_type))

@@ -13,6 +13,7 @@ from typing import Any
 
 from ..algebra.algebra import Algebra
 from ..algebra.layout import Layout
+from ..algebra.operations import Kind, Operation
 from ..algebra.signs import norm_signs
 
 
@@ -88,56 +89,45 @@ def _squared(layout: Layout) -> Mapping[int, Any]:
     return (element * ~element).terms
 
 
-def _unary(name: str, text: str | None = None, **more: Any) -> Definition:
-    return Definition(name, ("a",), text or f"ga.{name}(a)", **more)
+_UNIT: Mapping[str, Callable[[tuple[Layout, ...]], bool]] = {"exp": _is_bivector, "sqrt": _is_unit, "power": _is_unit}
 
 
-def _binary(name: str, text: str | None = None, **more: Any) -> Definition:
-    return Definition(name, ("a", "b"), text or f"ga.{name}(a, b)", **more)
+def _definition(name: str, n: int, text: str = "", keeps: int | None = None) -> Definition:
+    parameters = ("a", "b")[:n]
+    return Definition(name, parameters, text or f"ga.{name}({', '.join(parameters)})", keeps, _UNIT.get(name))
 
+
+def _by_table(operation: Operation) -> Definition:
+    row = operation.row
+    text = f"{row.operator}a" if row.operands == 1 else f"a {row.operator} b"
+    keeps = 1 if operation is Operation.SANDWICH else None
+    return _definition(row.name, row.operands, text if row.operator else "", keeps)
+
+
+_TABLE = tuple(
+    _by_table(each)
+    for each in Operation
+    if each.row.kind in (Kind.ARITHMETIC, Kind.MULTIVECTOR) and each is not Operation.NORMALIZE
+)
 
 UNARY: Mapping[str, Definition] = {
-    definition.name: definition
-    for definition in (
-        _unary("negate", "-a"),
-        _unary("reverse", "~a"),
-        _unary("grade_involution"),
-        _unary("clifford_conjugate"),
-        _unary("dual"),
-        _unary("undual"),
-        _unary("polarity"),
-        _unary("inverse"),
-        _unary("norm"),
-        _unary("norm_squared"),
-        _unary("exp", unit=_is_bivector),
-        _unary("log"),
-        _unary("sqrt", unit=_is_unit),
-    )
+    **{each.name: each for each in _TABLE if len(each.parameters) == 1},
+    **{name: _definition(name, 1) for name in ("exp", "log", "sqrt")},
 }
-"""Operations of one object, by name."""
+"""Operations of one object, by name; `normalize_of` gives that of a layout."""
 
 BINARY: Mapping[str, Definition] = {
-    definition.name: definition
-    for definition in (
-        _binary("add", "a + b"),
-        _binary("subtract", "a - b"),
-        _binary("geometric_product", "a * b"),
-        _binary("outer_product", "a ^ b"),
-        _binary("regressive_product", "a & b"),
-        _binary("left_contraction"),
-        _binary("right_contraction"),
-        _binary("inner_product"),
-        _binary("scalar_product"),
-        _binary("commutator"),
-        _binary("anticommutator"),
-        _binary("sandwich", keeps=1),
-        _binary("divide", "a / b"),
-        _binary("power", unit=_is_unit),
-    )
+    **{each.name: each for each in _TABLE if len(each.parameters) == 2},
+    "power": _definition("power", 2),
 }
 """Operations of two objects, by name."""
 
-NORMALIZE = _unary("normalize", unit=lambda layouts: has_scalar_square(layouts[0]) and is_never_negative(layouts[0]))
+NORMALIZE = Definition(
+    "normalize",
+    ("a",),
+    "ga.normalize(a)",
+    unit=lambda layouts: has_scalar_square(layouts[0]) and is_never_negative(layouts[0]),
+)
 NORMALIZE_STUDY = Definition(
     "normalize",
     ("a",),
@@ -160,10 +150,10 @@ def normalize_of(layout: Layout) -> Definition:
 @cache
 def grade_of(grades: tuple[int, ...]) -> Definition:
     """The part of the given grades."""
-    return _unary("grade_" + "_".join(map(str, grades)), f"a.grade({', '.join(map(str, grades))})")
+    return _definition("grade_" + "_".join(map(str, grades)), 1, f"a.grade({', '.join(map(str, grades))})")
 
 
 @cache
 def power_of(exponent: int) -> Definition:
     """A natural power, as one operation: the square of a vector is a number."""
-    return _unary(f"power_{exponent}", f"a ** {exponent}")
+    return _definition(f"power_{exponent}", 1, f"a ** {exponent}")

@@ -12,6 +12,7 @@ import numpy as np
 from ..algebra.algebra import Algebra
 from ..algebra.layout import SCALAR, SCALARS, Layout
 from ..errors import AlgebraError
+from .methods import Operations
 
 
 def _lifted(name: str) -> Any:
@@ -54,7 +55,7 @@ def _without_algebra(name: str) -> Any:
     return method
 
 
-class ScalarMethods(float):
+class ScalarMethods(Operations, float):
     """A number with the methods of multivectors; its subclass says what a multivector is.
 
     It is a float in every respect. ``+ - * /`` with numbers give numbers of this class, and with multivectors what the
@@ -113,16 +114,7 @@ class ScalarMethods(float):
     __neg__, __pos__, __abs__ = _of_floats("__neg__"), _of_floats("__pos__"), _of_floats("__abs__")
     __rshift__, __call__ = _lifted("__rshift__"), _lifted("__call__")
 
-    negate, reverse = _lifted("negate"), _lifted("reverse")
-    grade_involution, clifford_conjugate = _lifted("grade_involution"), _lifted("clifford_conjugate")
-    inverse, norm_squared, norm, normalize = (
-        _lifted("inverse"), _lifted("norm_squared"), _lifted("norm"), _lifted("normalize"),
-    )  # fmt: skip
-    exp, log, sqrt, power = _lifted("exp"), _lifted("log"), _lifted("sqrt"), _lifted("power")
-    left_contraction, right_contraction = _lifted("left_contraction"), _lifted("right_contraction")
-    scalar_product, inner_product = _lifted("scalar_product"), _lifted("inner_product")
-    outer_product, geometric_product = _lifted("outer_product"), _lifted("geometric_product")
-    regressive_product, sandwich = _lifted("regressive_product"), _lifted("sandwich")
-    commutator, anticommutator = _lifted("commutator"), _lifted("anticommutator")
+    normalize, exp, log = _lifted("normalize"), _lifted("exp"), _lifted("log")
+    sqrt, power = _lifted("sqrt"), _lifted("power")
     isclose, exactly, project = _lifted("isclose"), _lifted("exactly"), _lifted("project")
     dual, undual, polarity = (_without_algebra(name) for name in ("dual", "undual", "polarity"))

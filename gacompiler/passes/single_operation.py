@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from itertools import permutations
 
 from ..algebra.layout import Layout
+from ..algebra.operations import BY_NAME
 from ..frontend.expression import node
 from .record import Compilation
 
@@ -39,6 +40,6 @@ def single_operation(
         if len({symbol.algebra for symbol in symbols}) > 1:
             return None
         for operation in operations.get(len(order), ()):
-            if node(Operation(operation), *symbols) in forms:
+            if node(BY_NAME[operation], *symbols) in forms:
                 return operation, tuple(parameter.name for parameter in order)
     return None

@@ -1,0 +1,110 @@
+"""The operations of the table as methods of numeric objects: one line for each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any, NamedTuple, TypeVar
+
+from ..algebra.functions import docstring
+from ..algebra.operations import Operation
+from .definitions import BINARY, UNARY, Definition
+from .native import extension, extension_is_settled
+
+Method = TypeVar("Method", bound=Callable[..., Any])
+
+
+class Engine(NamedTuple):
+    """How operations are run, by the file that defines the objects, which are made of the methods here."""
+
+    apply: Callable[..., Any]
+    """Of a definition and its operands."""
+    role_type: Callable[..., Any]
+    """The type of the extension's object for a definition."""
+
+
+_engine: list[Engine] = []
+
+
+def run_by(engine: Engine) -> None:
+    """Run the methods by `engine`."""
+    _engine[:] = [engine]
+
+
+def curried(definition: Definition) -> list[Callable[[Any], Any]]:
+    """An operation as the only entry of a list: a function of the first operand, replaced where a faster one is found.
+
+    It gives the result, or where there are two operands a function of the second. What replaces it is an object of the
+    extension of generated modules, if that can be built.
+    """
+
+    def first(x: Any) -> Any:
+        if extension() is not None:
+            run[0] = _engine[0].role_type(definition, None)()
+        elif extension_is_settled():
+            run[0] = partial(_in_turn, definition)
+        else:
+            return _in_turn(definition, x)
+        return run[0](x)
+
+    run: list[Callable[[Any], Any]] = [first]
+    return run
+
+
+def _in_turn(definition: Definition, x: Any) -> Any:
+    apply = _engine[0].apply
+    return apply(definition, x) if len(definition.parameters) == 1 else lambda y: apply(definition, x, y)
+
+
+def _unary(operation: Operation) -> Callable[[Any], Any]:
+    run = curried(UNARY[operation])
+
+    def method(self: Any) -> Any:
+        return run[0](self)
+
+    return _named(method, operation, "Here `a` is this object.")
+
+
+def _binary(operation: Operation) -> Callable[[Any, Any], Any]:
+    run = curried(BINARY[operation])
+
+    def method(self: Any, other: Any) -> Any:
+        return run[0](self)(other)
+
+    return _named(method, operation, "Here `a` is this object and `b` the other one.")
+
+
+def _named(method: Method, operation: Operation, operands: str) -> Method:
+    method.__name__, method.__qualname__ = operation.value, f"Operations.{operation}"
+    method.__doc__ = f"{docstring(operation).rstrip()}\n\n{operands}\n"
+    return method
+
+
+class Operations:
+    """The operations of the table as methods; `normalize` is defined by each class."""
+
+    __slots__ = ()
+
+    geometric_product = _binary(Operation.GEOMETRIC_PRODUCT)
+    outer_product = _binary(Operation.OUTER_PRODUCT)
+    regressive_product = _binary(Operation.REGRESSIVE_PRODUCT)
+    left_contraction = _binary(Operation.LEFT_CONTRACTION)
+    right_contraction = _binary(Operation.RIGHT_CONTRACTION)
+    inner_product = _binary(Operation.INNER_PRODUCT)
+    hestenes_product = _binary(Operation.HESTENES_PRODUCT)
+    scalar_product = _binary(Operation.SCALAR_PRODUCT)
+    commutator = _binary(Operation.COMMUTATOR)
+    anticommutator = _binary(Operation.ANTICOMMUTATOR)
+    sandwich = _binary(Operation.SANDWICH)
+
+    negate = _unary(Operation.NEGATE)
+    reverse = _unary(Operation.REVERSE)
+    grade_involution = _unary(Operation.GRADE_INVOLUTION)
+    clifford_conjugate = _unary(Operation.CLIFFORD_CONJUGATE)
+    dual = _unary(Operation.DUAL)
+    undual = _unary(Operation.UNDUAL)
+    polarity = _unary(Operation.POLARITY)
+    inverse = _unary(Operation.INVERSE)
+    determinant = _unary(Operation.DETERMINANT)
+    norm_squared = _unary(Operation.NORM_SQUARED)
+    norm = _unary(Operation.NORM)
