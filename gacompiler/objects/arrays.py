@@ -234,7 +234,7 @@ class MultivectorArray(Operations, NumpyFunctions):
         Raises
         ------
         LayoutError
-            When a versor is not unit to the `tolerance`. A versor that is only known to be even is looked at.
+            When a versor is not unit to the `tolerance`. Of a versor that is only known to be even, this is checked.
         """
         return _LOG[0](self._as_unit("log", tolerance))
 
@@ -248,7 +248,7 @@ class MultivectorArray(Operations, NumpyFunctions):
         return _POWER[0](self._as_unit("power", tolerance))(exponent)
 
     def _as_unit(self, what: str, tolerance: float) -> Any:
-        """This, in the layout of unit elements if it is even; complex numbers and their kin as they are."""
+        """This in the layout of unit elements if it is even; other elements, such as complex numbers, unchanged."""
         layout = self.layout
         if layout.unit or layout.has_relations or any(blade.bit_count() & 1 for blade in layout.support):
             return self
