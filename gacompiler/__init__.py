@@ -20,6 +20,7 @@ from .frontend.equations import inverse_matrix as inverse_matrix
 from .frontend.equations import matrix_determinant as matrix_determinant
 from .frontend.equations import solve_linear as solve_linear
 from .frontend.equations import solve_symmetric as solve_symmetric
+from .frontend.family import Family as Family
 from .frontend.functions import exp as exp
 from .frontend.functions import interpolate as interpolate
 from .frontend.functions import log as log
@@ -36,7 +37,7 @@ from .frontend.roots import quartic_roots as quartic_roots
 if not TYPE_CHECKING:
     # Type checkers read no list that is computed; to them, `as` and `*` above say what is exported.
     __all__ = sorted([
-        "SCALAR", "Algebra", "Kernel", "Layout", "Multivector", "array", "compile", "cubic_roots",
+        "SCALAR", "Algebra", "Family", "Kernel", "Layout", "Multivector", "array", "compile", "cubic_roots",
         "eigenvalues_symmetric", "eigenvectors_symmetric", "exp", "hessian_vector", "interpolate", "inverse_matrix",
         "jacobian", "jvp", "kernel", "log", "matrix_determinant", "matrix_of", "power", "quadratic_roots",
         "quartic_roots", "read_cluscript", "robots", "solve_linear", "solve_symmetric", "sqrt", "vjp",

@@ -7,7 +7,6 @@ import difflib
 import hashlib
 import importlib.util
 import os
-import sys
 import tempfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -30,6 +29,7 @@ from .passes.record import Compilation
 from .passes.single_operation import single_operation
 from .prove import rounding_error
 from .rings.polynomial import PolynomialRing
+from .spec_files import check_names, digest_of, imports_beside, kernels_of, place_of_failure
 
 Progress = Callable[[str], None]
 
@@ -58,6 +58,9 @@ class Spec:
 def load_spec(path: Path, command: str | None = None, algebra: str | None = None) -> Spec:
     """Run a spec file and collect its kernels, in the order of their definition.
 
+    They are those that it defines, and those that it assigns to their own names, as from a `Family`; what it imports
+    is none of them.
+
     A file ``.clu`` is a script of Gaalop's language in the named `algebra`, and one kernel.
 
     Raises
@@ -81,43 +84,28 @@ def load_spec(path: Path, command: str | None = None, algebra: str | None = None
         raise SpecError(str(path), f"{name!r} cannot name a module", "letters, digits and _", "rename the file")
     module = ModuleType(f"_gac_spec_{name}")
     module.__file__ = str(path)
-    sys.path.insert(0, str(path.resolve().parent))
     try:
-        exec(code, module.__dict__)
+        with imports_beside(path, text):
+            exec(code, module.__dict__)
     except GacError as error:
         if str(path) in str(error):
             raise
-        raise error.at(_place(path, error))  # noqa: B904
+        raise error.at(place_of_failure(path, text, error))  # noqa: B904
     except Exception as error:
-        raise SpecError(_place(path, error), f"{type(error).__name__}: {error}") from error
-    finally:
-        sys.path.remove(str(path.resolve().parent))
-    kernels = tuple(
-        value
-        for value in module.__dict__.values()
-        if isinstance(value, Kernel) and value.function.__module__ == module.__name__
-    )
+        raise SpecError(place_of_failure(path, text, error), f"{type(error).__name__}: {error}") from error
+    tree = ast.parse(text)
+    kernels = kernels_of(module, tree)
     if not kernels:
         raise SpecError(str(path), "no kernel in it", "at least one function under @kernel(...)")
     for kernel in kernels:
         if kernel.name in taken_names():
             raise SpecError(kernel.where, "its name belongs to the generated module itself", remedy="rename it")
-    seen: dict[str, int] = {}
-    for statement in ast.parse(text).body:
-        if isinstance(statement, ast.FunctionDef):
-            if statement.name in seen and statement.name in {kernel.name for kernel in kernels}:
-                raise SpecError(
-                    f"{path}:{statement.lineno}",
-                    f"{statement.name} is defined twice, first in line {seen[statement.name]}",
-                    remedy="rename one of them",
-                )
-            seen[statement.name] = statement.lineno
-    digest = hashlib.sha256(text.encode()).hexdigest()[:16]
+    check_names(path, tree, kernels)
     return Spec(
         name,
         command or f"gac generate {path.name}",
         (module.__doc__ or f"Kernels of {path.name}.").strip(),
-        digest,
+        digest_of(path, text),
         kernels,
         path,
     )
@@ -128,16 +116,6 @@ def _script_spec(path: Path, text: str, algebra: str | None) -> Spec:
     command = f"gac generate {path.name}" + (f" --algebra {algebra}" if algebra else "")
     digest = hashlib.sha256(text.encode()).hexdigest()[:16]
     return Spec(script.name, command, f"The script {path.name}.", digest, (script,), path, algebra)
-
-
-def _place(path: Path, error: BaseException) -> str:
-    line = None
-    trace = error.__traceback__
-    while trace is not None:
-        if trace.tb_frame.f_code.co_filename == str(path):
-            line = trace.tb_lineno
-        trace = trace.tb_next
-    return f"{path}:{line}" if line else str(path)
 
 
 def layout_text(layout: Layout, proved: bool = True) -> LayoutText:

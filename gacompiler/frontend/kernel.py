@@ -116,6 +116,10 @@ class Kernel(Immutable):
         symbols = tuple(parameter.symbols() for parameter in self.parameters)
         return replace(self, function=Traced(symbols, self.function(*symbols)))
 
+    def documented(self, summary: str) -> Kernel:
+        """This kernel with another docstring, for one of a family whose own does not say all."""
+        return replace(self, summary=inspect.cleandoc(summary))
+
     def __reduce__(self) -> tuple[Any, ...]:
         if isinstance(self.function, Traced):
             return type(self), tuple(getattr(self, name) for name in self.__dataclass_fields__)

@@ -41,6 +41,15 @@ def kernel_without_a_module(**layouts: Any) -> Any:
     return moved
 
 
+FAMILY = ga.Family("motions", space="space")
+
+
+@FAMILY.kernel(m=PGA3.MOTOR, p=PGA3.POINT)
+def moved_by_a_family(m, p):
+    """The point `p` of {space}, moved."""
+    return ga.sandwich(m, p)
+
+
 MOVE = kernel_without_a_module(m=PGA3.MOTOR, p=PGA3.POINT)
 SCRIPT = read_cluscript("m = a * e1 + b * e12;\n?x = m * e2;\n", VGA3, "script")
 MODULES = (
@@ -63,6 +72,7 @@ EXAMPLES: dict[str, Callable[[], Any]] = {
     "Layout": lambda: OWN.layout("SPHERE", "a b", fixed={"c": Fraction(1, 3)}, unit=True),
     "Multivector": lambda: PGA3.multivector({"1": Fraction(1, 3), "e032": 2, "e01": 0.5}),
     "Kernel": lambda: MOVE.traced(),
+    "Family": lambda: FAMILY,
     "MultivectorArray": lambda: PROJECTIVE.random_motor(3, generator=0),
     "Space": lambda: Space(OWN),
     "SymbolicMultivector": rotor,
