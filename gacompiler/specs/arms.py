@@ -17,10 +17,10 @@ import gacompiler as ga
 from gacompiler import SCALAR, array, kernel
 from gacompiler.algebra.catalog import CGA3, PGA3
 from gacompiler.specs import pga3
+from gacompiler.specs.families.plane_based import coordinates, direction_of_line, foot_on_unit_line
 
 POINT, DIRECTION, LINE, PLANE, MOTOR = PGA3.POINT, PGA3.DIRECTION, PGA3.LINE, PGA3.PLANE, PGA3.MOTOR
 UNIT_LINE = PGA3.UNIT_LINE
-E0 = PGA3.multivector({"e0": 1})
 ORIGIN = PGA3.multivector({"e123": 1})
 PAIR, PROFILE = array(SCALAR, 2), array(SCALAR, 2, 3)
 BRANCHES = array(SCALAR, 2, 3)
@@ -36,27 +36,14 @@ def _dot(a, b):
     return ga.scalar_product(a, ~b)
 
 
-def _coordinates(d):
-    return d["e032"], d["e013"], d["e021"]
-
-
 def _inner(a, b):
     """The inner product of two directions."""
-    return sum(x * y for x, y in zip(_coordinates(a), _coordinates(b), strict=True))
-
-
-def _direction(line):
-    return line ^ -E0
-
-
-def _foot(p, line):
-    """The point of a normalised line that is nearest to `p`."""
-    return (ga.right_contraction(p, line) * ~line).grade(3)
+    return sum(x * y for x, y in zip(coordinates(a), coordinates(b), strict=True))
 
 
 def _circle(line, p):
     """Centre, radius and tangent of the circle of `p` about a line: ``centre + cos(q) radius + sin(q) tangent``."""
-    centre = _foot(p, line)
+    centre = foot_on_unit_line(p, line)
     return centre, p - centre, ga.commutator(p, line)
 
 
@@ -230,7 +217,7 @@ def circle_profile(axis, base, line, p):
     Both from the point `base` of the axis, as numbers (a, b, c) with ``a cos(q) + b sin(q) + c``.
     """
     centre, radius, tangent = _circle(line, p)
-    up, away = _direction(axis), centre - base
+    up, away = direction_of_line(axis), centre - base
     return (
         (_inner(radius, up), _inner(tangent, up), _inner(away, up)),
         (2 * _inner(away, radius), 2 * _inner(away, tangent), _inner(away, away) + _inner(radius, radius)),
@@ -240,7 +227,7 @@ def circle_profile(axis, base, line, p):
 @kernel(axis=UNIT_LINE, base=POINT, line=UNIT_LINE, p=POINT, returns=PROFILE)
 def segment_profile(axis, base, line, p):
     """The same of the point `p` as it slides along a line: numbers (a, b, c) with ``a t**2 + b t + c``."""
-    along, up, away = _direction(line), _direction(axis), p - base
+    along, up, away = direction_of_line(line), direction_of_line(axis), p - base
     return (0, _inner(along, up), _inner(away, up)), (1, 2 * _inner(away, along), _inner(away, away))
 
 
@@ -255,7 +242,7 @@ def circle_shadow(first, second, line, p):
 @kernel(first=DIRECTION, second=DIRECTION, line=UNIT_LINE, p=POINT, returns=PROFILE)
 def segment_shadow(first, second, line, p):
     """Two coordinates of the point `p` as it slides along a line: numbers (0, b, c) with ``b t + c``."""
-    along, away = _direction(line), p - ORIGIN
+    along, away = direction_of_line(line), p - ORIGIN
     return tuple((0, _inner(along, d), _inner(away, d)) for d in (first, second))
 
 
@@ -308,7 +295,7 @@ def planar_turns(first, second, third, m):
     A point of the third axis gives the first two, and a direction their sum with the last.
     Returns both branches as rows, and the discriminant.
     """
-    p = _foot(ORIGIN, third)
+    p = foot_on_unit_line(ORIGIN, third)
     goal = (m * p * ~m) & first
     centre, radius, tangent = _circle(second, p)
     base, across, around = centre & first, radius & first, tangent & first
@@ -318,7 +305,7 @@ def planar_turns(first, second, third, m):
         ga.norm_squared(goal) - ga.norm_squared(base) - ga.norm_squared(across),
     )
     moved = m * radius * ~m
-    whole = _inner(radius, moved), _inner(_direction(first), _cross(radius, moved))
+    whole = _inner(radius, moved), _inner(direction_of_line(first), _cross(radius, moved))
     branches = []
     for solution in solutions:
         elbow = _unit(*solution)
@@ -335,7 +322,7 @@ def _less(turn, other):
 
 def _cross(a, b):
     """The vector product of two directions."""
-    x, y = _coordinates(a), _coordinates(b)
+    x, y = coordinates(a), coordinates(b)
     names = ("e032", "e013", "e021")
     return ga.assemble(PGA3, {names[k]: x[k - 2] * y[k - 1] - x[k - 1] * y[k - 2] for k in range(3)})
 
@@ -347,7 +334,7 @@ def elbow_frame(shoulder, wrist, hinge):
     Not a number where that direction is along x, or the wrist is on the shoulder.
     """
     line = ga.normalize(shoulder & wrist)
-    return pga3.motor_from_flag(shoulder, line, ga.normalize(line & _direction(hinge)))
+    return pga3.motor_from_flag(shoulder, line, ga.normalize(line & direction_of_line(hinge)))
 
 
 @kernel(first=UNIT_LINE, second=UNIT_LINE, third=UNIT_LINE, q=array(SCALAR, 3), returns=MOTOR)
@@ -378,7 +365,7 @@ def point_and_tangent(p, line):
 
     Coefficients e1, e2, e3, einf of ``P = e0 + p + p^2/2 einf``, then the bivector of `P` and the direction at it.
     """
-    x, d = _coordinates(p), _coordinates(_direction(line))
+    x, d = coordinates(p), coordinates(direction_of_line(line))
     names = ("e1", "e2", "e3")
     square, along = (sum(a * b for a, b in zip(x, y, strict=True)) for y in (x, d))
     point = ga.assemble(CGA3, {"e0": 1, "einf": square / 2, **dict(zip(names, x, strict=True))})

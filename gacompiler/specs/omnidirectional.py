@@ -8,18 +8,16 @@ camera with focal length 1. `mirror` is 1 for a parabolic mirror, less for a hyp
 import gacompiler as ga
 from gacompiler import SCALAR, array, kernel
 from gacompiler.algebra.catalog import CGA3
+from gacompiler.specs.families.conformal_space import ConformalSpace
 
 CIRCLE = CGA3.CIRCLE
 PLACE, IMAGE = array(SCALAR, 3), array(SCALAR, 2)
-E1, E2, E3, E0, EINF = CGA3.basis()
+space = ConformalSpace(CGA3)
+E3, E0, EINF = CGA3.basis()[2:]
 
 PSEUDOSCALAR = "e0123inf"
 DUAL_SPHERE = E0 - EINF / 2
 """The unit sphere about the origin."""
-
-
-def _point(x, y, z):
-    return x * E1 + y * E2 + z * E3 + E0 + (x * x + y * y + z * z) / 2 * EINF
 
 
 @kernel(mirror=SCALAR, least=SCALAR, place=PLACE, returns=IMAGE)
@@ -43,7 +41,7 @@ def lift_image(mirror, image):
 @kernel(a=PLACE, b=PLACE, returns=CIRCLE)
 def circle_of_line(a, b):
     """The great circle in which the sphere meets the plane through its centre and the line of two points."""
-    plane = E0 ^ _point(*a) ^ _point(*b) ^ EINF
+    plane = E0 ^ space.point(*a) ^ space.point(*b) ^ EINF
     return ga.left_contraction(DUAL_SPHERE, plane)
 
 
@@ -53,7 +51,7 @@ def parabolic_image_of_line(a, b):
 
     The inversion in the sphere about (0, 0, -1) through the equator takes the unit sphere to that plane.
     """
-    plane = E0 ^ _point(*a) ^ _point(*b) ^ EINF
+    plane = E0 ^ space.point(*a) ^ space.point(*b) ^ EINF
     inversion = E0 - E3 - EINF / 2
     return ga.sandwich(inversion, ga.left_contraction(DUAL_SPHERE, plane))
 
@@ -84,9 +82,9 @@ def cross_ratio_of_rays(points):
 
     Brackets are outer products of the origin, three points and the point at infinity.
     """
-    first = E0 ^ _point(*points[0])
+    first = E0 ^ space.point(*points[0])
 
     def bracket_of(i, j):
-        return (first ^ _point(*points[i]) ^ _point(*points[j]) ^ EINF)[PSEUDOSCALAR]
+        return (first ^ space.point(*points[i]) ^ space.point(*points[j]) ^ EINF)[PSEUDOSCALAR]
 
     return bracket_of(1, 3) * bracket_of(2, 4) / (bracket_of(1, 4) * bracket_of(2, 3))

@@ -13,10 +13,19 @@ from fractions import Fraction
 import gacompiler as ga
 from gacompiler import SCALAR, array, kernel
 from gacompiler.algebra.catalog import PGA2
+from gacompiler.specs.families.motors import motors
+from gacompiler.specs.families.plane_based import (
+    coordinates,
+    dot,
+    gap_of_parallels,
+    motions,
+    points_and_lines,
+    products,
+    twists,
+)
 
 POINT, DIRECTION, LINE, UNIT_LINE = PGA2.POINT, PGA2.DIRECTION, PGA2.LINE, PGA2.UNIT_LINE
-MOTOR, ROTOR, TRANSLATOR, EVEN = PGA2.MOTOR, PGA2.ROTOR, PGA2.TRANSLATOR, PGA2.EVEN
-BIVECTOR, FULL = PGA2.BIVECTOR, PGA2.full
+MOTOR, ROTOR, EVEN, BIVECTOR = PGA2.MOTOR, PGA2.ROTOR, PGA2.EVEN, PGA2.BIVECTOR
 VECTOR, MATRIX = array(SCALAR, 2), array(SCALAR, 3, 3)
 
 ORIGIN = PGA2.multivector({"e12": 1})
@@ -24,7 +33,6 @@ AXES = tuple(PGA2.multivector({name: 1}) for name in ("e20", "e01"))
 PARALLEL = Fraction(1, 10**24)
 """Squared sines up to this are rounding."""
 NEARLY_OPPOSITE = Fraction(1, 10**4)
-HALF = Fraction(1, 2)
 
 
 def _rotor(angle):
@@ -35,10 +43,6 @@ def _translator(v):
     return ga.assemble(PGA2, {"1": 1, "e20": v[1] / 2, "e01": -v[0] / 2})
 
 
-def _coordinates(point):
-    return point["e20"], point["e01"]
-
-
 def _bivector(v):
     return ga.assemble(PGA2, {"e20": v[0], "e01": v[1]})
 
@@ -47,70 +51,22 @@ def _line(n, e0):
     return ga.assemble(PGA2, {"e1": n[0], "e2": n[1], "e0": e0})
 
 
-def _dot(a, b):
-    return sum(x * y for x, y in zip(a, b, strict=True))
-
-
-def _offset(a, b):
-    """How far apart two normalised lines are that are parallel."""
-    return ga.absolute(a["e0"] - ga.select(ga.scalar_product(a, b) < 0, -1, 1) * b["e0"])
+PRODUCTS = products(PGA2, hyperplanes="lines")
+POINTS_AND_LINES, MOTORS = points_and_lines(PGA2), motors(PGA2, BIVECTOR, motion="motion")
+MOTIONS, TWISTS = motions(PGA2, _translator), twists(PGA2, BIVECTOR)
 
 
 # Products, involutions and duals of any two elements.
 
-
-@kernel(a=FULL, b=FULL)
-def geometric_product(a, b):
-    """The geometric product ``a b`` of any two elements."""
-    return a * b
-
-
-@kernel(a=FULL, b=FULL)
-def outer_product(a, b):
-    """The outer product ``a ^ b`` of any two elements: the meet of lines."""
-    return a ^ b
-
-
-@kernel(a=FULL, b=FULL)
-def regressive_product(a, b):
-    """The regressive product ``a & b`` of any two elements: the join of points."""
-    return a & b
-
-
-@kernel(a=FULL, b=FULL)
-def inner_product(a, b):
-    """The inner product of any two elements: of grades p and q, the part of grade \\|p - q\\| of ``a b``."""
-    return ga.inner_product(a, b)
-
-
-@kernel(a=FULL)
-def reverse(a):
-    """The reverse ``~a`` of any element: the order of vectors in every product turned round."""
-    return ~a
-
-
-@kernel(a=FULL)
-def grade_involution(a):
-    """Any element with its odd part negated."""
-    return ga.grade_involution(a)
-
-
-@kernel(a=FULL)
-def dual(a):
-    """The right complement of any element, which needs no metric: ``b ^ dual(b) = e012`` for basis blades."""
-    return ga.dual(a)
-
-
-@kernel(a=FULL)
-def undual(a):
-    """The inverse of `dual`."""
-    return ga.undual(a)
-
-
-@kernel(a=FULL)
-def norm(a):
-    """The norm ``sqrt(<a ~a>)`` of any element, which does not see ``e0``; 0 for what lies at infinity."""
-    return ga.norm(a)
+geometric_product = PRODUCTS.geometric_product
+outer_product = PRODUCTS.outer_product
+regressive_product = PRODUCTS.regressive_product
+inner_product = PRODUCTS.inner_product
+reverse = PRODUCTS.reverse
+grade_involution = PRODUCTS.grade_involution
+dual = PRODUCTS.dual
+undual = PRODUCTS.undual
+norm = PRODUCTS.norm
 
 
 # Points and lines.
@@ -122,25 +78,16 @@ def point_from_bivector(b):
     return b / b["e12"]
 
 
-@kernel(line=LINE)
-def normalize_line(line):
-    """The line divided by the length of its normal, which must not be 0."""
-    return ga.normalize(line)
-
-
-@kernel(a=POINT, b=POINT)
-def join_points(a, b):
+normalize_line = POINTS_AND_LINES.normalize_line.documented(
+    "The line divided by the length of its normal, which must not be 0."
+)
+join_points = POINTS_AND_LINES.join_points.documented(
     """The line from `a` to `b`, its normal a quarter turn to the left; its norm is their distance.
 
     It is 0 where the points are the same.
     """
-    return a & b
-
-
-@kernel(p=POINT, d=DIRECTION)
-def join_point_direction(p, d):
-    """The line through the point `p` along the direction `d`; its norm is the length of `d`."""
-    return p & d
+)
+join_point_direction = POINTS_AND_LINES.join_point_direction
 
 
 @kernel(line=LINE, other=LINE)
@@ -158,16 +105,8 @@ def line_orthogonal_to_line(p, line):
     return ga.inner_product(p, line)
 
 
-@kernel(a=POINT, b=POINT)
-def distance_squared_points(a, b):
-    """The squared distance of two points."""
-    return ga.norm_squared(a & b)
-
-
-@kernel(a=POINT, b=POINT)
-def distance_points(a, b):
-    """The distance of two points."""
-    return ga.norm(a & b)
+distance_squared_points = POINTS_AND_LINES.distance_squared_points
+distance_points = POINTS_AND_LINES.distance_points
 
 
 @kernel(p=POINT, line=UNIT_LINE)
@@ -212,14 +151,14 @@ def reflect_point(p, line):
 @kernel(normal=DIRECTION, distance=SCALAR, returns=LINE)
 def line_from_normal(normal, distance):
     """The line ``normal . x = distance``; for a normal of length 1, that is its signed distance from the origin."""
-    return _line(_coordinates(normal), -distance)
+    return _line(coordinates(normal), -distance)
 
 
 @kernel(p=POINT, normal=DIRECTION, returns=LINE)
 def line_from_point_normal(p, normal):
     """The line through the point `p` with a normal, whose length is its norm."""
-    n = _coordinates(normal)
-    return _line(n, -_dot(_coordinates(p), n))
+    n = coordinates(normal)
+    return _line(n, -dot(coordinates(p), n))
 
 
 @kernel(line=LINE, returns=(DIRECTION, SCALAR))
@@ -250,15 +189,15 @@ def point_on_line(line, t):
 @kernel(p=POINT, line=UNIT_LINE, returns=SCALAR)
 def position_along_line(p, line):
     """The `t` of the point of a normalised line that is nearest to `p`, as in `point_on_line`."""
-    x, y = _coordinates(p)
+    x, y = coordinates(p)
     return x * line["e2"] - y * line["e1"]
 
 
 @kernel(a=POINT, b=POINT, returns=LINE)
 def bisector_line(a, b):
     """The line of the points as far from `a` as from `b`, its normal ``b - a``; 0 where they are the same."""
-    difference = _coordinates(b - a)
-    return _line(difference, -_dot(difference, _coordinates(a + b)) / 2)
+    difference = coordinates(b - a)
+    return _line(difference, -dot(difference, coordinates(a + b)) / 2)
 
 
 @kernel(a=UNIT_LINE, b=UNIT_LINE, returns=(LINE, LINE))
@@ -270,10 +209,7 @@ def bisectors_of_lines(a, b):
     return a - b, a + b
 
 
-@kernel(a=POINT, b=POINT, returns=POINT)
-def midpoint(a, b):
-    """The point half way between two."""
-    return (a + b) / 2
+midpoint = POINTS_AND_LINES.midpoint
 
 
 # Distances, relations, projections and reflections.
@@ -312,7 +248,7 @@ def relation_of_three_lines(a, b, c, distance, sine):
     sines = [ga.absolute(x["e12"]) for x in (ab, bc, ca)]
     widest = ga.maximum(sines[0], ga.maximum(sines[1], sines[2]))
     off = distance * ga.select(widest <= 0, 1, widest) < ga.absolute((ab ^ c)["e012"])
-    apart = [_offset(a, b), _offset(b, c), _offset(c, a)]
+    apart = [gap_of_parallels(a, b), gap_of_parallels(b, c), gap_of_parallels(c, a)]
     beside = distance < ga.maximum(apart[0], ga.maximum(apart[1], apart[2]))
     return ga.select(widest <= sine, ga.select(beside, 1, 0), ga.select(off, 3, 2))
 
@@ -321,7 +257,7 @@ def relation_of_three_lines(a, b, c, distance, sine):
 def project_line_on_point(line, p):
     """The line through the point `p` that is parallel to a line, of the same norm."""
     n = [line["e1"], line["e2"]]
-    return _line(n, -_dot(_coordinates(p), n))
+    return _line(n, -dot(coordinates(p), n))
 
 
 @kernel(p=POINT, line=UNIT_LINE, returns=DIRECTION)
@@ -361,7 +297,7 @@ def collinearity_residual(a, b, c):
 @kernel(p=POINT, line=UNIT_LINE, returns=MOTOR)
 def motor_from_flag(p, line):
     """The motor that takes the origin to the point `p`, and the x axis to the line through `p`, in its direction."""
-    return _translator(_coordinates(p)) * _rotor_of_direction(line["e2"], -line["e1"])
+    return _translator(coordinates(p)) * _rotor_of_direction(line["e2"], -line["e1"])
 
 
 @kernel(m=MOTOR, returns=(POINT, LINE))
@@ -393,23 +329,9 @@ def hit_ray_segment(p, d, a, b):
 
 # Motors.
 
-
-@kernel(a=MOTOR, b=MOTOR, returns=MOTOR)
-def motor_product(a, b):
-    """The motor that does `b` first and then `a`."""
-    return a * b
-
-
-@kernel(a=EVEN, b=EVEN)
-def even_product(a, b):
-    """The geometric product of two even elements, which need not be motors."""
-    return a * b
-
-
-@kernel(m=MOTOR, returns=MOTOR)
-def motor_inverse(m):
-    """The inverse of a unit motor, which is its reverse."""
-    return ~m
+motor_product = MOTORS.motor_product
+even_product = PRODUCTS.even_product
+motor_inverse = MOTORS.motor_inverse
 
 
 @kernel(x=EVEN, returns=MOTOR)
@@ -418,28 +340,10 @@ def normalize_motor(x):
     return ga.normalize(x)
 
 
-@kernel(m=MOTOR, p=POINT)
-def move_point(m, p):
-    """The point `p` moved by the unit motor `m`: ``m p ~m``."""
-    return m * p * ~m
-
-
-@kernel(m=MOTOR, d=DIRECTION)
-def move_direction(m, d):
-    """The direction `d` turned by the unit motor `m`: ``m d ~m``. Translations leave directions alone."""
-    return m * d * ~m
-
-
-@kernel(m=MOTOR, line=LINE)
-def move_line(m, line):
-    """The line moved by the unit motor `m`: ``m line ~m``."""
-    return m * line * ~m
-
-
-@kernel(m=MOTOR, p=POINT)
-def move_point_back(m, p):
-    """The point `p` moved by the inverse of the unit motor `m`: ``~m p m``."""
-    return ~m * p * m
+move_point = MOTORS.move_point
+move_direction = MOTIONS.move_direction
+move_line = MOTIONS.move_line
+move_point_back = MOTIONS.move_point_back
 
 
 @kernel(angle=SCALAR, returns=ROTOR)
@@ -448,10 +352,7 @@ def rotor_from_angle(angle):
     return _rotor(angle)
 
 
-@kernel(v=VECTOR, returns=TRANSLATOR)
-def translator_from_vector(v):
-    """The translation by a vector."""
-    return _translator(v)
+translator_from_vector = MOTIONS.translator_from_vector
 
 
 @kernel(p=POINT, angle=SCALAR, returns=MOTOR)
@@ -471,13 +372,13 @@ def motor_to_angle_translation(m):
     """Angle in [-pi, pi] and translation of a unit motor: what `motor_from_angle_translation` puts together."""
     flipped = m["1"] < 0
     angle = 2 * ga.atan2(ga.select(flipped, m["e12"], -m["e12"]), ga.absolute(m["1"]))
-    return angle, _coordinates(m * ORIGIN * ~m)
+    return angle, coordinates(m * ORIGIN * ~m)
 
 
 @kernel(m=MOTOR, returns=MATRIX)
 def motor_to_matrix(m):
     """The homogeneous 3 x 3 matrix of a unit motor, which acts on columns (x, y, 1)."""
-    columns = [_coordinates(m * axis * ~m) for axis in AXES] + [_coordinates(m * ORIGIN * ~m)]
+    columns = [coordinates(m * axis * ~m) for axis in AXES] + [coordinates(m * ORIGIN * ~m)]
     return (*zip(*columns, strict=True), (0, 0, 1))
 
 
@@ -488,60 +389,24 @@ def motor_from_matrix(matrix):
     The last row is not looked at. Where the rest is no rotation, the nearest rotation is taken.
     """
     cosine, sine = matrix[0][0] + matrix[1][1], matrix[1][0] - matrix[0][1]
-    length = ga.sqrt(cosine * cosine + sine * sine)
-    sharp, left = cosine >= 0, ga.select(sine < 0, -1, 1)
-    w = ga.select(sharp, length + cosine, left * sine)
-    z = ga.select(sharp, sine, left * (length - cosine))
-    rotor = ga.assemble(PGA2, {"1": w, "e12": -z}) / ga.sqrt(w * w + z * z)
-    return _translator([matrix[0][2], matrix[1][2]]) * rotor
+    return _translator([matrix[0][2], matrix[1][2]]) * _rotor_of_direction(cosine, sine)
 
 
-@kernel(b=BIVECTOR, returns=MOTOR)
-def motor_exponential(b):
-    """``exp(b)`` of any bivector; ``exp(-angle/2 p)`` turns about the point p. Smooth at 0 and for translations."""
-    return ga.exp(b)
-
-
-@kernel(m=MOTOR)
-def motor_logarithm(m):
-    """The bivector of least angle whose exponential is `m` or `-m`, the same motion; also of pure translations."""
-    return ga.log(m)
-
-
-@kernel(m=MOTOR, returns=MOTOR)
-def motor_square_root(m):
-    """The motor that, done twice, is the motion of `m`, by the smaller angle; a half turn's sign decides its sense."""
-    return ga.sqrt(m)
-
-
-@kernel(m=MOTOR, t=SCALAR, returns=MOTOR)
-def motor_power(m, t):
-    """The part `t` of the motion of `m`, by the smaller angle: ``exp(t log(m))``, of ``-m`` where that is nearer to 1.
-
-    Any real `t`: 0 gives no motion, 1 the motion itself, -1 its inverse. At half turns the sense jumps.
-    """
-    return ga.power(m, t)
-
-
-@kernel(a=MOTOR, b=MOTOR, t=SCALAR, returns=MOTOR)
-def interpolate_motors(a, b, t):
-    """The motion that starts as `a` at ``t = 0`` and is `b` (or `-b`) at ``t = 1``, at constant twist."""
-    return ga.interpolate(a, b, t)
-
-
-@kernel(v=BIVECTOR, p=POINT)
-def twist_on_point(v, p):
-    """The velocity of the point `p` under the twist `v`: the derivative at 0 of ``m p ~m`` with ``m = exp(-t/2 v)``."""
-    return ga.commutator(p, v)
+motor_exponential = MOTORS.motor_exponential.documented(
+    "``exp(b)`` of any bivector; ``exp(-angle/2 p)`` turns about the point p. Smooth at 0 and for translations."
+)
+motor_logarithm = MOTORS.motor_logarithm.documented(
+    "The bivector of least angle whose exponential is `m` or `-m`, the same motion; also of pure translations."
+)
+motor_square_root = MOTORS.motor_square_root
+motor_power = MOTORS.motor_power
+interpolate_motors = MOTORS.interpolate_motors
+twist_on_point = TWISTS.twist_on_point
 
 
 # Screws, twists and motors in other forms.
 
-
-@kernel(a=POINT, b=POINT, returns=TRANSLATOR)
-def translator_between_points(a, b):
-    """The translation that takes the point `a` to `b`."""
-    return _translator(_coordinates(b - a))
+translator_between_points = MOTIONS.translator_between_points
 
 
 @kernel(a=LINE, b=LINE, returns=MOTOR)
@@ -559,16 +424,8 @@ def motor_between_lines(a, b):
     return ga.select(opposite, across * ga.normalize(middle), ga.normalize(half))
 
 
-@kernel(a=MOTOR, b=MOTOR, returns=MOTOR)
-def motor_between_frames(a, b):
-    """The motor, in fixed coordinates, that takes what `a` moves things to where `b` moves them: ``b ~a``."""
-    return b * ~a
-
-
-@kernel(a=MOTOR, b=MOTOR, returns=MOTOR)
-def motor_relative(a, b):
-    """The motor `b` seen from the frame `a`: ``~a b``, so that `a` times it is `b`."""
-    return ~a * b
+motor_between_frames = MOTIONS.motor_between_frames
+motor_relative = MOTIONS.motor_relative
 
 
 @kernel(a=MOTOR, b=MOTOR, t=SCALAR, returns=MOTOR)
@@ -591,16 +448,8 @@ def motor_to_point(m):
     return b / length, angle
 
 
-@kernel(v=BIVECTOR, returns=MOTOR)
-def motor_from_twist(v):
-    """The motor of a twist kept for the unit of time: ``exp(-v/2)``."""
-    return ga.exp(-v / 2)
-
-
-@kernel(m=MOTOR, returns=BIVECTOR)
-def motor_to_twist(m):
-    """The twist that does the motion of a unit motor in the unit of time, by an angle in [0, pi]: ``-2 log(m)``."""
-    return -2 * ga.log(m)
+motor_from_twist = TWISTS.motor_from_twist
+motor_to_twist = TWISTS.motor_to_twist
 
 
 @kernel(w=SCALAR, v=VECTOR, returns=BIVECTOR)
@@ -615,29 +464,16 @@ def twist_to_velocities(twist):
     return twist["e12"], (twist["e01"], -twist["e20"])
 
 
-@kernel(m=MOTOR, v=BIVECTOR)
-def motor_derivative(m, v):
-    """The rate of change of a motor under the twist `v`, in fixed coordinates: ``-v m / 2``."""
-    return -HALF * v * m
+motor_derivative = TWISTS.motor_derivative
+twist_from_motor_derivative = TWISTS.twist_from_motor_derivative
+motor_to_adjoint = TWISTS.motor_to_adjoint.documented(
+    "The 3 x 3 matrix of a unit motor on twists: on columns of their coefficients e12 e20 e01."
+)
 
 
-@kernel(m=MOTOR, rate=EVEN, returns=BIVECTOR)
-def twist_from_motor_derivative(m, rate):
-    """The twist of a unit motor that changes at a rate, in fixed coordinates: ``-2 rate ~m``."""
-    return (-2 * rate * ~m).grade(2)
-
-
-@kernel(m=MOTOR, returns=MATRIX)
-def motor_to_adjoint(m):
-    """The 3 x 3 matrix of a unit motor on twists: on columns of their coefficients e12 e20 e01."""
-    moved = [m * PGA2.multivector({name: 1}) * ~m for name in BIVECTOR.blades]
-    return tuple(tuple(column[name] for column in moved) for name in BIVECTOR.blades)
-
-
-@kernel(x=EVEN)
-def even_inverse(x):
-    """The inverse of an even element. Its rotational part, of 1 and e12, must not be 0."""
-    return ga.inverse(x)
+even_inverse = MOTIONS.even_inverse.documented(
+    "The inverse of an even element. Its rotational part, of 1 and e12, must not be 0."
+)
 
 
 @kernel(z=VECTOR, returns=ROTOR)
@@ -661,7 +497,4 @@ def _rotor_of_direction(cosine, sine):
     return ga.assemble(PGA2, {"1": w, "e12": -z}) / ga.sqrt(w * w + z * z)
 
 
-@kernel(v=BIVECTOR, line=LINE)
-def twist_on_line(v, line):
-    """The rate of change of the line under the twist `v`, as in `twist_on_point`."""
-    return ga.commutator(line, v)
+twist_on_line = TWISTS.twist_on_line

@@ -15,6 +15,19 @@ from fractions import Fraction
 import gacompiler as ga
 from gacompiler import SCALAR, array, kernel
 from gacompiler.algebra.catalog import PGA3, VGA3
+from gacompiler.specs.families.motors import motors
+from gacompiler.specs.families.plane_based import (
+    coordinates,
+    direction_of_line,
+    dot,
+    foot_on_unit_line,
+    gap_of_parallels,
+    motions,
+    points_and_lines,
+    products,
+    twists,
+)
+from gacompiler.specs.families.rotations import quaternion_of_matrix, rotations_of_space
 
 POINT, DIRECTION, LINE, PLANE, TRIVECTOR = PGA3.POINT, PGA3.DIRECTION, PGA3.LINE, PGA3.PLANE, PGA3.TRIVECTOR
 MOTOR, ROTOR, TRANSLATOR, EVEN = PGA3.MOTOR, PGA3.ROTOR, PGA3.TRANSLATOR, PGA3.EVEN
@@ -28,7 +41,7 @@ PLANE_OF_EVEN = PGA3.layout("PLANE_OF_EVEN", "e12 e13 e23 e0123")
 ORIGIN = PGA3.multivector({"e123": 1})
 AXES = tuple(PGA3.multivector({name: 1}) for name in ("e032", "e013", "e021"))
 AXIS_X, AXIS_Z = PGA3.multivector({"e23": 1}), PGA3.multivector({"e12": 1})
-E0, PSEUDOSCALAR = PGA3.multivector({"e0": 1}), PGA3.multivector({"e0123": 1})
+PSEUDOSCALAR = PGA3.multivector({"e0123": 1})
 NO_TURN = Fraction(1, 10**60)
 """Squared angles up to this are 0: what is left is a translation."""
 PARALLEL = Fraction(1, 10**24)
@@ -49,10 +62,6 @@ def _translator(v):
     return ga.assemble(PGA3, {"1": 1, "e01": -v[0] / 2, "e02": -v[1] / 2, "e03": -v[2] / 2})
 
 
-def _coordinates(point):
-    return point["e032"], point["e013"], point["e021"]
-
-
 def _trivector(v, weight=0):
     return ga.assemble(PGA3, {"e123": weight, "e032": v[0], "e013": v[1], "e021": v[2]})
 
@@ -65,28 +74,10 @@ def _plane(n, e0):
     return ga.assemble(PGA3, {"e1": n[0], "e2": n[1], "e3": n[2], "e0": e0})
 
 
-def _direction(line):
-    """The direction of a line as a point at infinity: where the line meets the plane at infinity."""
-    return line ^ -E0
-
-
 def _foot(p, line):
     """The point of a line, of any norm but 0, that is nearest to the point `p`."""
     foot = ga.inner_product(p, line) ^ line
     return foot / foot["e123"]
-
-
-def _foot_on_unit_line(p, line):
-    return (ga.right_contraction(p, line) * ~line).grade(3)
-
-
-def _offset(p, q):
-    """How far apart two normalised planes are that are parallel."""
-    return ga.absolute(p["e0"] - ga.select(ga.scalar_product(p, q) < 0, -1, 1) * q["e0"])
-
-
-def _dot(a, b):
-    return sum(x * y for x, y in zip(a, b, strict=True))
 
 
 def _cross(a, b):
@@ -104,31 +95,18 @@ def _study_unit(x):
     return x * (1 - study["e0123"] / (2 * s) * PSEUDOSCALAR) / ga.sqrt(s)
 
 
+PRODUCTS = products(PGA3, hyperplanes="planes")
+POINTS_AND_LINES, MOTORS = points_and_lines(PGA3), motors(PGA3, LINE, motion="screw motion")
+MOTIONS, TWISTS = motions(PGA3, _translator), twists(PGA3, LINE)
+ROTATIONS = rotations_of_space(PGA3, _rotor, AXES, coordinates)
+
+
 # Products, involutions and duals of any two elements.
 
-
-@kernel(a=FULL, b=FULL)
-def geometric_product(a, b):
-    """The geometric product ``a b`` of any two elements."""
-    return a * b
-
-
-@kernel(a=FULL, b=FULL)
-def outer_product(a, b):
-    """The outer product ``a ^ b`` of any two elements: the meet of planes."""
-    return a ^ b
-
-
-@kernel(a=FULL, b=FULL)
-def regressive_product(a, b):
-    """The regressive product ``a & b`` of any two elements: the join of points."""
-    return a & b
-
-
-@kernel(a=FULL, b=FULL)
-def inner_product(a, b):
-    """The inner product of any two elements: of grades p and q, the part of grade \\|p - q\\| of ``a b``."""
-    return ga.inner_product(a, b)
+geometric_product = PRODUCTS.geometric_product
+outer_product = PRODUCTS.outer_product
+regressive_product = PRODUCTS.regressive_product
+inner_product = PRODUCTS.inner_product
 
 
 @kernel(a=FULL, b=FULL)
@@ -137,40 +115,12 @@ def commutator(a, b):
     return ga.commutator(a, b)
 
 
-@kernel(a=FULL)
-def reverse(a):
-    """The reverse ``~a`` of any element: the order of vectors in every product turned round."""
-    return ~a
-
-
-@kernel(a=FULL)
-def grade_involution(a):
-    """Any element with its odd part negated."""
-    return ga.grade_involution(a)
-
-
-@kernel(a=FULL)
-def clifford_conjugate(a):
-    """The reverse of the grade involution of any element."""
-    return ga.clifford_conjugate(a)
-
-
-@kernel(a=FULL)
-def dual(a):
-    """The right complement of any element, which needs no metric: ``b ^ dual(b) = e0123`` for basis blades."""
-    return ga.dual(a)
-
-
-@kernel(a=FULL)
-def undual(a):
-    """The inverse of `dual`."""
-    return ga.undual(a)
-
-
-@kernel(a=FULL)
-def norm(a):
-    """The norm ``sqrt(<a ~a>)`` of any element, which does not see ``e0``; 0 for what lies at infinity."""
-    return ga.norm(a)
+reverse = PRODUCTS.reverse
+grade_involution = PRODUCTS.grade_involution
+clifford_conjugate = PRODUCTS.clifford_conjugate
+dual = PRODUCTS.dual
+undual = PRODUCTS.undual
+norm = PRODUCTS.norm
 
 
 @kernel(a=FULL)
@@ -188,10 +138,9 @@ def point_from_trivector(t):
     return t / t["e123"]
 
 
-@kernel(line=LINE)
-def normalize_line(line):
-    """The line divided by the length of its direction. A line at infinity has length 0 and cannot be normalised."""
-    return ga.normalize(line)
+normalize_line = POINTS_AND_LINES.normalize_line.documented(
+    "The line divided by the length of its direction. A line at infinity has length 0 and cannot be normalised."
+)
 
 
 @kernel(plane=PLANE)
@@ -200,16 +149,8 @@ def normalize_plane(plane):
     return ga.normalize(plane)
 
 
-@kernel(a=POINT, b=POINT)
-def join_points(a, b):
-    """The line from `a` to `b`; its norm is their distance. It is 0 where the points are the same."""
-    return a & b
-
-
-@kernel(p=POINT, d=DIRECTION)
-def join_point_direction(p, d):
-    """The line through the point `p` along the direction `d`; its norm is the length of `d`."""
-    return p & d
+join_points = POINTS_AND_LINES.join_points
+join_point_direction = POINTS_AND_LINES.join_point_direction
 
 
 @kernel(p=POINT, line=LINE)
@@ -282,16 +223,8 @@ def plane_through_point(p, plane):
     return ga.inner_product(p, plane) * ~p
 
 
-@kernel(a=POINT, b=POINT)
-def distance_squared_points(a, b):
-    """The squared distance of two points."""
-    return ga.norm_squared(a & b)
-
-
-@kernel(a=POINT, b=POINT)
-def distance_points(a, b):
-    """The distance of two points."""
-    return ga.norm(a & b)
+distance_squared_points = POINTS_AND_LINES.distance_squared_points
+distance_points = POINTS_AND_LINES.distance_points
 
 
 @kernel(p=POINT, plane=UNIT_PLANE)
@@ -345,8 +278,7 @@ def project_point_on_line(p, line):
 
     The line may have any norm but 0.
     """
-    foot = ga.inner_product(p, line) ^ line
-    return foot / foot["e123"]
+    return _foot(p, line)
 
 
 @kernel(p=POINT, line=UNIT_LINE)
@@ -376,13 +308,13 @@ def line_from_direction_moment(d, m):
 
     They must be orthogonal, which `plucker_residual` measures.
     """
-    return _line(_coordinates(d), m)
+    return _line(coordinates(d), m)
 
 
 @kernel(line=LINE, returns=(DIRECTION, VECTOR))
 def line_to_direction_moment(line):
     """Direction and moment of a line, its Pluecker coordinates."""
-    return _direction(line), tuple(line[name] for name in ("e01", "e02", "e03"))
+    return direction_of_line(line), tuple(line[name] for name in ("e01", "e02", "e03"))
 
 
 @kernel(b=LINE)
@@ -400,27 +332,27 @@ def line_support(line):
 @kernel(line=UNIT_LINE, t=SCALAR, returns=POINT)
 def point_on_line(line, t):
     """The point of a normalised line at the signed distance `t` from its support point, along its direction."""
-    return _foot_on_unit_line(ORIGIN, line) + t * _direction(line)
+    return foot_on_unit_line(ORIGIN, line) + t * direction_of_line(line)
 
 
 @kernel(p=POINT, line=UNIT_LINE, returns=SCALAR)
 def position_along_line(p, line):
     """The `t` of the point of a normalised line that is nearest to `p`, as in `point_on_line`."""
-    x, y, z = _coordinates(p)
+    x, y, z = coordinates(p)
     return x * line["e23"] - y * line["e13"] + z * line["e12"]
 
 
 @kernel(normal=DIRECTION, distance=SCALAR, returns=PLANE)
 def plane_from_normal(normal, distance):
     """The plane ``normal . x = distance``; for a normal of length 1, that is its signed distance from the origin."""
-    return _plane(_coordinates(normal), -distance)
+    return _plane(coordinates(normal), -distance)
 
 
 @kernel(p=POINT, normal=DIRECTION, returns=PLANE)
 def plane_from_point_normal(p, normal):
     """The plane through the point `p` with a normal, whose length is its norm."""
-    n = _coordinates(normal)
-    return _plane(n, -sum(a * b for a, b in zip(_coordinates(p), n, strict=True)))
+    n = coordinates(normal)
+    return _plane(n, -sum(a * b for a, b in zip(coordinates(p), n, strict=True)))
 
 
 @kernel(p=POINT, d=DIRECTION, e=DIRECTION)
@@ -446,7 +378,7 @@ def plane_support(plane):
 @kernel(a=POINT, b=POINT, returns=PLANE)
 def bisector_plane(a, b):
     """The plane of the points as far from `a` as from `b`, its normal ``b - a``; 0 where they are the same."""
-    difference, total = _coordinates(b - a), _coordinates(a + b)
+    difference, total = coordinates(b - a), coordinates(a + b)
     return _plane(difference, -sum(x * y for x, y in zip(difference, total, strict=True)) / 2)
 
 
@@ -459,10 +391,7 @@ def bisectors_of_planes(p, q):
     return p - q, p + q
 
 
-@kernel(a=POINT, b=POINT, returns=POINT)
-def midpoint(a, b):
-    """The point half way between two."""
-    return (a + b) / 2
+midpoint = POINTS_AND_LINES.midpoint
 
 
 # Distances, angles and closest points of all pairs. Where the size of a sine decides, the arguments are normalised
@@ -475,13 +404,13 @@ def closest_points_of_lines(a, b):
 
     Of parallel lines (the sine of the angle at most 1e-12) all are equally near: the support point of `a` is taken.
     """
-    axis = _direction(ga.commutator(a, b))
+    axis = direction_of_line(ga.commutator(a, b))
     on_a, on_b = (axis & b) ^ a, (axis & a) ^ b
     parallel = ga.norm_squared(ga.commutator(a, b)) <= PARALLEL
     start = _foot(ORIGIN, a)
     end = _foot(start, b)
     feet = (on / ga.select(parallel, 1, on["e123"]) for on in (on_a, on_b))
-    pairs = [zip(_coordinates(x), _coordinates(y), strict=True) for x, y in zip((start, end), feet, strict=True)]
+    pairs = [zip(coordinates(x), coordinates(y), strict=True) for x, y in zip((start, end), feet, strict=True)]
     return tuple(_trivector([ga.select(parallel, *pair) for pair in each], 1) for each in pairs)
 
 
@@ -530,7 +459,7 @@ def signed_distance_line_plane(line, plane):
     It is 0 where they meet: where the sine of the angle is more than 1e-12.
     """
     sine = (line ^ plane)["e123"]
-    return ga.select(sine * sine <= PARALLEL, plane & (_foot_on_unit_line(ORIGIN, line)), 0)
+    return ga.select(sine * sine <= PARALLEL, plane & (foot_on_unit_line(ORIGIN, line)), 0)
 
 
 @kernel(p=PLANE, q=PLANE, returns=SCALAR)
@@ -558,8 +487,8 @@ def signed_angle_between_lines(a, b, axis):
 
     It is negative where ``d x e`` of the directions is against `axis`, a direction of any length but 0.
     """
-    turned = _direction(ga.commutator(b, a))
-    against = sum(x * y for x, y in zip(_coordinates(turned), _coordinates(axis), strict=True)) < 0
+    turned = direction_of_line(ga.commutator(b, a))
+    against = sum(x * y for x, y in zip(coordinates(turned), coordinates(axis), strict=True)) < 0
     angle = ga.atan2(ga.norm(ga.commutator(a, b)), ga.scalar_product(a, ~b))
     return ga.select(against, -angle, angle)
 
@@ -571,7 +500,7 @@ def signed_angle_between_planes(p, q, axis):
     It is negative where their vector product is against `axis`, a direction of any length but 0.
     """
     meet = p ^ q
-    against = sum(x * y for x, y in zip(_coordinates(_direction(meet)), _coordinates(axis), strict=True)) < 0
+    against = sum(x * y for x, y in zip(coordinates(direction_of_line(meet)), coordinates(axis), strict=True)) < 0
     angle = ga.atan2(ga.norm(meet), ga.scalar_product(p, q))
     return ga.select(against, -angle, angle)
 
@@ -586,8 +515,8 @@ def join_lines(a, b):
     Its normal is along ``d x e`` of the directions; of parallel lines, along the direction of `a` times the way to
     `b`. Of skew lines, which `mutual_moment` tells, it is the plane of `a` that is parallel to `b`.
     """
-    by_direction = a & _direction(b)
-    start = _foot_on_unit_line(ORIGIN, b)
+    by_direction = a & direction_of_line(b)
+    start = foot_on_unit_line(ORIGIN, b)
     by_point = a & start
     near = ga.norm_squared(by_point)
     scale = near + ga.norm_squared(start & ORIGIN)
@@ -601,7 +530,7 @@ def meet_lines(a, b):
 
     Of skew lines it is the middle of their common perpendicular. Of parallel lines it is 0.
     """
-    axis = _direction(ga.commutator(a, b))
+    axis = direction_of_line(ga.commutator(a, b))
     return ((axis & a) ^ b) / 2 - ((axis & b) ^ a) / 2
 
 
@@ -626,7 +555,7 @@ def relation_of_line_plane(line, plane, distance, sine):
     Distances up to `distance`, of the support point of the line, and angles with a sine up to `sine` count as 0.
     """
     along = ga.absolute((line ^ plane)["e123"]) <= sine
-    off = distance < ga.absolute(plane & (_foot_on_unit_line(ORIGIN, line)))
+    off = distance < ga.absolute(plane & (foot_on_unit_line(ORIGIN, line)))
     return ga.select(along, ga.select(off, 1, 0), 2)
 
 
@@ -658,7 +587,7 @@ def relation_of_three_planes(p, q, r, distance, sine):
     common = (line ^ other) / length
     pointed = sine < ga.absolute(common["e123"])
     off = distance < ga.absolute(other & _foot(ORIGIN, ga.select(widest <= 0, AXIS_Z, line)))
-    apart = [_offset(p, q), _offset(q, r), _offset(r, p)]
+    apart = [gap_of_parallels(p, q), gap_of_parallels(q, r), gap_of_parallels(r, p)]
     farthest = ga.maximum(apart[0], ga.maximum(apart[1], apart[2]))
     parallel = ga.select(distance < farthest, 1, 0)
     return ga.select(widest <= sine * sine, parallel, ga.select(pointed, 4, ga.select(off, 3, 2)))
@@ -676,7 +605,7 @@ def reject_point_from_plane(p, plane):
 @kernel(p=POINT, line=UNIT_LINE, returns=DIRECTION)
 def reject_point_from_line(p, line):
     """The direction from the nearest point of the normalised line to the point `p`."""
-    return p - _foot_on_unit_line(p, line)
+    return p - foot_on_unit_line(p, line)
 
 
 @kernel(line=LINE, plane=UNIT_PLANE)
@@ -691,7 +620,7 @@ def reject_line_from_plane(line, plane):
 @kernel(line=LINE, p=POINT, returns=LINE)
 def project_line_on_point(line, p):
     """The line through the point `p` along a line, of the same norm: the parallel."""
-    return p & _direction(line)
+    return p & direction_of_line(line)
 
 
 @kernel(plane=PLANE, line=UNIT_LINE)
@@ -806,7 +735,7 @@ def motor_from_flag(p, line, plane):
 
     Where the residuals are not 0 the point is kept, then the direction of the line, then the side of the plane.
     """
-    return _translator(_coordinates(p)) * _rotor_of_flag(line, plane)
+    return _translator(coordinates(p)) * _rotor_of_flag(line, plane)
 
 
 @kernel(a=POINT, b=POINT, c=POINT, returns=MOTOR)
@@ -815,14 +744,14 @@ def motor_from_points(a, b, c):
 
     `c` is on the side of y. Not a number where the points are on a line.
     """
-    return _translator(_coordinates(a)) * _rotor_of_flag(ga.normalize(a & b), ga.normalize(a & b & c))
+    return _translator(coordinates(a)) * _rotor_of_flag(ga.normalize(a & b), ga.normalize(a & b & c))
 
 
 def _rotor_of_flag(line, plane):
     """The rotor of x axis and z axis, the direction of a line and the normal of a plane that contains it."""
-    x = _coordinates(_direction(line))
+    x = coordinates(direction_of_line(line))
     y = _cross([plane[name] for name in ("e1", "e2", "e3")], x)
-    length = ga.sqrt(_dot(y, y))
+    length = ga.sqrt(dot(y, y))
     y = [a / length for a in y]
     return _rotor_of_matrix(tuple(zip(x, y, _cross(x, y), strict=True)))
 
@@ -856,29 +785,10 @@ def hit_ray_triangle(p, d, a, b, c):
 
 # Motors.
 
-
-@kernel(a=MOTOR, b=MOTOR, returns=MOTOR)
-def motor_product(a, b):
-    """The motor that does `b` first and then `a`."""
-    return a * b
-
-
-@kernel(a=EVEN, b=EVEN)
-def even_product(a, b):
-    """The geometric product of two even elements, which need not be motors."""
-    return a * b
-
-
-@kernel(m=MOTOR, returns=MOTOR)
-def motor_inverse(m):
-    """The inverse of a unit motor, which is its reverse."""
-    return ~m
-
-
-@kernel(x=EVEN)
-def even_inverse(x):
-    """The inverse of an even element. Its rotational part must not be 0."""
-    return ga.inverse(x)
+motor_product = MOTORS.motor_product
+even_product = PRODUCTS.even_product
+motor_inverse = MOTORS.motor_inverse
+even_inverse = MOTIONS.even_inverse
 
 
 @kernel(x=EVEN, returns=MOTOR)
@@ -891,22 +801,11 @@ def normalize_motor(x):
     return _study_unit(x)
 
 
-@kernel(m=MOTOR, p=POINT)
-def move_point(m, p):
-    """The point `p` moved by the unit motor `m`: ``m p ~m``."""
-    return m * p * ~m
-
-
-@kernel(m=MOTOR, d=DIRECTION)
-def move_direction(m, d):
-    """The direction `d` turned by the unit motor `m`: ``m d ~m``. Translations leave directions alone."""
-    return m * d * ~m
-
-
-@kernel(m=MOTOR, line=LINE)
-def move_line(m, line):
-    """The line, or any bivector such as a twist, moved by the unit motor `m`: ``m line ~m``."""
-    return m * line * ~m
+move_point = MOTORS.move_point
+move_direction = MOTIONS.move_direction
+move_line = MOTIONS.move_line.documented(
+    "The line, or any bivector such as a twist, moved by the unit motor `m`: ``m line ~m``."
+)
 
 
 @kernel(m=MOTOR, plane=PLANE)
@@ -921,10 +820,7 @@ def move_motor(m, n):
     return m * n * ~m
 
 
-@kernel(m=MOTOR, p=POINT)
-def move_point_back(m, p):
-    """The point `p` moved by the inverse of the unit motor `m`: ``~m p m``."""
-    return ~m * p * m
+move_point_back = MOTIONS.move_point_back
 
 
 @kernel(axis=VECTOR, angle=SCALAR, returns=ROTOR)
@@ -941,10 +837,7 @@ def rotor_from_rotation_vector(v):
     return ga.exp(ga.assemble(PGA3, {"e12": -v[2] / 2, "e13": v[1] / 2, "e23": -v[0] / 2}))
 
 
-@kernel(v=VECTOR, returns=TRANSLATOR)
-def translator_from_vector(v):
-    """The translation by a vector."""
-    return _translator(v)
+translator_from_vector = MOTIONS.translator_from_vector
 
 
 @kernel(line=UNIT_LINE, angle=SCALAR, returns=MOTOR)
@@ -970,19 +863,11 @@ def motor_from_rotor_translation(r, v):
 def motor_to_rotor_translation(m):
     """The rotor and the translation vector of a unit motor: what `motor_from_rotor_translation` puts together."""
     rotor = ga.assemble(PGA3, {name: m[name] for name in ROTOR.blades})
-    return rotor, _coordinates(m * ORIGIN * ~m)
+    return rotor, coordinates(m * ORIGIN * ~m)
 
 
-@kernel(q=QUATERNION, returns=ROTOR)
-def rotor_from_quaternion(q):
-    """The rotor of a unit quaternion (w, x, y, z), scalar first: ``w - x e23 + y e13 - z e12``."""
-    return _rotor(*q)
-
-
-@kernel(r=ROTOR, returns=QUATERNION)
-def rotor_to_quaternion(r):
-    """The unit quaternion (w, x, y, z), scalar first, of a rotor."""
-    return r["1"], -r["e23"], r["e13"], -r["e12"]
+rotor_from_quaternion = ROTATIONS.rotor_from_quaternion
+rotor_to_quaternion = ROTATIONS.rotor_to_quaternion
 
 
 @kernel(q=array(SCALAR, 8), returns=MOTOR)
@@ -1006,14 +891,11 @@ def motor_to_dual_quaternion(m):
 @kernel(m=MOTOR, returns=MATRIX)
 def motor_to_matrix(m):
     """The homogeneous 4 x 4 matrix of a unit motor, which acts on columns (x, y, z, 1)."""
-    columns = [_coordinates(m * axis * ~m) for axis in AXES] + [_coordinates(m * ORIGIN * ~m)]
+    columns = [coordinates(m * axis * ~m) for axis in AXES] + [coordinates(m * ORIGIN * ~m)]
     return (*zip(*columns, strict=True), (0, 0, 0, 1))
 
 
-@kernel(r=ROTOR, returns=array(SCALAR, 3, 3))
-def rotor_to_matrix(r):
-    """The 3 x 3 matrix of a rotor, which acts on columns (x, y, z)."""
-    return tuple(zip(*(_coordinates(r * axis * ~r) for axis in AXES), strict=True))
+rotor_to_matrix = ROTATIONS.rotor_to_matrix
 
 
 @kernel(matrix=MATRIX, returns=MOTOR)
@@ -1028,31 +910,11 @@ def motor_from_matrix(matrix):
     return _translator([matrix[i][3] for i in range(3)]) * _rotor_of_matrix(matrix)
 
 
-@kernel(matrix=array(SCALAR, 3, 3), returns=ROTOR)
-def rotor_from_matrix(matrix):
-    """The rotor of a 3 x 3 rotation matrix, the one of two whose scalar part is not negative.
-
-    All rotations, half turns among them, are equally accurate, and the result is a unit rotor also where the matrix
-    is orthogonal only nearly. At an exact half turn both signs are right.
-    """
-    return _rotor_of_matrix(matrix)
+rotor_from_matrix = ROTATIONS.rotor_from_matrix
 
 
-def _rotor_of_matrix(t):
-    """Rows of the matrix ``4 q q^T`` of the quaternion q; the one with the largest diagonal entry is normalised."""
-    x, y, z = t[2][1] - t[1][2], t[0][2] - t[2][0], t[1][0] - t[0][1]
-    xy, xz, yz = t[0][1] + t[1][0], t[0][2] + t[2][0], t[1][2] + t[2][1]
-    ww, xx = 1 + t[0][0] + t[1][1] + t[2][2], 1 + t[0][0] - t[1][1] - t[2][2]
-    yy, zz = 1 - t[0][0] + t[1][1] - t[2][2], 1 - t[0][0] - t[1][1] + t[2][2]
-    rows = ((ww, x, y, z), (x, xx, xy, xz), (y, xy, yy, yz), (z, xz, yz, zz))
-    first_of_upper, first_of_lower = xx <= ww, zz <= yy
-    upper = [ga.select(first_of_upper, a, b) for a, b in zip(rows[0], rows[1], strict=True)]
-    lower = [ga.select(first_of_lower, a, b) for a, b in zip(rows[2], rows[3], strict=True)]
-    in_upper = ga.maximum(yy, zz) <= ga.maximum(ww, xx)
-    row = [ga.select(in_upper, a, b) for a, b in zip(upper, lower, strict=True)]
-    length = ga.sqrt(sum(a * a for a in row))
-    factor = ga.select(row[0] < 0, -1, 1) / length
-    return _rotor(*(factor * a for a in row))
+def _rotor_of_matrix(matrix):
+    return _rotor(*quaternion_of_matrix(matrix))
 
 
 @kernel(theta=SCALAR, d=SCALAR, a=SCALAR, alpha=SCALAR, returns=MOTOR)
@@ -1077,41 +939,13 @@ def motor_from_modified_denavit_hartenberg(theta, d, a, alpha):
     return turn_x * _translator([a, 0, d]) * turn_z
 
 
-@kernel(b=LINE, returns=MOTOR)
-def motor_exponential(b):
-    """``exp(b)`` of any bivector; ``exp(-angle/2 line)`` is a rotation. Smooth at 0 and for pure translations."""
-    return ga.exp(b)
-
-
-@kernel(m=MOTOR)
-def motor_logarithm(m):
-    """The bivector of least angle whose exponential is `m` or `-m`, the same motion.
-
-    Pure translations are no exception. At half turns, where the scalar part is 0, the two signs are equally near
-    and the result jumps.
-    """
-    return ga.log(m)
-
-
-@kernel(m=MOTOR, returns=MOTOR)
-def motor_square_root(m):
-    """The motor that, done twice, is the motion of `m`, by the smaller angle; a half turn's sign decides its sense."""
-    return ga.sqrt(m)
-
-
-@kernel(m=MOTOR, t=SCALAR, returns=MOTOR)
-def motor_power(m, t):
-    """The part `t` of the motion of `m`, by the smaller angle: ``exp(t log(m))``, of ``-m`` where that is nearer to 1.
-
-    Any real `t`: 0 gives no motion, 1 the motion itself, -1 its inverse. At half turns the sense jumps.
-    """
-    return ga.power(m, t)
-
-
-@kernel(a=MOTOR, b=MOTOR, t=SCALAR, returns=MOTOR)
-def interpolate_motors(a, b, t):
-    """The screw motion that starts as `a` at ``t = 0`` and is `b` (or `-b`) at ``t = 1``, at constant twist."""
-    return ga.interpolate(a, b, t)
+motor_exponential = MOTORS.motor_exponential.documented(
+    "``exp(b)`` of any bivector; ``exp(-angle/2 line)`` is a rotation. Smooth at 0 and for pure translations."
+)
+motor_logarithm = MOTORS.motor_logarithm
+motor_square_root = MOTORS.motor_square_root
+motor_power = MOTORS.motor_power
+interpolate_motors = MOTORS.interpolate_motors
 
 
 @kernel(a=LINE, b=LINE, returns=MOTOR)
@@ -1125,7 +959,7 @@ def motor_between_lines(a, b):
     squared = ga.norm_squared(a + b)
     opposite = squared < NEARLY_OPPOSITE
     support = _foot(ORIGIN, b)
-    towards = _across(_coordinates(_direction(a + b)), _coordinates(_direction(b)), squared < ROUNDING)
+    towards = _across(coordinates(direction_of_line(a + b)), coordinates(direction_of_line(b)), squared < ROUNDING)
     middle = ga.select(opposite, a - b, AXIS_Z)
     turns = (support & _trivector(towards)) * _study_unit(middle)
     half = ga.select(opposite, 1, 1 + b * ~a)
@@ -1156,18 +990,16 @@ def _across(v, n, unusable):
     first, second = x <= ga.minimum(y, z), y <= z
     axis = [ga.select(first, a, ga.select(second, b, c)) for a, b, c in ((1, 0, 0), (0, 1, 0), (0, 0, 1))]
     start = [ga.select(unusable, a, b) for a, b in zip(axis, v, strict=True)]
-    along = _dot(start, n)
+    along = dot(start, n)
     rest = [a - along * b for a, b in zip(start, n, strict=True)]
-    squared = _dot(rest, rest)
+    squared = dot(rest, rest)
     length = ga.sqrt(ga.select(squared <= 0, 1, squared))
     return [a / length for a in rest]
 
 
-@kernel(m=MOTOR, returns=array(SCALAR, 6, 6))
-def motor_to_adjoint(m):
-    """The 6 x 6 matrix of a unit motor on lines and twists: on columns of their coefficients in a line's order."""
-    moved = [m * PGA3.multivector({name: 1}) * ~m for name in LINE.blades]
-    return tuple(tuple(column[name] for column in moved) for name in LINE.blades)
+motor_to_adjoint = TWISTS.motor_to_adjoint.documented(
+    "The 6 x 6 matrix of a unit motor on lines and twists: on columns of their coefficients in a line's order."
+)
 
 
 @kernel(a=MOTOR, b=MOTOR, returns=array(SCALAR, 8, 8))
@@ -1223,7 +1055,7 @@ def _screw(b):
     study = (b * ~b)["e0123"]
     finite = (b * (1 - study / (2 * s) * PSEUDOSCALAR)).grade(2) / length
     shift = [b[name] for name in ("e01", "e02", "e03")]
-    shifted = ga.sqrt(_dot(shift, shift))
+    shifted = ga.sqrt(dot(shift, shift))
     factor = 1 / ga.select(shifted <= 0, 1, shifted)
     axis = ga.select(turning, finite, _line([factor * a for a in shift], (0, 0, 0)))
     return axis, ga.select(turning, length, 0), ga.select(turning, -study / (2 * length), shifted)
@@ -1236,16 +1068,8 @@ def motor_from_screw_pitch(line, angle, pitch):
     return (1 + pitch * angle / 2 * PSEUDOSCALAR * line) * rotation
 
 
-@kernel(v=LINE, returns=MOTOR)
-def motor_from_twist(v):
-    """The motor of a twist kept for the unit of time: ``exp(-v/2)``."""
-    return ga.exp(-v / 2)
-
-
-@kernel(m=MOTOR, returns=LINE)
-def motor_to_twist(m):
-    """The twist that does the motion of a unit motor in the unit of time, by an angle in [0, pi]: ``-2 log(m)``."""
-    return -2 * ga.log(m)
+motor_from_twist = TWISTS.motor_from_twist
+motor_to_twist = TWISTS.motor_to_twist
 
 
 @kernel(w=VECTOR, v=VECTOR, returns=LINE)
@@ -1257,19 +1081,11 @@ def twist_from_velocities(w, v):
 @kernel(twist=LINE, returns=(VECTOR, VECTOR))
 def twist_to_velocities(twist):
     """Angular velocity of a twist, and the velocity of the point that is at the origin."""
-    return _coordinates(_direction(twist)), tuple(twist[name] for name in ("e01", "e02", "e03"))
+    return coordinates(direction_of_line(twist)), tuple(twist[name] for name in ("e01", "e02", "e03"))
 
 
-@kernel(m=MOTOR, v=LINE)
-def motor_derivative(m, v):
-    """The rate of change of a motor under the twist `v`, in fixed coordinates: ``-v m / 2``."""
-    return -HALF * v * m
-
-
-@kernel(m=MOTOR, rate=EVEN, returns=LINE)
-def twist_from_motor_derivative(m, rate):
-    """The twist of a unit motor that changes at a rate, in fixed coordinates: ``-2 rate ~m``."""
-    return (-2 * rate * ~m).grade(2)
+motor_derivative = TWISTS.motor_derivative
+twist_from_motor_derivative = TWISTS.twist_from_motor_derivative
 
 
 @kernel(v=LINE, a=LINE, p=POINT)
@@ -1290,7 +1106,7 @@ def rotor_to_axis_angle(r):
     """The unit axis of a rotor and its angle in [0, pi]; where nothing turns, the axis is 0."""
     sign = ga.select(r["1"] < 0, -1, 1)
     v = [-sign * r["e23"], sign * r["e13"], -sign * r["e12"]]
-    sine = ga.sqrt(_dot(v, v))
+    sine = ga.sqrt(dot(v, v))
     factor = 1 / ga.select(sine <= 0, 1, sine)
     return tuple(factor * a for a in v), 2 * ga.atan2(sine, ga.absolute(r["1"]))
 
@@ -1305,7 +1121,7 @@ def motor_from_rotation_vector_translation(v, t):
 def motor_to_rotation_vector_translation(m):
     """Rotation vector, of an angle in [0, pi], and translation of a unit motor, which rotates first."""
     b = -2 * ga.log(_rotor_part(m))
-    return (b["e23"], -b["e13"], b["e12"]), _coordinates(m * ORIGIN * ~m)
+    return (b["e23"], -b["e13"], b["e12"]), coordinates(m * ORIGIN * ~m)
 
 
 @kernel(q=QUATERNION, t=VECTOR, returns=MOTOR)
@@ -1317,7 +1133,7 @@ def motor_from_quaternion_translation(q, t):
 @kernel(m=MOTOR, returns=(QUATERNION, VECTOR))
 def motor_to_quaternion_translation(m):
     """The unit quaternion (w, x, y, z) and the translation of a unit motor, which rotates first."""
-    return (m["1"], -m["e23"], m["e13"], -m["e12"]), _coordinates(m * ORIGIN * ~m)
+    return (m["1"], -m["e23"], m["e13"], -m["e12"]), coordinates(m * ORIGIN * ~m)
 
 
 @kernel(q=QUATERNION, returns=ROTOR)
@@ -1353,27 +1169,14 @@ def motor_from_adjoint(matrix):
     places = ((2, 1), (1, -1), (0, 1))
     turn = tuple(tuple(s * u * matrix[i][j] for j, u in places) for i, s in places)
     shift = tuple(tuple(u * matrix[3 + i][j] for j, u in places) for i in range(3))
-    cross = [[_dot(shift[i], turn[j]) for j in range(3)] for i in range(3)]
+    cross = [[dot(shift[i], turn[j]) for j in range(3)] for i in range(3)]
     t = [HALF * (cross[2][1] - cross[1][2]), HALF * (cross[0][2] - cross[2][0]), HALF * (cross[1][0] - cross[0][1])]
     return _translator(t) * _rotor_of_matrix(turn)
 
 
-@kernel(a=POINT, b=POINT, returns=TRANSLATOR)
-def translator_between_points(a, b):
-    """The translation that takes the point `a` to `b`."""
-    return _translator(_coordinates(b - a))
-
-
-@kernel(a=MOTOR, b=MOTOR, returns=MOTOR)
-def motor_between_frames(a, b):
-    """The motor, in fixed coordinates, that takes what `a` moves things to where `b` moves them: ``b ~a``."""
-    return b * ~a
-
-
-@kernel(a=MOTOR, b=MOTOR, returns=MOTOR)
-def motor_relative(a, b):
-    """The motor `b` seen from the frame `a`: ``~a b``, so that `a` times it is `b`."""
-    return ~a * b
+translator_between_points = MOTIONS.translator_between_points
+motor_between_frames = MOTIONS.motor_between_frames
+motor_relative = MOTIONS.motor_relative
 
 
 @kernel(a=MOTOR, b=MOTOR, t=SCALAR, returns=MOTOR)
@@ -1394,9 +1197,9 @@ def rotation_form(a, b):
     The rotor that turns many vectors `a` nearest to `b` is the eigenvector of the largest eigenvalue of the sum.
     """
     parts = [PGA3.multivector({name: 1}) for name in ROTOR.blades]
-    x = _coordinates(b)
+    x = coordinates(b)
     return tuple(
-        tuple(HALF * _dot(_coordinates(one * a * ~other + other * a * ~one), x) for other in parts) for one in parts
+        tuple(HALF * dot(coordinates(one * a * ~other + other * a * ~one), x) for other in parts) for one in parts
     )
 
 
@@ -1422,7 +1225,7 @@ def rotor_to_proper_euler_angles(r, a, b):
     Viollet, *PLoS ONE* 17(11):e0276302, 2022).
     """
     w, v = r["1"], (-r["e23"], r["e13"], -r["e12"])
-    first, third, sine, cosine = _euler_angles(w, _dot(v, a), _dot(v, b), _dot(v, _cross(a, b)))
+    first, third, sine, cosine = _euler_angles(w, dot(v, a), dot(v, b), dot(v, _cross(a, b)))
     return first, 2 * ga.atan2(sine, cosine), third
 
 
@@ -1434,7 +1237,7 @@ def rotor_to_tait_bryan_angles(r, a, b):
     turn about the same line and the third is 0. About ``-(a x b)``, the third is minus that.
     """
     w, v = r["1"], (-r["e23"], r["e13"], -r["e12"])
-    x, y, z = _dot(v, a), _dot(v, b), _dot(v, _cross(a, b))
+    x, y, z = dot(v, a), dot(v, b), dot(v, _cross(a, b))
     first, third, lower, upper = _euler_angles(w - y, z - x, w + y, -x - z)
     return -first, ga.atan2(2 * (w * y + x * z), lower * upper), third
 
@@ -1460,7 +1263,7 @@ def _euler_angles(a, b, c, d):
 @kernel(line=LINE, returns=(VGA3.VECTOR, VGA3.BIVECTOR))
 def line_to_vector_algebra(line):
     """A line in G(3,0): its direction `d`, a vector, and its moment ``x ^ d`` for all x on it, a bivector."""
-    x, y, z = _coordinates(_direction(line))
+    x, y, z = coordinates(direction_of_line(line))
     moment = {"e12": line["e03"], "e13": -line["e02"], "e23": line["e01"]}
     return ga.assemble(VGA3, {"e1": x, "e2": y, "e3": z}), ga.assemble(VGA3, moment)
 
@@ -1487,13 +1290,13 @@ def plane_from_vector_algebra(b, t):
 @kernel(p=POINT, returns=HOMOGENEOUS)
 def point_to_projective(p):
     """The homogeneous coordinates (x, y, z, 1) of a point."""
-    return (*_coordinates(p), 1)
+    return (*coordinates(p), 1)
 
 
 @kernel(d=DIRECTION, returns=HOMOGENEOUS)
 def direction_to_projective(d):
     """The homogeneous coordinates (x, y, z, 0) of a direction, a point at infinity."""
-    return (*_coordinates(d), 0)
+    return (*coordinates(d), 0)
 
 
 @kernel(x=HOMOGENEOUS, returns=TRIVECTOR)
@@ -1505,7 +1308,7 @@ def trivector_from_projective(x):
 @kernel(line=LINE, returns=array(SCALAR, 6))
 def line_to_projective(line):
     """Pluecker coordinates e12 e13 e23 e14 e24 e34 of a line: of points with w = 1 on it, ``a ^ b`` of four-vectors."""
-    x, y, z = _coordinates(_direction(line))
+    x, y, z = coordinates(direction_of_line(line))
     return line["e03"], -line["e02"], line["e01"], -x, -y, -z
 
 
@@ -1530,7 +1333,7 @@ def plane_from_projective(x):
 @kernel(p=POINT, returns=TRANSLATOR)
 def point_to_motor_algebra(p):
     """The point x as ``1 + I x`` in the even algebra, where ``I = e0123`` and x is ``x e23 - y e13 + z e12``."""
-    return 1 + PSEUDOSCALAR * _spatial(_coordinates(p))
+    return 1 + PSEUDOSCALAR * _spatial(coordinates(p))
 
 
 @kernel(x=TRANSLATOR, returns=POINT)
@@ -1545,7 +1348,7 @@ def line_to_motor_algebra(line):
 
     The line itself is the same element in both; the sign is that of ``I = e0123``.
     """
-    return _coordinates(_direction(line)), tuple(-line[name] for name in ("e01", "e02", "e03"))
+    return coordinates(direction_of_line(line)), tuple(-line[name] for name in ("e01", "e02", "e03"))
 
 
 @kernel(n=VECTOR, m=VECTOR, returns=LINE)
@@ -1599,16 +1402,8 @@ def line_commutator(a, b):
     return ga.commutator(a, b)
 
 
-@kernel(v=LINE, p=POINT)
-def twist_on_point(v, p):
-    """The velocity of the point `p` under the twist `v`: the derivative at 0 of ``m p ~m`` with ``m = exp(-t/2 v)``."""
-    return ga.commutator(p, v)
-
-
-@kernel(v=LINE, line=LINE)
-def twist_on_line(v, line):
-    """The rate of change of the line under the twist `v`, as in `twist_on_point`."""
-    return ga.commutator(line, v)
+twist_on_point = TWISTS.twist_on_point
+twist_on_line = TWISTS.twist_on_line
 
 
 @kernel(v=LINE, plane=PLANE)
@@ -1634,12 +1429,12 @@ def inertia_of_moved_body(m, body):
     The result is the mass, mass times centre, and the tensor about the origin: these of several bodies add up.
     """
     mass, *centre, xx, xy, xz, yy, yz, zz = body
-    c = _coordinates(m * _trivector(centre, 1) * ~m)
+    c = coordinates(m * _trivector(centre, 1) * ~m)
     rows = _matrix_of_rotor(_rotor_part(m))
-    columns = [[_dot(row, column) for row in rows] for column in ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))]
+    columns = [[dot(row, column) for row in rows] for column in ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))]
     h = [mass * x for x in c]
-    tensor = [[_dot(rows[i], [column[j] for column in columns]) - c[i] * h[j] for j in range(3)] for i in range(3)]
-    trace = _dot(c, h)
+    tensor = [[dot(rows[i], [column[j] for column in columns]) - c[i] * h[j] for j in range(3)] for i in range(3)]
+    trace = dot(c, h)
     return (mass, *h, *(tensor[i][j] + (trace if i == j else 0) for i in range(3) for j in range(i, 3)))
 
 
@@ -1672,12 +1467,12 @@ def twist_rate_after_joint(v, a, axis, speed, acceleration):
 
 def _momentum(inertia, v):
     mass, hx, hy, hz, xx, xy, xz, yy, yz, zz = inertia
-    h, w, linear = (hx, hy, hz), _coordinates(_direction(v)), [v[name] for name in ("e01", "e02", "e03")]
+    h, w, linear = (hx, hy, hz), coordinates(direction_of_line(v)), [v[name] for name in ("e01", "e02", "e03")]
     force = [mass * x + y for x, y in zip(linear, _cross(w, h), strict=True)]
     tensor = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
-    return _line(force, [_dot(row, w) + x for row, x in zip(tensor, _cross(h, linear), strict=True)])
+    return _line(force, [dot(row, w) + x for row, x in zip(tensor, _cross(h, linear), strict=True)])
 
 
 def _matrix_of_rotor(r):
-    columns = [_coordinates(r * axis * ~r) for axis in AXES]
+    columns = [coordinates(r * axis * ~r) for axis in AXES]
     return [[column[i] for column in columns] for i in range(3)]

@@ -6,11 +6,10 @@ are the same rotation. Angles are in radians. Kernels that need a unit quaternio
 Fourier transforms and local phases are here too, because they use the same layouts.
 """
 
-from fractions import Fraction
-
 import gacompiler as ga
 from gacompiler import SCALAR, array, kernel
 from gacompiler.algebra.catalog import VGA3
+from gacompiler.specs.families.rotations import coordinates, quaternion_of_matrix, rotor_between
 
 QUATERNION = VGA3.layout("QUATERNION", "1 e32 e13 e21")
 UNIT_QUATERNION = VGA3.layout("UNIT_QUATERNION", "1 e32 e13 e21", unit=True)
@@ -19,20 +18,10 @@ COMPLEX, MATRIX = array(SCALAR, 2), array(SCALAR, 3, 3)
 
 AXES = VGA3.basis()
 UNIT_I = VGA3.multivector({"e32": 1})
-NEARLY_OPPOSITE = Fraction(1, 10**8)
-ROUNDING = Fraction(1, 10**28)
 
 
 def _quaternion(w, x, y, z):
     return ga.assemble(VGA3, {"1": w, "e32": x, "e13": y, "e21": z})
-
-
-def _coordinates(v):
-    return v["e1"], v["e2"], v["e3"]
-
-
-def _choose(condition, these, those):
-    return tuple(ga.select(condition, a, b) for a, b in zip(these, those, strict=True))
 
 
 @kernel(p=QUATERNION, q=QUATERNION, returns=QUATERNION)
@@ -86,7 +75,7 @@ def rotate_vector_back(q, v):
 @kernel(q=UNIT_QUATERNION, returns=MATRIX)
 def to_matrix(q):
     """The 3 x 3 rotation matrix of a unit quaternion, which acts on columns."""
-    return tuple(zip(*(_coordinates(q * axis * ~q) for axis in AXES), strict=True))
+    return tuple(zip(*(coordinates(q * axis * ~q) for axis in AXES), strict=True))
 
 
 @kernel(matrix=MATRIX, returns=UNIT_QUATERNION)
@@ -98,16 +87,7 @@ def from_matrix(matrix):
     them, are equally accurate and the result has norm 1 also where the matrix is orthogonal only nearly. At an exact
     half turn both signs are right.
     """
-    t = matrix
-    x, y, z = t[2][1] - t[1][2], t[0][2] - t[2][0], t[1][0] - t[0][1]
-    xy, xz, yz = t[0][1] + t[1][0], t[0][2] + t[2][0], t[1][2] + t[2][1]
-    ww, xx = 1 + t[0][0] + t[1][1] + t[2][2], 1 + t[0][0] - t[1][1] - t[2][2]
-    yy, zz = 1 - t[0][0] + t[1][1] - t[2][2], 1 - t[0][0] - t[1][1] + t[2][2]
-    upper = _choose(xx <= ww, (ww, x, y, z), (x, xx, xy, xz))
-    lower = _choose(zz <= yy, (y, xy, yy, yz), (z, xz, yz, zz))
-    row = _choose(ga.maximum(yy, zz) <= ga.maximum(ww, xx), upper, lower)
-    factor = ga.select(row[0] < 0, -1, 1) / ga.sqrt(sum(a * a for a in row))
-    return _quaternion(*(factor * a for a in row))
+    return _quaternion(*quaternion_of_matrix(matrix))
 
 
 @kernel(axis=VECTOR, angle=SCALAR, returns=UNIT_QUATERNION)
@@ -146,16 +126,7 @@ def between_vectors(a, b):
     a vector orthogonal to `b`, in the plane of `a` and `b` as long as they have one. So exactly opposite vectors give
     a half turn about some axis orthogonal to them.
     """
-    a, b = ga.normalize(a), ga.normalize(b)
-    half = 1 + b * a
-    sum_squared = ga.norm_squared(a + b)
-    x, y, z = (ga.absolute(c) for c in _coordinates(b))
-    flattest = ga.select(x <= ga.minimum(y, z), AXES[0], ga.select(y <= z, AXES[1], AXES[2]))
-    opposite, exactly = sum_squared < NEARLY_OPPOSITE, sum_squared < ROUNDING
-    towards = ga.select(opposite, ga.select(exactly, flattest, a + b), flattest)
-    fixing = ga.normalize(towards - ga.scalar_product(towards, b) * b)
-    reflections = fixing * ga.normalize(ga.select(opposite, a - b, AXES[0]))
-    return ga.select(opposite, reflections, half / ga.sqrt(ga.select(opposite, 1, ga.norm_squared(half))))
+    return rotor_between(a, b)
 
 
 @kernel(p=UNIT_QUATERNION, q=UNIT_QUATERNION)

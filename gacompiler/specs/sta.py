@@ -9,11 +9,15 @@ A bivector ``E1 g10 + E2 g20 + E3 g30 - B3 g12 + B2 g13 - B1 g23`` is the electr
 import gacompiler as ga
 from gacompiler import SCALAR, array, kernel
 from gacompiler.algebra.catalog import STA, orthogonal
+from gacompiler.specs.families.euclidean import rotors, vectors
+from gacompiler.specs.families.products import products
 
-VECTOR, BIVECTOR, TRIVECTOR, ROTOR, EVEN, FULL = STA.VECTOR, STA.BIVECTOR, STA.TRIVECTOR, STA.ROTOR, STA.EVEN, STA.full
+VECTOR, BIVECTOR, ROTOR, EVEN = STA.VECTOR, STA.BIVECTOR, STA.ROTOR, STA.EVEN
 RELATIVE = array(SCALAR, 3)
 
 G0, G1, G2, G3 = STA.basis()
+PRODUCTS = products(STA, EVEN, even_product=", such as spinors", versor="rotor")
+VECTORS, ROTORS = vectors(STA), rotors(STA)
 
 
 def _relative(x):
@@ -32,86 +36,25 @@ def _unit(x):
 
 # Products, involutions and duals of any two elements.
 
-
-@kernel(a=FULL, b=FULL)
-def geometric_product(a, b):
-    """The geometric product ``a b`` of any two elements."""
-    return a * b
-
-
-@kernel(a=FULL, b=FULL)
-def outer_product(a, b):
-    """The outer product ``a ^ b`` of any two elements."""
-    return a ^ b
-
-
-@kernel(a=FULL, b=FULL)
-def regressive_product(a, b):
-    """The regressive product ``a & b`` of any two elements."""
-    return a & b
-
-
-@kernel(a=FULL, b=FULL)
-def inner_product(a, b):
-    """The inner product of any two elements: of grades p and q, the part of grade \\|p - q\\| of ``a b``."""
-    return ga.inner_product(a, b)
-
-
-@kernel(a=EVEN, b=EVEN)
-def even_product(a, b):
-    """The geometric product of two even elements, such as spinors."""
-    return a * b
-
-
-@kernel(a=FULL)
-def reverse(a):
-    """The reverse ``~a`` of any element: the order of vectors in every product turned round."""
-    return ~a
-
-
-@kernel(a=FULL)
-def grade_involution(a):
-    """Any element with its odd part negated."""
-    return ga.grade_involution(a)
-
-
-@kernel(a=FULL)
-def dual(a):
-    """The right complement of any element: ``b ^ dual(b) = g0123`` for basis blades."""
-    return ga.dual(a)
-
-
-@kernel(a=FULL)
-def polarity(a):
-    """The metric dual ``a g0123**-1``."""
-    return ga.polarity(a)
-
-
-@kernel(a=EVEN)
-def even_reverse(a):
-    """The reverse of an even element: the inverse of a unit rotor."""
-    return ~a
+geometric_product = PRODUCTS.geometric_product
+outer_product = PRODUCTS.outer_product
+regressive_product = PRODUCTS.regressive_product
+inner_product = PRODUCTS.inner_product
+even_product = PRODUCTS.even_product
+reverse = PRODUCTS.reverse
+grade_involution = PRODUCTS.grade_involution
+dual = PRODUCTS.dual
+polarity = PRODUCTS.polarity
+even_reverse = PRODUCTS.even_reverse
 
 
 # Vectors.
 
-
-@kernel(a=VECTOR, b=VECTOR, returns=EVEN)
-def vector_product(a, b):
-    """The geometric product of two vectors: their interval plus the bivector ``a ^ b``."""
-    return a * b
-
-
-@kernel(a=VECTOR, b=VECTOR)
-def dot_product(a, b):
-    """The inner product of two vectors: ``a0 b0 - a1 b1 - a2 b2 - a3 b3``."""
-    return ga.scalar_product(a, b)
-
-
-@kernel(a=VECTOR, b=VECTOR)
-def wedge_vectors(a, b):
-    """The bivector ``a ^ b`` of two vectors."""
-    return a ^ b
+vector_product = VECTORS.vector_product.documented(
+    "The geometric product of two vectors: their interval plus the bivector ``a ^ b``."
+)
+dot_product = VECTORS.dot_product.documented("The inner product of two vectors: ``a0 b0 - a1 b1 - a2 b2 - a3 b3``.")
+wedge_vectors = VECTORS.wedge_vectors
 
 
 @kernel(v=VECTOR)
@@ -136,17 +79,8 @@ def proper_velocity(velocity):
 
 # Lorentz transformations.
 
-
-@kernel(a=ROTOR, b=ROTOR, returns=ROTOR)
-def rotor_product(a, b):
-    """The rotor that does `b` first and then `a`."""
-    return a * b
-
-
-@kernel(r=ROTOR, returns=ROTOR)
-def rotor_inverse(r):
-    """The inverse of a unit rotor, which is its reverse."""
-    return ~r
+rotor_product = ROTORS.rotor_product
+rotor_inverse = ROTORS.rotor_inverse
 
 
 @kernel(x=EVEN, returns=ROTOR)
@@ -201,44 +135,31 @@ def rotor_from_axis_angle(axis, angle):
     return ga.cos(angle / 2) - factor * STA.pseudoscalar * _relative(axis)
 
 
-@kernel(b=BIVECTOR, returns=ROTOR)
-def rotor_exponential(b):
+rotor_exponential = ROTORS.rotor_exponential.documented(
     """``exp(b)`` of any bivector: rotation, boost, null rotation or a rotation and a boost in commuting planes.
 
     A rapidity of up to 1400 stays finite; errors are a few units of the last place of the largest coefficient.
     """
-    return ga.exp(b)
-
-
-@kernel(r=ROTOR)
-def rotor_logarithm(r):
+)
+rotor_logarithm = ROTORS.rotor_logarithm.documented(
     """The bivector of least angle whose exponential is `r` or `-r`, the same transformation; every rotor has one.
 
     Rotations, boosts and null rotations are no exceptions. At half turns, where the scalar part is 0, the two signs
     are equally near and the result jumps.
     """
-    return ga.log(r)
-
-
-@kernel(r=ROTOR, returns=ROTOR)
-def rotor_square_root(r):
-    """The rotor that, done twice, is `r` or `-r`, by the smaller angle; a half turn's sign decides its sense."""
-    return ga.sqrt(r)
-
-
-@kernel(r=ROTOR, t=SCALAR, returns=ROTOR)
-def rotor_power(r, t):
+)
+rotor_square_root = ROTORS.rotor_square_root.documented(
+    "The rotor that, done twice, is `r` or `-r`, by the smaller angle; a half turn's sign decides its sense."
+)
+rotor_power = ROTORS.rotor_power.documented(
     """The part `t` of the transformation of `r`: ``exp(t log(r))``, of ``-r`` where its scalar part is negative.
 
     Any real `t`: 0 gives the identity, 1 the transformation itself, -1 its inverse. At half turns the sense jumps.
     """
-    return ga.power(r, t)
-
-
-@kernel(a=ROTOR, b=ROTOR, t=SCALAR, returns=ROTOR)
-def interpolate_rotors(a, b, t):
-    """The transformation that is `a` at ``t = 0`` and `b` (or `-b`) at ``t = 1``, at constant generator."""
-    return ga.interpolate(a, b, t)
+)
+interpolate_rotors = ROTORS.interpolate_rotors.documented(
+    "The transformation that is `a` at ``t = 0`` and `b` (or `-b`) at ``t = 1``, at constant generator."
+)
 
 
 @kernel(r=ROTOR, returns=array(SCALAR, 4, 4))

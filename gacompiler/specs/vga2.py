@@ -7,12 +7,16 @@ The rotor ``exp(-angle/2 e12)``, stored as (scalar, e12), turns from ``e1`` towa
 import gacompiler as ga
 from gacompiler import SCALAR, array, kernel
 from gacompiler.algebra.catalog import VGA2
+from gacompiler.specs.families.euclidean import rotors, vectors
+from gacompiler.specs.families.products import products
+from gacompiler.specs.families.rotations import rotations_of_the_plane
 
-VECTOR, BIVECTOR, ROTOR = VGA2.VECTOR, VGA2.BIVECTOR, VGA2.ROTOR
-EVEN, FULL = VGA2.EVEN, VGA2.full
+VECTOR, ROTOR, EVEN, FULL = VGA2.VECTOR, VGA2.ROTOR, VGA2.EVEN, VGA2.full
 COMPLEX, MATRIX = array(SCALAR, 2), array(SCALAR, 2, 2)
 
 E1, E2 = VGA2.basis()
+PRODUCTS, VECTORS, ROTORS = products(VGA2, EVEN), vectors(VGA2, hyperplane="line"), rotors(VGA2)
+ROTATIONS = rotations_of_the_plane(VGA2)
 
 
 def _rotor(cosine, sine):
@@ -24,64 +28,16 @@ def _rotor(cosine, sine):
     return (w - z * E1 * E2) / ga.sqrt(w * w + z * z)
 
 
-@kernel(a=FULL, b=FULL)
-def geometric_product(a, b):
-    """The geometric product ``a b`` of any two elements."""
-    return a * b
-
-
-@kernel(a=FULL, b=FULL)
-def outer_product(a, b):
-    """The outer product ``a ^ b`` of any two elements."""
-    return a ^ b
-
-
-@kernel(a=FULL, b=FULL)
-def regressive_product(a, b):
-    """The regressive product ``a & b`` of any two elements."""
-    return a & b
-
-
-@kernel(a=FULL, b=FULL)
-def inner_product(a, b):
-    """The inner product of any two elements: of grades p and q, the part of grade \\|p - q\\| of ``a b``."""
-    return ga.inner_product(a, b)
-
-
-@kernel(a=FULL)
-def reverse(a):
-    """The reverse ``~a`` of any element."""
-    return ~a
-
-
-@kernel(a=FULL)
-def dual(a):
-    """The right complement of any element: ``b ^ dual(b) = e12`` for basis blades."""
-    return ga.dual(a)
-
-
-@kernel(a=FULL)
-def norm(a):
-    """The norm ``sqrt(<a ~a>)`` of any element."""
-    return ga.norm(a)
-
-
-@kernel(a=FULL)
-def inverse(a):
-    """The inverse of any element that has one."""
-    return ga.inverse(a)
-
-
-@kernel(a=VECTOR, b=VECTOR)
-def vector_product(a, b):
-    """The geometric product of two vectors: their dot product plus their outer product."""
-    return a * b
-
-
-@kernel(a=VECTOR, b=VECTOR)
-def dot_product(a, b):
-    """The dot product of two vectors."""
-    return ga.scalar_product(a, b)
+geometric_product = PRODUCTS.geometric_product
+outer_product = PRODUCTS.outer_product
+regressive_product = PRODUCTS.regressive_product
+inner_product = PRODUCTS.inner_product
+reverse = PRODUCTS.reverse.documented("The reverse ``~a`` of any element.")
+dual = PRODUCTS.dual
+norm = PRODUCTS.norm
+inverse = PRODUCTS.inverse
+vector_product = VECTORS.vector_product
+dot_product = VECTORS.dot_product
 
 
 @kernel(a=VECTOR, b=VECTOR)
@@ -96,10 +52,7 @@ def quarter_turn(v):
     return ga.dual(v)
 
 
-@kernel(v=VECTOR)
-def normalize_vector(v):
-    """The vector divided by its length, which must not be 0."""
-    return ga.normalize(v)
+normalize_vector = VECTORS.normalize_vector
 
 
 @kernel(a=VECTOR, b=VECTOR)
@@ -108,58 +61,19 @@ def angle_between_vectors(a, b):
     return ga.atan2((a ^ b)["e12"], ga.scalar_product(a, b))
 
 
-@kernel(v=VECTOR, n=VECTOR)
-def project_vector_on_vector(v, n):
-    """The part of `v` along `n`, which must not be 0."""
-    return ga.scalar_product(v, n) / ga.norm_squared(n) * n
+project_vector_on_vector = VECTORS.project_vector_on_vector
+reflect_vector = VECTORS.reflect_vector
+rotor_product = ROTORS.rotor_product.documented("The rotor that does both rotations, whose order is all the same.")
+even_product = PRODUCTS.even_product.documented(
+    "The product of two even elements: of two complex numbers, real part first."
+)
+rotor_inverse = ROTORS.rotor_inverse
+normalize_rotor = ROTORS.normalize_rotor
+rotate_vector = ROTORS.rotate_vector
+rotate_vector_back = ROTORS.rotate_vector_back
 
 
-@kernel(v=VECTOR, n=VECTOR)
-def reflect_vector(v, n):
-    """The mirror image ``-n v n / n**2`` of `v` in the line orthogonal to `n`, which must not be 0."""
-    return -(n * v * n) / ga.norm_squared(n)
-
-
-@kernel(a=ROTOR, b=ROTOR, returns=ROTOR)
-def rotor_product(a, b):
-    """The rotor that does both rotations, whose order is all the same."""
-    return a * b
-
-
-@kernel(a=EVEN, b=EVEN)
-def even_product(a, b):
-    """The product of two even elements: of two complex numbers, real part first."""
-    return a * b
-
-
-@kernel(r=ROTOR, returns=ROTOR)
-def rotor_inverse(r):
-    """The inverse of a unit rotor, which is its reverse."""
-    return ~r
-
-
-@kernel(x=EVEN, returns=ROTOR)
-def normalize_rotor(x):
-    """The even element divided by its norm, which must not be 0."""
-    return ga.normalize(x)
-
-
-@kernel(r=ROTOR, v=VECTOR)
-def rotate_vector(r, v):
-    """The vector turned by the unit rotor: ``r v ~r``."""
-    return r * v * ~r
-
-
-@kernel(r=ROTOR, v=VECTOR)
-def rotate_vector_back(r, v):
-    """The vector turned by the inverse of the unit rotor: ``~r v r``."""
-    return ~r * v * r
-
-
-@kernel(angle=SCALAR, returns=ROTOR)
-def rotor_from_angle(angle):
-    """The rotation by an angle in radians, from e1 towards e2."""
-    return ga.cos(angle / 2) - ga.sin(angle / 2) * E1 * E2
+rotor_from_angle = ROTATIONS.rotor_from_angle
 
 
 @kernel(r=ROTOR)
@@ -169,37 +83,15 @@ def rotor_to_angle(r):
     return 2 * ga.atan2(ga.select(flipped, r["e12"], -r["e12"]), ga.absolute(r["1"]))
 
 
-@kernel(b=BIVECTOR, returns=ROTOR)
-def rotor_exponential(b):
-    """``exp(b)`` of any bivector; ``exp(-angle/2 e12)`` turns from e1 towards e2."""
-    return ga.exp(b)
-
-
-@kernel(r=ROTOR)
-def rotor_logarithm(r):
-    """The bivector of least angle, in [-pi/2, pi/2], whose exponential is `r` or `-r`, the same rotation."""
-    return ga.log(r)
-
-
-@kernel(r=ROTOR, returns=ROTOR)
-def rotor_square_root(r):
-    """The rotor that, done twice, is the rotation of `r`, by the smaller angle; the sign of a half turn decides."""
-    return ga.sqrt(r)
-
-
-@kernel(r=ROTOR, t=SCALAR, returns=ROTOR)
-def rotor_power(r, t):
-    """The part `t` of the rotation of `r`, by the smaller angle: ``exp(t log(r))``, or of ``-r`` if nearer to 1.
-
-    Any real `t`: 0 gives no rotation, 1 the rotation itself, -1 its inverse. At half turns the sense jumps.
-    """
-    return ga.power(r, t)
-
-
-@kernel(a=ROTOR, b=ROTOR, t=SCALAR, returns=ROTOR)
-def interpolate_rotors(a, b, t):
-    """The rotation that is `a` at ``t = 0`` and `b` (or `-b`) at ``t = 1``, at constant speed along the short way."""
-    return ga.interpolate(a, b, t)
+rotor_exponential = ROTORS.rotor_exponential.documented(
+    "``exp(b)`` of any bivector; ``exp(-angle/2 e12)`` turns from e1 towards e2."
+)
+rotor_logarithm = ROTORS.rotor_logarithm.documented(
+    "The bivector of least angle, in [-pi/2, pi/2], whose exponential is `r` or `-r`, the same rotation."
+)
+rotor_square_root = ROTORS.rotor_square_root
+rotor_power = ROTORS.rotor_power
+interpolate_rotors = ROTORS.interpolate_rotors
 
 
 @kernel(x=EVEN)

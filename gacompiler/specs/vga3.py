@@ -5,20 +5,24 @@ bivector turns in that plane, from ``e1`` towards ``e2`` for ``e12``, and acts b
 and ``r`` and ``-r`` are the same rotation. Angles are in radians.
 """
 
-from fractions import Fraction
-
 import gacompiler as ga
 from gacompiler import SCALAR, array, kernel
 from gacompiler.algebra.catalog import VGA3
+from gacompiler.specs.families.euclidean import rotors, vectors
+from gacompiler.specs.families.products import products
+from gacompiler.specs.families.rotations import coordinates, rotations_of_space, rotor_between
 
 VECTOR, BIVECTOR, ROTOR, EVEN, FULL = VGA3.VECTOR, VGA3.BIVECTOR, VGA3.ROTOR, VGA3.EVEN, VGA3.full
-UNIT_VECTOR = VGA3.UNIT_VECTOR
-COMPLEX, QUATERNION, MATRIX = array(SCALAR, 2), array(SCALAR, 4), array(SCALAR, 3, 3)
+COMPLEX = array(SCALAR, 2)
 
 AXES = VGA3.basis()
-NEARLY_ZERO = Fraction(1, 10**18)
-NEARLY_OPPOSITE = Fraction(1, 10**8)
-ROUNDING = Fraction(1, 10**28)
+PRODUCTS = products(
+    VGA3,
+    EVEN,
+    regressive_product=": the meet of subspaces that together span space",
+    even_product=", which need not be rotors",
+)
+VECTORS, ROTORS = vectors(VGA3, hyperplane="plane"), rotors(VGA3)
 
 
 def _rotor(w, x, y, z):
@@ -26,92 +30,30 @@ def _rotor(w, x, y, z):
     return ga.assemble(VGA3, {"1": w, "e12": -z, "e13": y, "e23": -x})
 
 
-def _coordinates(v):
-    return v["e1"], v["e2"], v["e3"]
+ROTATIONS = rotations_of_space(VGA3, _rotor, AXES, coordinates)
 
 
 # Products, involutions and duals of any two elements.
 
-
-@kernel(a=FULL, b=FULL)
-def geometric_product(a, b):
-    """The geometric product ``a b`` of any two elements."""
-    return a * b
-
-
-@kernel(a=FULL, b=FULL)
-def outer_product(a, b):
-    """The outer product ``a ^ b`` of any two elements."""
-    return a ^ b
-
-
-@kernel(a=FULL, b=FULL)
-def regressive_product(a, b):
-    """The regressive product ``a & b`` of any two elements: the meet of subspaces that together span space."""
-    return a & b
-
-
-@kernel(a=FULL, b=FULL)
-def inner_product(a, b):
-    """The inner product of any two elements: of grades p and q, the part of grade \\|p - q\\| of ``a b``."""
-    return ga.inner_product(a, b)
-
-
-@kernel(a=FULL)
-def reverse(a):
-    """The reverse ``~a`` of any element: the order of vectors in every product turned round."""
-    return ~a
-
-
-@kernel(a=FULL)
-def grade_involution(a):
-    """Any element with its odd part negated."""
-    return ga.grade_involution(a)
-
-
-@kernel(a=FULL)
-def clifford_conjugate(a):
-    """The reverse of the grade involution of any element."""
-    return ga.clifford_conjugate(a)
-
-
-@kernel(a=FULL)
-def dual(a):
-    """The right complement of any element: ``b ^ dual(b) = e123`` for basis blades."""
-    return ga.dual(a)
-
-
-@kernel(a=FULL)
-def norm(a):
-    """The norm ``sqrt(<a ~a>)`` of any element."""
-    return ga.norm(a)
-
-
-@kernel(a=FULL)
-def inverse(a):
-    """The inverse of any element that has one."""
-    return ga.inverse(a)
+geometric_product = PRODUCTS.geometric_product
+outer_product = PRODUCTS.outer_product
+regressive_product = PRODUCTS.regressive_product
+inner_product = PRODUCTS.inner_product
+reverse = PRODUCTS.reverse
+grade_involution = PRODUCTS.grade_involution
+clifford_conjugate = PRODUCTS.clifford_conjugate
+dual = PRODUCTS.dual
+norm = PRODUCTS.norm
+inverse = PRODUCTS.inverse
 
 
 # Vectors and bivectors.
 
-
-@kernel(a=VECTOR, b=VECTOR)
-def vector_product(a, b):
-    """The geometric product of two vectors: their dot product plus their outer product."""
-    return a * b
-
-
-@kernel(a=VECTOR, b=VECTOR)
-def dot_product(a, b):
-    """The dot product of two vectors."""
-    return ga.scalar_product(a, b)
-
-
-@kernel(a=VECTOR, b=VECTOR)
-def wedge_vectors(a, b):
-    """The bivector ``a ^ b`` of the parallelogram of two vectors; 0 where they are parallel."""
-    return a ^ b
+vector_product = VECTORS.vector_product
+dot_product = VECTORS.dot_product
+wedge_vectors = VECTORS.wedge_vectors.documented(
+    "The bivector ``a ^ b`` of the parallelogram of two vectors; 0 where they are parallel."
+)
 
 
 @kernel(a=VECTOR, b=VECTOR)
@@ -150,10 +92,7 @@ def bivector_norm(b):
     return ga.norm(b)
 
 
-@kernel(v=VECTOR)
-def normalize_vector(v):
-    """The vector divided by its length, which must not be 0."""
-    return ga.normalize(v)
+normalize_vector = VECTORS.normalize_vector
 
 
 @kernel(a=VECTOR, b=VECTOR)
@@ -162,10 +101,7 @@ def angle_between_vectors(a, b):
     return ga.atan2(ga.norm(a ^ b), ga.scalar_product(a, b))
 
 
-@kernel(v=VECTOR, n=VECTOR)
-def project_vector_on_vector(v, n):
-    """The part of `v` along `n`, which must not be 0."""
-    return ga.scalar_product(v, n) / ga.norm_squared(n) * n
+project_vector_on_vector = VECTORS.project_vector_on_vector
 
 
 @kernel(v=VECTOR, b=BIVECTOR)
@@ -174,10 +110,7 @@ def project_vector_on_plane(v, b):
     return ga.left_contraction(v, b) * ~b / ga.norm_squared(b)
 
 
-@kernel(v=VECTOR, n=VECTOR)
-def reflect_vector(v, n):
-    """The mirror image ``-n v n / n**2`` of `v` in the plane orthogonal to `n`, which must not be 0."""
-    return -(n * v * n) / ga.norm_squared(n)
+reflect_vector = VECTORS.reflect_vector
 
 
 @kernel(a=BIVECTOR, b=BIVECTOR)
@@ -188,41 +121,12 @@ def bivector_commutator(a, b):
 
 # Rotors.
 
-
-@kernel(a=ROTOR, b=ROTOR, returns=ROTOR)
-def rotor_product(a, b):
-    """The rotor that does `b` first and then `a`."""
-    return a * b
-
-
-@kernel(a=EVEN, b=EVEN)
-def even_product(a, b):
-    """The geometric product of two even elements, which need not be rotors."""
-    return a * b
-
-
-@kernel(r=ROTOR, returns=ROTOR)
-def rotor_inverse(r):
-    """The inverse of a unit rotor, which is its reverse."""
-    return ~r
-
-
-@kernel(x=EVEN, returns=ROTOR)
-def normalize_rotor(x):
-    """The even element divided by its norm, which must not be 0."""
-    return ga.normalize(x)
-
-
-@kernel(r=ROTOR, v=VECTOR)
-def rotate_vector(r, v):
-    """The vector turned by the unit rotor: ``r v ~r``."""
-    return r * v * ~r
-
-
-@kernel(r=ROTOR, v=VECTOR)
-def rotate_vector_back(r, v):
-    """The vector turned by the inverse of the unit rotor: ``~r v r``."""
-    return ~r * v * r
+rotor_product = ROTORS.rotor_product
+even_product = PRODUCTS.even_product
+rotor_inverse = ROTORS.rotor_inverse
+normalize_rotor = ROTORS.normalize_rotor
+rotate_vector = ROTORS.rotate_vector
+rotate_vector_back = ROTORS.rotate_vector_back
 
 
 @kernel(r=ROTOR, b=BIVECTOR)
@@ -249,37 +153,13 @@ def rotor_to_rotation_vector(r):
     return -2 * ga.dual(ga.log(r))
 
 
-@kernel(b=BIVECTOR, returns=ROTOR)
-def rotor_exponential(b):
-    """``exp(b)`` of any bivector; ``exp(-angle/2 B)`` turns in the plane of the unit bivector B. Smooth at 0."""
-    return ga.exp(b)
-
-
-@kernel(r=ROTOR)
-def rotor_logarithm(r):
-    """The bivector of least angle whose exponential is `r` or `-r`, the same rotation."""
-    return ga.log(r)
-
-
-@kernel(r=ROTOR, returns=ROTOR)
-def rotor_square_root(r):
-    """The rotor that, done twice, is the rotation of `r`, by the smaller angle; the sign of a half turn decides."""
-    return ga.sqrt(r)
-
-
-@kernel(r=ROTOR, t=SCALAR, returns=ROTOR)
-def rotor_power(r, t):
-    """The part `t` of the rotation of `r`, by the smaller angle: ``exp(t log(r))``, or of ``-r`` if nearer to 1.
-
-    Any real `t`: 0 gives no rotation, 1 the rotation itself, -1 its inverse. At half turns the sense jumps.
-    """
-    return ga.power(r, t)
-
-
-@kernel(a=ROTOR, b=ROTOR, t=SCALAR, returns=ROTOR)
-def interpolate_rotors(a, b, t):
-    """The rotation that is `a` at ``t = 0`` and `b` (or `-b`) at ``t = 1``, at constant speed along the short way."""
-    return ga.interpolate(a, b, t)
+rotor_exponential = ROTORS.rotor_exponential.documented(
+    "``exp(b)`` of any bivector; ``exp(-angle/2 B)`` turns in the plane of the unit bivector B. Smooth at 0."
+)
+rotor_logarithm = ROTORS.rotor_logarithm
+rotor_square_root = ROTORS.rotor_square_root
+rotor_power = ROTORS.rotor_power
+interpolate_rotors = ROTORS.interpolate_rotors
 
 
 @kernel(a=VECTOR, b=VECTOR, returns=ROTOR)
@@ -291,16 +171,7 @@ def rotor_between_vectors(a, b):
     a vector orthogonal to `b`, in the plane of `a` and `b` as long as they have one. So exactly opposite vectors give
     a half turn about some axis orthogonal to them.
     """
-    a, b = ga.normalize(a), ga.normalize(b)
-    half = 1 + b * a
-    sum_squared = ga.norm_squared(a + b)
-    x, y, z = (ga.absolute(c) for c in _coordinates(b))
-    flattest = ga.select(x <= ga.minimum(y, z), AXES[0], ga.select(y <= z, AXES[1], AXES[2]))
-    opposite, exactly = sum_squared < NEARLY_OPPOSITE, sum_squared < ROUNDING
-    towards = ga.select(opposite, ga.select(exactly, flattest, a + b), flattest)
-    fixing = ga.normalize(towards - ga.scalar_product(towards, b) * b)
-    reflections = fixing * ga.normalize(ga.select(opposite, a - b, AXES[0]))
-    return ga.select(opposite, reflections, half / ga.sqrt(ga.select(opposite, 1, ga.norm_squared(half))))
+    return rotor_between(a, b)
 
 
 @kernel(roll=SCALAR, pitch=SCALAR, yaw=SCALAR, returns=ROTOR)
@@ -312,26 +183,10 @@ def rotor_from_roll_pitch_yaw(roll, pitch, yaw):
     return turn_z * turn_y * turn_x
 
 
-@kernel(q=QUATERNION, returns=ROTOR)
-def rotor_from_quaternion(q):
-    """The rotor of a unit quaternion (w, x, y, z), scalar first: ``w - x e23 + y e13 - z e12``."""
-    return _rotor(*q)
-
-
-@kernel(r=ROTOR, returns=QUATERNION)
-def rotor_to_quaternion(r):
-    """The unit quaternion (w, x, y, z), scalar first, of a rotor."""
-    return r["1"], -r["e23"], r["e13"], -r["e12"]
-
-
-@kernel(r=ROTOR, returns=MATRIX)
-def rotor_to_matrix(r):
-    """The 3 x 3 matrix of a unit rotor, which acts on columns."""
-    return tuple(zip(*(_coordinates(r * axis * ~r) for axis in AXES), strict=True))
-
-
-@kernel(matrix=MATRIX, returns=ROTOR)
-def rotor_from_matrix(matrix):
+rotor_from_quaternion = ROTATIONS.rotor_from_quaternion
+rotor_to_quaternion = ROTATIONS.rotor_to_quaternion
+rotor_to_matrix = ROTATIONS.rotor_to_matrix.documented("The 3 x 3 matrix of a unit rotor, which acts on columns.")
+rotor_from_matrix = ROTATIONS.rotor_from_matrix.documented(
     """The rotor of a rotation matrix, the one of two whose scalar part is not negative.
 
     The largest of the four squares of the quaternion's coefficients, which is at least 1/4, says which row of
@@ -339,20 +194,7 @@ def rotor_from_matrix(matrix):
     rotations, half turns among them, are equally accurate and the result is a unit rotor also where the matrix is
     orthogonal only nearly. At an exact half turn both signs are right.
     """
-    t = matrix
-    x, y, z = t[2][1] - t[1][2], t[0][2] - t[2][0], t[1][0] - t[0][1]
-    xy, xz, yz = t[0][1] + t[1][0], t[0][2] + t[2][0], t[1][2] + t[2][1]
-    ww, xx = 1 + t[0][0] + t[1][1] + t[2][2], 1 + t[0][0] - t[1][1] - t[2][2]
-    yy, zz = 1 - t[0][0] + t[1][1] - t[2][2], 1 - t[0][0] - t[1][1] + t[2][2]
-    upper = _choose(xx <= ww, (ww, x, y, z), (x, xx, xy, xz))
-    lower = _choose(zz <= yy, (y, xy, yy, yz), (z, xz, yz, zz))
-    row = _choose(ga.maximum(yy, zz) <= ga.maximum(ww, xx), upper, lower)
-    factor = ga.select(row[0] < 0, -1, 1) / ga.sqrt(sum(a * a for a in row))
-    return _rotor(*(factor * a for a in row))
-
-
-def _choose(condition, these, those):
-    return tuple(ga.select(condition, a, b) for a, b in zip(these, those, strict=True))
+)
 
 
 # Fields.

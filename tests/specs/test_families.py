@@ -10,7 +10,7 @@ import pytest
 from gacompiler import Family, kernel
 from gacompiler.algebra.catalog import PGA2, PGA3
 from gacompiler.errors import GacError, KernelError, SpecError
-from gacompiler.generate import load_spec
+from gacompiler.generate import load_spec, own_specs
 
 FAMILY = '''
 from gacompiler import Family
@@ -194,6 +194,13 @@ def test_a_family_refuses_what_a_kernel_refuses() -> None:
     with pytest.raises(KernelError) as inside:
         Family("none").kernel(a=PGA2.POINT)(lambda b: b)
     assert str(plain.value).partition(": ")[2] == str(inside.value).partition(": ")[2]
+
+
+def test_files_of_families_are_no_specs() -> None:
+    names = {path.stem for path in own_specs()}
+    folder = own_specs()[0].parent
+    assert {path.parent for path in own_specs()} == {folder}
+    assert "products" in {path.stem for path in (folder / "families").glob("*.py")} - names
 
 
 def test_families_are_equal_by_what_they_hold() -> None:
