@@ -30,7 +30,8 @@ from .c_functions import TRANSCENDENTAL, constants, has_turns, is_transcendental
 from .c_tiles import tile_helpers
 from .documentation import c_comment, stamp
 from .module import KernelSource, ModuleSource
-from .printers import C_MACROS, C, Names
+from .nesting import Nested, expression, nested
+from .printers import C_MACROS, C
 
 POLICY = "contraction: -ffp-contract=off (every operation is rounded once)"
 
@@ -128,8 +129,9 @@ def c_header(module: ModuleSource) -> str:
 def _prototypes(module: str, kernel: KernelSource) -> list[str]:
     texts = []
     name = f"{module}_{kernel.program.name}"
+    text = nested(kernel.program)
     for real, suffix in (("double", "f64"), ("float", "f32")):
-        texts.append(f"void {name}_{suffix}({', '.join(_parameters(kernel.program, real)[0])});")
+        texts.append(f"void {name}_{suffix}({', '.join(_parameters(kernel.program, text, real))});")
     loop = "(char **args, const intptr_t *dimensions, const intptr_t *steps);"
     texts += [f"void {name}_loop_{suffix}{loop}" for suffix in ("f64", "f32")]
     return _wrapped(texts)
@@ -151,14 +153,11 @@ def _wrapped(lines: list[str]) -> list[str]:
     return wrapped
 
 
-def _parameters(program: Program, real: str) -> tuple[list[str], Names]:
-    names = Names()
-    texts = [
-        f"const {real} *{name}" if argument.shape else f"{real} {name}"
-        for argument, name in zip(program.arguments, names.parameters(program), strict=True)
-    ]
-    texts += [f"{real} *{names.fresh(result.name)}" for result in program.results]
-    return texts, names
+def _parameters(program: Program, text: Nested, real: str) -> list[str]:
+    """The parameters of a plain function: numbers, and pointers to arguments and results."""
+    inputs = zip(program.arguments, text.parameters, strict=True)
+    texts = [f"const {real} *{name}" if argument.shape else f"{real} {name}" for argument, name in inputs]
+    return texts + [f"{real} *{name}" for name in text.outputs]
 
 
 def kernel_text(program: Program, storage: str = "INLINE") -> list[str]:
@@ -167,9 +166,9 @@ def kernel_text(program: Program, storage: str = "INLINE") -> list[str]:
     With sines and their kin its body is a function of its own, for loops; with sines or cosines that has a place to
     say that an argument is too far for one.
     """
-    parameters, names = _parameters(program, "REAL")
-    pointers = [text.rsplit("*", 1)[-1] for text in parameters]
-    passed = [text.rsplit("*", 1)[-1].removeprefix("REAL ") for text in parameters]
+    text = nested(program)
+    parameters = _parameters(program, text, "REAL")
+    passed = [*text.parameters, *text.outputs]
     name, given, after = program.name, parameters, []
     if has_turns(program):
         given = [*parameters, "WORD *far"]
@@ -179,28 +178,28 @@ def kernel_text(program: Program, storage: str = "INLINE") -> list[str]:
         after += [f"    RUN({name}, ({own}), ({inner}));", "}"]
         name, storage = f"{name}_within", "static INLINE"
     lines = [f"{storage} void NAME({name})({', '.join(given)})", "{"]
-    used = used_variables(program)
-    for argument, pointer in zip(program.arguments, pointers, strict=False):
-        if argument.shape:
-            lines += [
-                f"    const REAL {names.define(component)} = {pointer}[{k}];"
-                for k, component in enumerate(argument.components)
-                if component in used
-            ]
-            if not used.intersection(argument.components):
-                lines.append(f"    (void){pointer};")
-        elif argument.components[0] not in used:
-            lines.append(f"    (void){names.c(argument.components[0])};")
-    for line in program.lines:
-        right = C[line.op].format(*map(names.c, line.operands))
-        lines.append(f"    const REAL {names.define(line.target)} = {right};")
-    for result, pointer in zip(program.results, pointers[len(program.arguments) :], strict=True):
-        lines += [f"    {pointer}[{k}] = {names.c(operand)};" for k, operand in enumerate(result.operands)]
+    for argument, parameter, components in zip(program.arguments, text.parameters, text.components, strict=True):
+        if not any(components):
+            lines.append(f"    (void){parameter};")
+        elif argument.shape:
+            lines += _constants(
+                [f"{component} = {parameter}[{k}]" for k, component in enumerate(components) if component is not None]
+            )
+    for target, tree in text.statements:
+        lines += _constants([f"{target} = {expression(tree, C).text}"])
+    for output, trees in zip(text.outputs, text.results, strict=True):
+        lines += [f"    {output}[{k}] = {expression(tree, C).text};" for k, tree in enumerate(trees)]
     return [*lines, "}", *after]
 
 
-def used_variables(program: Program) -> frozenset[str]:
-    """The variables that a line or a result reads."""
-    operands = [operand for line in program.lines for operand in line.operands]
-    operands += [operand for result in program.results for operand in result.operands]
-    return frozenset(operand for operand in operands if isinstance(operand, str))
+def _constants(texts: list[str]) -> list[str]:
+    """The definitions of some constants, as many to a line as fit."""
+    lines = [f"    const REAL {texts[0]}"]
+    for text in texts[1:]:
+        if len(f"{lines[-1]}, {text};") > _WIDTH:
+            lines[-1] += ","
+            lines.append(f"        {text}")
+        else:
+            lines[-1] += f", {text}"
+    lines[-1] += ";"
+    return lines

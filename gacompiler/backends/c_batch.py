@@ -21,6 +21,7 @@ from typing import Any
 from ..ir.program import Argument, Program, Result
 from ..ir.uniform import Uniform
 from .c_functions import has_turns, is_transcendental
+from .nesting import with_coefficients
 from .printers import Names
 
 LANES = 16
@@ -116,7 +117,7 @@ def named_parts(program: Program, form: Uniform) -> tuple[Program, Program]:
     """What a form prepares and what it applies, under the names of their functions."""
     return (
         replace(form.prepare, name=form_name(program, form, "prepare")),
-        replace(form.apply, name=form_name(program, form, "apply")),
+        replace(with_coefficients(form.apply), name=form_name(program, form, "apply")),
     )
 
 

@@ -1,20 +1,27 @@
-"""The Python text of a kernel: one function that numba compiles, that whole arrays run through, and that a proof reads.
+"""The Python text of a kernel: a pure function of one element that numba compiles, arrays run, and a proof reads.
 
-``_move_point(m, p, out)`` reads ``m[0]`` (``m[0, 1]`` for a matrix), takes scalars as they are, and writes ``out[0]``.
-Under numba ``m`` and ``out`` are arrays. With dictionaries of components instead, the same function runs on whole
-arrays of any namespace. Functions are free names (``sqrt``, ``select``): whoever runs the text binds them.
+``move_point(m, p)`` takes numbers, tuples of numbers and tuples of rows, and returns such: under numba numbers, and
+whole arrays of any namespace where each component of a batch is an array. Functions are free names (``sqrt``,
+``select``): whoever runs the text binds them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from itertools import product
+from collections.abc import Iterator, Sequence
+from math import prod
 
-from ..ir.program import Argument, Program, Result
+from ..ir.program import Program
 from ..ir.uniform import Uniform
-from .c import used_variables
 from .c_batch import named_parts
-from .printers import PYTHON, Names
+from .nesting import Nested, Shape, Tree, expression, nested
+from .printers import PYTHON
+
+_WIDTH = 120
+_SHORT = 40
+"""Longer entries of a tuple that does not fit on one line have a line of their own."""
+
+Items = str | list["Items"]
+"""Texts in nested tuples."""
 
 
 def function_text(program: Program, forms: Sequence[Uniform] = ()) -> list[list[str]]:
@@ -24,31 +31,65 @@ def function_text(program: Program, forms: Sequence[Uniform] = ()) -> list[list[
 
 
 def _one_function(program: Program, name: str) -> list[str]:
-    """The lines of one function."""
-    names = Names()
-    parameters = names.parameters(program)
-    parameters += [names.fresh(result.name) for result in program.results]
-    outputs = parameters[len(program.arguments) :]
-    used = used_variables(program)
-    lines = [f"def {name}({', '.join(parameters)}):"]
-    for argument, parameter in zip(program.arguments, parameters, strict=False):
-        if argument.shape:
-            lines += [
-                f"    {names.define(component)} = {parameter}[{index}]"
-                for component, index in zip(argument.components, indices(argument), strict=True)
-                if component in used
-            ]
-    for line in program.lines:
-        right = PYTHON[line.op].format(*map(names.python, line.operands))
-        lines.append(f"    {names.define(line.target)} = {right}")
-    for result, output in zip(program.results, outputs, strict=True):
-        lines += [
-            f"    {output}[{index}] = {names.python(operand)}"
-            for operand, index in zip(result.operands, indices(result), strict=True)
-        ]
-    return lines
+    """The lines of one function: components, statements, results."""
+    text = nested(program)
+    lines = [f"def {name}({', '.join(text.parameters)}):"]
+    for argument, parameter, components in zip(program.arguments, text.parameters, text.components, strict=True):
+        if argument.shape and any(components):
+            items = _shaped(["_" if name is None else name for name in components], argument.shape)
+            lines += _tuple_lines(items, "    ", "", f" = {parameter}", bare=len(items) > 1)
+    lines += [f"    {name} = {_written(tree)}" for name, tree in text.statements]
+    return lines + _returned(program, text)
 
 
-def indices(part: Argument | Result) -> list[str]:
-    """The index of every entry, in C order; a scalar result is entry 0 of a vector."""
-    return [", ".join(map(str, index)) or "0" for index in product(*map(range, part.shape))]
+def _written(tree: Tree) -> str:
+    return expression(tree, PYTHON).text
+
+
+def _returned(program: Program, text: Nested) -> list[str]:
+    """The last statement; several results are a tuple of them."""
+    results = [
+        _shaped([_written(tree) for tree in trees], result.shape)
+        for result, trees in zip(program.results, text.results, strict=True)
+    ]
+    items = results if len(results) > 1 else results[0]
+    return [f"    return {items}"] if isinstance(items, str) else _tuple_lines(items, "    ", "return ", "")
+
+
+def _shaped(texts: Sequence[str], shape: Shape) -> Items:
+    """Texts in C order in nested tuples of that shape; one text alone if it has no axes."""
+    if not shape:
+        return texts[0]
+    size = prod(shape[1:])
+    return [_shaped(texts[k * size : (k + 1) * size], shape[1:]) for k in range(shape[0])]
+
+
+def _on_one_line(items: Items) -> str:
+    if isinstance(items, str):
+        return items
+    return f"({', '.join(map(_on_one_line, items))}{',' if len(items) == 1 else ''})"
+
+
+def _tuple_lines(items: Sequence[Items], indent: str, head: str, tail: str, bare: bool = False) -> list[str]:
+    """A tuple on one line if it fits, `bare` without parentheses; else on as few as hold its items."""
+    line = _on_one_line(list(items))
+    line = f"{indent}{head}{line[1:-1] if bare else line}{tail}"
+    if len(line) <= _WIDTH:
+        return [line]
+    return [f"{indent}{head}(", *_filled(items, f"{indent}    "), f"{indent}){tail}"]
+
+
+def _filled(items: Sequence[Items], indent: str) -> Iterator[str]:
+    """Items with commas behind them: neighbours that are short on one line as far as they fit, others alone."""
+    line: list[str] = []
+    for item in items:
+        text = f"{_on_one_line(item)},"
+        if line and (max(len(text), len(line[-1])) > _SHORT or len(indent + " ".join([*line, text])) > _WIDTH):
+            yield indent + " ".join(line)
+            line = []
+        if isinstance(item, str) or len(indent + text) <= _WIDTH:
+            line.append(text)
+        else:
+            yield from _tuple_lines(item, indent, "", ",")
+    if line:
+        yield indent + " ".join(line)

@@ -1,49 +1,33 @@
 """How every operation, number and name is written in C and in Python: tables, and nothing that depends on a kernel.
 
-One line of a program is one statement is one rounding, so no table knows about precedence. The Python text is written
-once, for floats under numba and for array namespaces: its functions are free names that each of them binds.
+Addition of floating-point numbers is not associative, so parentheses stand wherever a reader would group otherwise. The
+Python text is written once, for floats under numba and for array namespaces: its functions are free names that each of
+them binds.
 """
 
 from __future__ import annotations
 
 import keyword
 import re
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
+from typing import NamedTuple
 
 from ..errors import BackendError
 from ..ir.program import Operand, Program
 from ..ir.scalar import LEAVES, Op, Rational
 
-C: Mapping[Op, str] = {
-    Op.ADD: "{0} + {1}",
-    Op.SUBTRACT: "{0} - {1}",
-    Op.MULTIPLY: "{0} * {1}",
-    Op.DIVIDE: "{0} / {1}",
-    Op.NEGATE: "-{0}",
-    Op.SQRT: "SQRT({0})",
-    Op.SIN: "SIN({0})",
-    Op.COS: "COS({0})",
-    Op.ATAN2: "ATAN2({0}, {1})",
-    Op.ACOS: "ACOS({0})",
-    Op.EXP: "EXP({0})",
-    Op.LOG: "LOG({0})",
-    Op.ABS: "ABS({0})",
-    Op.MINIMUM: "MINIMUM({0}, {1})",
-    Op.MAXIMUM: "MAXIMUM({0}, {1})",
-    Op.LESS: "LESS({0}, {1})",
-    Op.LESS_EQUAL: "LESS_EQUAL({0}, {1})",
-    Op.EQUAL: "EQUAL({0}, {1})",
-    Op.SELECT: "SELECT({0}, {1}, {2})",
-}
-"""The right side of a C statement; the capitals are macros of the emitted file."""
+SUM, PRODUCT, SIGN, WHOLE = range(4)
+"""How tightly the outermost operation of a text binds: that of a name, a number or a call not at all."""
 
-PYTHON: Mapping[Op, str] = {
-    op: text if op in (Op.ADD, Op.SUBTRACT, Op.MULTIPLY, Op.DIVIDE, Op.NEGATE) else text.lower()
-    for op, text in C.items()
+INFIX: Mapping[Op, tuple[str, int]] = {
+    Op.ADD: ("+", SUM),
+    Op.SUBTRACT: ("-", SUM),
+    Op.MULTIPLY: ("*", PRODUCT),
+    Op.DIVIDE: ("/", PRODUCT),
 }
-"""The right side of a Python statement; the functions carry the names of the operations."""
+"""The operations between their operands, and how they bind; all group from the left."""
 
 C_MACROS: Mapping[Op, str] = {
     Op.SQRT: "SQRT(x) FUNCTION(sqrt)(x)",
@@ -63,7 +47,7 @@ C_MACROS: Mapping[Op, str] = {
 }
 """What the macros of `C` mean. Minimum and maximum give NaN where either operand is NaN."""
 
-assert set(C) == set(Op) - set(LEAVES), "every operation is printable"
+assert set(C_MACROS) | set(INFIX) | {Op.NEGATE} == set(Op) - set(LEAVES), "every operation is printable"
 
 _EXACT_INTEGER = 2**53
 
@@ -105,6 +89,60 @@ def as_printed(program: Program) -> Program:
     )
 
 
+class Written(NamedTuple):
+    """An expression as text, and how tightly its outermost operation binds."""
+
+    text: str
+    binding: int
+
+
+@dataclass(frozen=True, slots=True)
+class Notation:
+    """How a language writes expressions.
+
+    Attributes
+    ----------
+    call : callable
+        The name of a function in that language, from the operation's own.
+    cast : str
+        What stands before every constant.
+    """
+
+    call: Callable[[str], str]
+    cast: str = ""
+
+    def variable(self, name: str) -> Written:
+        """A name."""
+        return Written(name, WHOLE)
+
+    def number(self, value: Rational) -> Written:
+        """A constant."""
+        text = self.cast + number(value)
+        return Written(text, SIGN if text[0] == "-" else WHOLE)
+
+    def operation(self, op: Op, operands: Sequence[Written]) -> Written:
+        """An operation on expressions, in parentheses where it would not be read as one operand otherwise."""
+        if op in INFIX:
+            symbol, binding = INFIX[op]
+            left, right = _enclosed(operands[0], binding), _enclosed(operands[1], binding + 1)
+            return Written(f"{left} {symbol} {right}", binding)
+        if op is Op.NEGATE:
+            return Written(f"-{_enclosed(operands[0], WHOLE)}", SIGN)
+        return Written(f"{self.call(op.value)}({', '.join(operand.text for operand in operands)})", WHOLE)
+
+
+def _enclosed(expression: Written, least: int) -> str:
+    """The text of an operand, in parentheses if it binds less tightly than that."""
+    return expression.text if expression.binding >= least else f"({expression.text})"
+
+
+PYTHON = Notation(str)
+"""Functions are free names: those of the operations."""
+
+C = Notation(str.upper, "(REAL)")
+"""Functions are macros of the emitted file; constants take the type of the kernel, so nothing is computed in double."""
+
+
 _C_WORDS = frozenset(
     """
     asm auto bool break case char const constexpr continue default do double else enum extern false float for fortran
@@ -144,9 +182,9 @@ class Names:
         self._taken.add(name)
         return name
 
-    def define(self, variable: str) -> str:
+    def define(self, variable: str, wanted: str = "") -> str:
         """The name of a program's variable from here on."""
-        name = self._variables[variable] = self.fresh(variable)
+        name = self._variables[variable] = self.fresh(wanted or variable)
         return name
 
     def parameters(self, program: Program) -> list[str]:
@@ -156,14 +194,6 @@ class Names:
             for argument in program.arguments
         ]
 
-    def alias(self, variable: str, name: str) -> None:
-        """Let a program's variable be a name that exists."""
-        self._variables[variable] = name
-
-    def python(self, operand: Operand) -> str:
-        """`operand` in Python text."""
-        return self._variables[operand] if isinstance(operand, str) else number(operand)
-
-    def c(self, operand: Operand) -> str:
-        """`operand` in C text; numbers take the type of the kernel."""
-        return self._variables[operand] if isinstance(operand, str) else f"(REAL){number(operand)}"
+    def variable(self, variable: str) -> str:
+        """The name of a program's variable."""
+        return self._variables[variable]

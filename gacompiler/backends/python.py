@@ -18,6 +18,7 @@ from .c_batch import C_ENDINGS, C_HELPERS, FORM_PARTS, form_name
 from .documentation import stamp
 from .module import KernelSource, LayoutText, ModuleSource
 from .numba import function_text
+from .printers import Names
 from .values import class_text, combined_types, operator_lines, value_types
 
 PUBLIC = ("Kernel", "Layout", "Value", "backend", "kernels", "num_threads")
@@ -180,18 +181,12 @@ def declaration(kernel: KernelSource, layouts: Sequence[str]) -> list[str]:
     arguments, results = ([part.name for part in parts] for parts in (program.arguments, program.results))
     signature = "->".join(",".join(map(_shape, parts)) for parts in (program.arguments, program.results))
     parts = [_string(signature), *layouts, f"cost={_string(cost_text(cost))}"]
-    printed = printed_arguments(kernel)
+    printed = Names().parameters(program)
     parts += [f"names={_string(' '.join(arguments))}"] if printed != arguments else []
     parts += [f"results={_string(' '.join(results))}"] if results != result_names(len(results)) else []
     parts += [f"assumes=({', '.join(map(_string, kernel.relations))},)"] if kernel.relations else []
     parts += [f"error={_string(kernel.error)}"] if kernel.error else []
     return _call("@_module.kernel", parts)
-
-
-def printed_arguments(kernel: KernelSource) -> list[str]:
-    """The names of the parameters of the function, which a language may not let be those of the arguments."""
-    head = function_text(kernel.program)[0][0]
-    return head.partition("(")[2].rpartition(")")[0].split(", ")[: len(kernel.program.arguments)]
 
 
 def cost_text(cost: Cost) -> str:

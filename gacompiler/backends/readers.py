@@ -9,39 +9,28 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from math import prod
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 from ..errors import BackendError
 from ..gac_runtime.definition import shapes_in
 from ..ir.cost import cost
 from ..ir.interpret import interpret
-from ..ir.program import Argument, Line, Operand, Program, Result
-from ..ir.scalar import Op
+from ..ir.program import Program
+from ..ir.scalar import ARITY, Op
 from ..ir.uniform import Uniform
-from ..ir.verify import verify
 from .c import c_body
-from .numba import function_text, indices
+from .nesting import Nested, Node, Shape, Tree, flattened
+from .numba import function_text
+from .printers import C_MACROS, PYTHON, C
 from .python import cost_text, form_text
 
 Function = Callable[..., tuple[tuple[Any, ...], ...]]
 
-_NUMBER = r"-?\d[\d.]*(?:e[+-]?\d+)?|\(-?\d+\.0 / \d+\.0\)"
-_OPERAND = rf"(?:\(REAL\))?(?:{_NUMBER})|[A-Za-z_]\w*"
-_INFIX = re.compile(rf"({_OPERAND}) ([-+*/]) ({_OPERAND})")
-_NEGATION = re.compile(rf"-({_OPERAND})")
-_CALL = re.compile(rf"(\w+)\(((?:{_OPERAND})(?:, (?:{_OPERAND}))*)\)")
-_READ = re.compile(r"(\w+)\[([\d, ]+)\]")
-_OPERAND_ONLY = re.compile(_OPERAND)
-_SYMBOLS = {"+": Op.ADD, "-": Op.SUBTRACT, "*": Op.MULTIPLY, "/": Op.DIVIDE}
-
-
-class _Parameter(NamedTuple):
-    name: str
-    shape: tuple[int, ...]
-    is_result: bool
+_INFIX = {ast.Add: Op.ADD, ast.Sub: Op.SUBTRACT, ast.Mult: Op.MULTIPLY, ast.Div: Op.DIVIDE}
+_CALLS = {notation.call(op.value): op for notation in (PYTHON, C) for op in C_MACROS}
 
 
 class Read(NamedTuple):
@@ -97,13 +86,15 @@ def c_programs(text: str) -> dict[str, Read]:
         raise BackendError("C text", "no #include of its header", "a generated C file")
     for k, line in enumerate(lines):
         if line.startswith(("INLINE void NAME(", "FUSED(")):
-            name, parameters, statements = _c_kernel(lines, k)
-            loop = _index(lines, k, f"static INLINE void NAME({name}_block)(")
-            shaped = _c_parameters(name, parameters, lines[loop : lines.index("}", loop)])
-            found.append(Read(_program(name, shaped, statements, _flat_indices), ()))
+            function = _c_kernel(lines, k)
+            loop = _index(lines, k, f"static INLINE void NAME({function.name}_block)(")
+            shapes = _c_shapes(function, lines[loop : lines.index("}", loop)])
+            found.append(Read(_c_program(function, *shapes), ()))
         elif line.startswith("static INLINE void NAME(") and found and f"({found[-1].program.name}_prepare_" in line:
             after = _index(lines, k + 1, "static INLINE void NAME(")
-            form = _form(found[-1].program, *_c_function(lines, k), *_c_function(lines, after), _flat_indices)
+            prepare, apply = _c_function(lines, k), _c_function(lines, after)
+            n_prepared = sum(statement.startswith(f"{prepare.parameters[-1]}[") for statement in prepare.statements)
+            form = _form(found[-1].program, prepare, apply, n_prepared, _c_program)
             found[-1] = Read(found[-1].program, (*found[-1].forms, form))
     _compare("C text", c_body(include[1], [(read.program, read.forms) for read in found]), body)
     return {read.program.name: read for read in found}
@@ -117,225 +108,272 @@ def _index(lines: list[str], first: int, start: str) -> int:
     return found
 
 
-def _flat_indices(part: Argument | Result) -> list[str]:
-    return list(map(str, range(prod(part.shape))))
+class _CFunction(NamedTuple):
+    """A function of a C file; its statements are as in Python, constants without their type."""
+
+    name: str
+    parameters: tuple[str, ...]
+    statements: list[str]
 
 
-def _c_function(lines: list[str], k: int) -> tuple[str, list[str], list[str]]:
-    """Name, parameters and statements of the function whose head begins in line `k`."""
+def _c_function(lines: list[str], k: int) -> _CFunction:
+    """The function whose head begins in line `k`."""
     start, end = lines.index("{", k), lines.index("}", k)
-    text = re.sub(r"\s+", " ", " ".join(lines[k:start]))
-    head = re.fullmatch(r"(?:static )?INLINE void NAME\((\w+)\)\((.*)\)", text)
+    head = re.fullmatch(r"(?:static )?INLINE void NAME\((\w+)\)\((.*)\)", _joined(lines[k:start]))
     if head is None:
         raise BackendError("C text", f"line {lines[k]!r}", "a kernel that gacompiler writes")
-    statements = [_c_statement(head[1], statement) for statement in lines[start + 1 : end]]
     parameters = head[2].removesuffix(", WORD *far").split(", ")
-    return head[1], parameters, [statement for statement in statements if statement]
+    statements = []
+    for statement in filter(None, _joined(lines[start + 1 : end]).split(";")):
+        text = statement.strip().removeprefix("const REAL ").replace("(REAL)", "")
+        if not text.startswith("(void)"):
+            statements += re.split(r", (?=\w+ = )", text)
+    return _CFunction(head[1], tuple(parameter.split("REAL ")[-1].lstrip("*") for parameter in parameters), statements)
 
 
-def _c_kernel(lines: list[str], k: int) -> tuple[str, list[str], list[str]]:
-    """The same of the kernel in line `k`, whose statements are elsewhere if it computes sines and their kin."""
+def _joined(lines: list[str]) -> str:
+    """Lines as one."""
+    return re.sub(r"\s+", " ", " ".join(lines)).strip()
+
+
+def _c_kernel(lines: list[str], k: int) -> _CFunction:
+    """The kernel in line `k`, whose statements are elsewhere if it computes sines and their kin."""
     if lines[k].startswith("INLINE"):
         return _c_function(lines, k)
     name = lines[k].removeprefix("FUSED(").partition(",")[0]
-    within = _index(lines, 0, f"static INLINE void NAME({name}_within)(")
-    return name, *_c_function(lines, within)[1:]
+    return _c_function(lines, _index(lines, 0, f"static INLINE void NAME({name}_within)("))._replace(name=name)
 
 
-def _c_parameters(kernel: str, texts: list[str], each: list[str]) -> list[_Parameter]:
-    shapes: dict[int, tuple[int, ...]] = {}
-    for line in each:
-        moved = re.search(r"NAME\((?:load|store)_(\w+)\)\((?:x(\d+), |a(\d+) )", line)
+def _c_shapes(function: _CFunction, loop: list[str]) -> tuple[list[Shape], list[Shape]]:
+    """The shapes of arguments and results, from what a loop loads and stores."""
+    shapes: dict[str, dict[int, Shape]] = {"load": {}, "store": {}}
+    for line in loop:
+        moved = re.search(r"NAME\((load|store)_(\w+)\)\((?:x(\d+), |a(\d+) )", line)
         if moved:
-            axes = () if moved[1] == "scalar" else tuple(map(int, moved[1].split("x")))
-            shapes.setdefault(int(moved[2] or moved[3]), axes)
-    parameters = []
-    for k, parameter in enumerate(texts):
-        if k not in shapes:
-            raise BackendError(f"C text of {kernel}", f"parameter {parameter!r}", "a parameter that gacompiler writes")
-        name, is_result = _c_parameter(kernel, parameter)
-        parameters.append(_Parameter(name, shapes[k], is_result))
-    return parameters
+            axes = () if moved[2] == "scalar" else tuple(map(int, moved[2].split("x")))
+            shapes[moved[1]].setdefault(int(moved[3] or moved[4]), axes)
+    found = {**shapes["load"], **shapes["store"]}
+    if sorted(found) != list(range(len(function.parameters))):
+        raise BackendError(f"C text of {function.name}", f"a loop with parameters {sorted(found)}", "all of them")
+    return [shape for _, shape in sorted(shapes["load"].items())], [s for _, s in sorted(shapes["store"].items())]
 
 
-def _c_parameter(kernel: str, text: str) -> tuple[str, bool]:
-    """Name of a parameter, and whether it is written to."""
-    match = re.fullmatch(r"(const REAL \*|REAL \*|REAL )(\w+)", text)
-    if match is None:
-        raise BackendError(f"C text of {kernel}", f"parameter {text!r}", "a parameter that gacompiler writes")
-    return match[2], match[1] == "REAL *"
+def _c_program(function: _CFunction, shapes: Sequence[Shape], out_shapes: Sequence[Shape]) -> Program:
+    """The program of statements ``x = m[1]``, ``t = a * b``, ``out[0] = t``, in that order."""
+    where = f"C text of {function.name}"
+    n_arguments = len(shapes)
+    parameters, outputs = function.parameters[:n_arguments], function.parameters[n_arguments:]
+    sizes = dict(zip(function.parameters, map(prod, (*shapes, *out_shapes)), strict=True))
+    components: dict[str, list[str | None]] = {name: [None] * sizes[name] for name in parameters}
+    entries: dict[str, list[Tree | None]] = {name: [None] * sizes[name] for name in outputs}
+    statements: list[tuple[str, Node]] = []
+    for statement in _parsed(where, "\n".join(function.statements)):
+        match statement:
+            case ast.Assign([ast.Name(target)], ast.Subscript(ast.Name(array), ast.Constant(int(k)))) if (
+                array in components and k < sizes[array] and not statements
+            ):
+                components[array][k] = target
+            case ast.Assign([ast.Subscript(ast.Name(array), ast.Constant(int(k)))], value) if (
+                array in entries and k < sizes[array] and entries[array][k] is None
+            ):
+                entries[array][k] = _tree(where, value)
+            case ast.Assign([ast.Name(target)], value):
+                statements.append((target, _node(where, value)))
+            case _:
+                raise _unreadable(where, statement)
+    results = [[tree for tree in entries[name] if tree is not None] for name in outputs]
+    for name, trees in zip(outputs, results, strict=True):
+        if len(trees) != sizes[name]:
+            raise BackendError(where, f"{name} is not written in full", f"{sizes[name]} entries")
+    text = Nested(
+        parameters, outputs, tuple(map(tuple, components.values())), tuple(statements), tuple(map(tuple, results))
+    )
+    return flattened(function.name, shapes, out_shapes, text)
 
 
-def _c_statement(kernel: str, statement: str) -> str:
-    """A C statement as Python would write it; empty where it only silences a warning."""
-    match = re.fullmatch(r"    (?:const REAL )?(.*);", statement)
-    if match is None:
-        raise BackendError(f"C text of {kernel}", f"line {statement.strip()!r}", "a statement that gacompiler writes")
-    return "" if re.fullmatch(r"\(void\)\w+", match[1]) else match[1]
+_Text = TypeVar("_Text", _CFunction, "_PythonFunction")
 
 
 def _form(
     program: Program,
-    prepare_name: str,
-    prepare_parameters: list[str],
-    prepare_statements: list[str],
-    apply_name: str,
-    apply_parameters: list[str],
-    apply_statements: list[str],
-    places: Callable[[Argument | Result], list[str]],
+    prepare: _Text,
+    apply: _Text,
+    n_prepared: int,
+    read: Callable[[_Text, Sequence[Shape], Sequence[Shape]], Program],
 ) -> Uniform:
     """A form from the texts of its functions; shapes are those of the kernel, and what is prepared is counted."""
-    suffix = prepare_name.removeprefix(f"{program.name}_prepare_")
+    suffix = prepare.name.removeprefix(f"{program.name}_prepare_")
     kept = suffix.split("_")
     every = [argument.name for argument in program.arguments]
     same = tuple(name for k, name in enumerate(every) if name in kept or str(k) in kept)
-    if not 0 < len(same) == len(kept) < len(every) or apply_name != f"{program.name}_apply_{suffix}":
-        raise BackendError(f"text of {program.name}", f"functions {prepare_name} and {apply_name}", "a form of it")
-    bare = [parameter.rsplit("*", 1)[-1].removeprefix("REAL ") for parameter in prepare_parameters]
-    prepared = bare[-1]
-    count = sum(statement.startswith(f"{prepared}[") for statement in prepare_statements)
-    fixed = [argument for argument in program.arguments if argument.name in same]
-    rest = [argument for argument in program.arguments if argument.name not in same]
-    once = [_Parameter(name, part.shape, False) for name, part in zip(bare, fixed, strict=False)]
-    once.append(_Parameter(prepared, (count,), True))
-    bare = [parameter.rsplit("*", 1)[-1].removeprefix("REAL ") for parameter in apply_parameters]
-    kinds = [((count,), False), *((part.shape, False) for part in rest), *((r.shape, True) for r in program.results)]
-    each = [_Parameter(name, *kind) for name, kind in zip(bare, kinds, strict=False)]
-    return Uniform(
-        same,
-        _program(prepare_name, once, prepare_statements, places),
-        _program(apply_name, each, apply_statements, places),
-    )
+    if not 0 < len(same) == len(kept) < len(every) or apply.name != f"{program.name}_apply_{suffix}":
+        raise BackendError(f"text of {program.name}", f"functions {prepare.name} and {apply.name}", "a form of it")
+    prepared: Shape = (n_prepared,)
+    fixed = [argument.shape for argument in program.arguments if argument.name in same]
+    changing: list[Shape] = [argument.shape for argument in program.arguments if argument.name not in same]
+    out_shapes = [result.shape for result in program.results]
+    return Uniform(same, read(prepare, fixed, [prepared]), read(apply, [prepared, *changing], out_shapes))
+
+
+class _PythonFunction(NamedTuple):
+    """A function of a Python module."""
+
+    name: str
+    parameters: tuple[str, ...]
+    statements: list[ast.stmt]
+    lines: list[str]
 
 
 def python_programs(text: str) -> dict[str, Read]:
     """The programs that a ``.py`` module holds."""
     body = _body(text, "#")
-    lines, tree = body.splitlines(), ast.parse(body)
+    lines, nodes = body.splitlines(), _parsed("Python text", body)
+    definitions = [node for node in nodes if isinstance(node, ast.FunctionDef)]
+    functions = {node.name: _python_function(lines, node) for node in definitions}
+    if len(functions) != len(definitions):
+        raise BackendError("Python text", "two functions of one name", "a module that gacompiler writes")
     forms: dict[str, list[ast.Call]] = {}
-    for node in tree.body:
+    for node in nodes:
         if isinstance(node, ast.Expr) and isinstance(node.value, ast.Call):
             called = node.value
             if ast.unparse(called.func) == "_module.form":
                 forms.setdefault(ast.unparse(called.args[0]), []).append(called)
     return {
-        node.name: _python_program(lines, node, node.decorator_list[0], forms.get(node.name, []))
-        for node in tree.body
-        if isinstance(node, ast.FunctionDef) and node.decorator_list and isinstance(node.decorator_list[0], ast.Call)
+        node.name: _python_read(lines, functions, node.name, node.decorator_list[0], forms.get(node.name, []))
+        for node in definitions
+        if node.decorator_list and isinstance(node.decorator_list[0], ast.Call)
     }
 
 
-def _python_function(lines: list[str], name: str) -> tuple[str, list[str], list[str]]:
-    """The name, parameters and statements of a function."""
-    starts = [k for k, line in enumerate(lines) if line.startswith(f"def {name}(")]
-    head = re.fullmatch(r"def \w+\((.*)\):", lines[starts[0]]) if starts else None
-    if head is None:
-        raise BackendError(f"Python text of {name}", "no function of that name", f"def {name}(...)")
-    statements = [line.strip() for line in lines[starts[0] + 1 : lines.index("", starts[0])]]
-    return name.removeprefix("_"), head[1].split(", "), statements
+def _python_function(lines: list[str], node: ast.FunctionDef) -> _PythonFunction:
+    """A function without its docstring."""
+    documented = isinstance(node.body[0], ast.Expr)
+    statements = node.body[1:] if documented else node.body
+    first = node.body[0].end_lineno if documented else node.lineno
+    return _PythonFunction(
+        node.name.removeprefix("_"),
+        tuple(argument.arg for argument in node.args.args),
+        statements,
+        [lines[node.lineno - 1], *lines[first : node.end_lineno]],
+    )
 
 
-def _python_program(lines: list[str], node: ast.FunctionDef, decorator: ast.expr, forms: list[ast.Call]) -> Read:
-    assert isinstance(decorator, ast.Call)
-    name = node.name
-    shapes, out_shapes = shapes_in(ast.literal_eval(decorator.args[0]))
-    parameters = [argument.arg for argument in node.args.args]
-    if len(parameters) != len(shapes) + len(out_shapes):
-        raise BackendError(f"Python text of {name}", "no function of its inputs and outputs", f"def {name}(...)")
-    shaped = [
-        _Parameter(parameter, shape, k >= len(shapes))
-        for k, (parameter, shape) in enumerate(zip(parameters, (*shapes, *out_shapes), strict=True))
-    ]
-    statements = [line.strip() for line in lines[node.body[0].end_lineno : node.end_lineno]]
-    declared = {str(keyword.arg): keyword.value for keyword in decorator.keywords}
-    names = ast.literal_eval(declared["names"]).split() if "names" in declared else []
-    program = _program(name, shaped, statements, indices)
-    read = []
+def _python_read(
+    lines: list[str],
+    functions: Mapping[str, _PythonFunction],
+    name: str,
+    decorator: ast.Call,
+    forms: list[ast.Call],
+) -> Read:
+    """A kernel and its forms, whose shapes are in its decorator."""
+    where = f"Python text of {name}"
+    program = _python_program(functions[name], *shapes_in(ast.literal_eval(decorator.args[0])))
+    options = {keyword.arg: keyword.value for keyword in decorator.keywords}
+    _compare(where, cost_text(cost(program)), ast.literal_eval(options["cost"]))
+    declared = ast.literal_eval(options["names"]).split() if "names" in options else []
+    found, read = [functions[name]], []
     for form in forms:
-        prepare, apply = (_python_function(lines, ast.unparse(argument)) for argument in form.args[2:4])
-        read.append(_form(program, *prepare, *apply, indices))
-        found = lines[form.lineno - 1 : form.end_lineno]
-        _compare(f"Python text of {name}", "\n".join(form_text(program, read[-1], names)), "\n".join(found))
-    _compare(f"cost of {name}", cost_text(cost(program)), ast.literal_eval(declared["cost"]))
-    expected = function_text(program, read)
-    found = [lines[node.lineno - 1], *lines[node.body[0].end_lineno : node.end_lineno]]
-    _compare(f"Python text of {name}", "\n".join(expected[0]), "\n".join(found))
-    for text in expected[1:]:
-        start = lines.index(text[0])
-        _compare(f"Python text of {name}", "\n".join(text), "\n".join(lines[start : start + len(text)]))
+        names = [ast.unparse(argument) for argument in form.args[2:4]]
+        if not functions.keys() >= set(names):
+            raise BackendError(where, f"no functions {' and '.join(names)}", "both")
+        prepare, apply = (functions[name] for name in names)
+        match prepare.statements:
+            case [*_, ast.Return(ast.Tuple(prepared))]:
+                read.append(_form(program, prepare, apply, len(prepared), _python_program))
+            case _:
+                raise BackendError(f"Python text of {prepare.name}", "no tuple of coefficients", "one at its end")
+        found += [prepare, apply]
+        expected = form_text(program, read[-1], declared)
+        _compare(where, "\n".join(expected), "\n".join(lines[form.lineno - 1 : form.end_lineno]))
+    for text, function in zip(function_text(program, read), found, strict=True):
+        _compare(f"Python text of {function.name}", "\n".join(text), "\n".join(function.lines))
     return Read(program, tuple(read))
 
 
-def _program(
-    name: str,
-    parameters: list[_Parameter],
-    statements: list[str],
-    places: Callable[[Argument | Result], list[str]],
-) -> Program:
-    """The program of statements ``x = m[1]``, ``t = a * b``, ``out[0] = t``, in that order."""
-
-    def fail(statement: str) -> BackendError:
-        return BackendError(f"text of {name}", f"line {statement!r}", "a statement that gacompiler writes")
-
-    arguments = [parameter for parameter in parameters if not parameter.is_result]
-    results = [parameter for parameter in parameters if parameter.is_result]
-    components = {
-        part.name: [f"{part.name}[{k}]" for k in range(prod(part.shape))] if part.shape else [part.name]
-        for part in arguments
-    }
-    entries: dict[str, list[Operand | None]] = {part.name: [None] * prod(part.shape) for part in results}
-    index = {
-        part.name: {text: k for k, text in enumerate(places(Result("", part.shape, (Fraction(0),) * prod(part.shape))))}
-        for part in parameters
-    }
-    lines: list[Line] = []
-    for statement in statements:
-        target, equals, right = statement.partition(" = ")
-        if not equals:
-            raise fail(statement)
-        read, written = _READ.fullmatch(right), _READ.fullmatch(target)
-        if read and read[1] in components and read[2] in index[read[1]] and not lines:
-            components[read[1]][index[read[1]][read[2]]] = target
-        elif written and written[1] in entries and written[2] in index[written[1]] and _OPERAND_ONLY.fullmatch(right):
-            if entries[written[1]][index[written[1]][written[2]]] is not None:
-                raise fail(statement)
-            entries[written[1]][index[written[1]][written[2]]] = _operand(right)
-        else:
-            operation = _operation(right)
-            if operation is None or not target.isidentifier():
-                raise fail(statement)
-            lines.append(Line(target, *operation))
-    outputs = []
-    for part in results:
-        operands = tuple(operand for operand in entries[part.name] if operand is not None)
-        if len(operands) != prod(part.shape):
-            raise BackendError(f"text of {name}", f"{part.name} is not written in full", f"{prod(part.shape)} entries")
-        outputs.append(Result(part.name, part.shape, operands))
-    inputs = tuple(Argument(part.name, part.shape, tuple(components[part.name])) for part in arguments)
-    return verify(Program(name, inputs, tuple(lines), tuple(outputs)))
+def _python_program(function: _PythonFunction, shapes: Sequence[Shape], out_shapes: Sequence[Shape]) -> Program:
+    """The program of statements ``a, b = m``, ``t = a * b``, ``return t``, in that order."""
+    where = f"Python text of {function.name}"
+    if len(function.parameters) != len(shapes) or not function.statements:
+        raise BackendError(where, f"{len(function.parameters)} parameters", f"a function of {len(shapes)} arguments")
+    of_parameter = dict(zip(function.parameters, shapes, strict=True))
+    components: dict[str, list[str | None]] = {name: [None] * prod(shape) for name, shape in of_parameter.items()}
+    statements: list[tuple[str, Node]] = []
+    *body, last = function.statements
+    for statement in body:
+        match statement:
+            case ast.Assign([ast.Tuple() as targets], ast.Name(array)) if array in components and not statements:
+                entries = _entries(where, targets, of_parameter[array])
+                components[array] = [None if name == "_" else name for name in map(ast.unparse, entries)]
+            case ast.Assign([ast.Name(target)], value):
+                statements.append((target, _node(where, value)))
+            case _:
+                raise _unreadable(where, statement)
+    if not isinstance(last, ast.Return) or last.value is None:
+        raise _unreadable(where, last)
+    values = [last.value] if len(out_shapes) == 1 else _entries(where, last.value, (len(out_shapes),))
+    results = [_entries(where, value, shape) for value, shape in zip(values, out_shapes, strict=True)]
+    text = Nested(
+        function.parameters,
+        tuple(f"out{k}" for k in range(len(out_shapes))),
+        tuple(map(tuple, components.values())),
+        tuple(statements),
+        tuple(tuple(_tree(where, entry) for entry in result) for result in results),
+    )
+    return flattened(function.name, shapes, out_shapes, text)
 
 
-def _operation(text: str) -> tuple[Op, tuple[Operand, ...]] | None:
-    infix = _INFIX.fullmatch(text)
-    if infix:
-        return _SYMBOLS[infix[2]], (_operand(infix[1]), _operand(infix[3]))
-    negation = _NEGATION.fullmatch(text)
-    if negation:
-        return Op.NEGATE, (_operand(negation[1]),)
-    call = _CALL.fullmatch(text)
-    if call and call[1].lower() in (op.value for op in Op):
-        return Op(call[1].lower()), tuple(map(_operand, call[2].split(", ")))
-    return None
+def _entries(where: str, value: ast.expr, shape: Shape) -> list[ast.expr]:
+    """What nested tuples of that shape hold, in C order."""
+    if not shape:
+        return [value]
+    if not isinstance(value, ast.Tuple) or len(value.elts) != shape[0]:
+        raise _unreadable(where, value)
+    return [entry for item in value.elts for entry in _entries(where, item, shape[1:])]
 
 
-def _operand(text: str) -> Operand:
-    text = text.removeprefix("(REAL)")
-    if text.isidentifier():
-        return text
-    if text.startswith("("):
-        top, bottom = text[1:-1].split(" / ")
-        return Fraction(int(float(top)), int(float(bottom)))
-    return Fraction(int(text)) if re.fullmatch(r"-?\d+", text) else Fraction(float(text))
+def _parsed(where: str, text: str) -> list[ast.stmt]:
+    """The statements of a text."""
+    try:
+        return ast.parse(text).body
+    except (SyntaxError, RecursionError, MemoryError) as error:
+        raise BackendError(where, f"{error}", "a text that gacompiler writes") from error
+
+
+def _unreadable(where: str, node: ast.AST) -> BackendError:
+    return BackendError(where, f"line {ast.unparse(node)!r}", "a statement that gacompiler writes")
+
+
+def _node(where: str, value: ast.expr) -> Node:
+    """An operation."""
+    tree = _tree(where, value)
+    if not isinstance(tree, Node):
+        raise _unreadable(where, value)
+    return tree
+
+
+def _tree(where: str, value: ast.expr) -> Tree:
+    """An expression. A quotient of two numbers is a number, and one that is negative begins with its sign."""
+    match value:
+        case ast.Name(name):
+            return name
+        case ast.Constant(int() | float() as found):
+            return Fraction(found)
+        case ast.UnaryOp(ast.USub(), operand):
+            tree = _tree(where, operand)
+            return -tree if isinstance(tree, Fraction) else Node(Op.NEGATE, (tree,))
+        case ast.BinOp(left, operator, right) if type(operator) in _INFIX:
+            operands = _tree(where, left), _tree(where, right)
+            if (
+                isinstance(operator, ast.Div)
+                and isinstance(operands[0], Fraction)
+                and isinstance(operands[1], Fraction)
+            ):
+                return operands[0] / operands[1]
+            return Node(_INFIX[type(operator)], operands)
+        case ast.Call(ast.Name(name), arguments, []) if name in _CALLS and len(arguments) == ARITY[_CALLS[name]]:
+            return Node(_CALLS[name], tuple(_tree(where, argument) for argument in arguments))
+        case _:
+            raise _unreadable(where, value)
 
 
 def _body(text: str, prefix: str) -> str:

@@ -16,9 +16,10 @@ from math import prod
 
 from ..ir.program import Operand, Program
 from ..ir.scalar import LEAVES, Op, Rational
-from .c import environment, used_variables
+from .c import environment
 from .documentation import c_comment, stamp
 from .module import KernelSource, ModuleSource
+from .nesting import used_variables
 from .printers import Names
 
 _WIDTH = 116

@@ -210,7 +210,9 @@ class Operator:
         shape = self.program.results[0].shape
         out = np.empty(leading + (shape or (1,)), dtype)
         with np.errstate(all="ignore"):
-            self._python[few](*parts, np.moveaxis(out, -1, 0))
+            found: Any = self._python[few](*parts)
+        for k, entry in enumerate(found if shape else (found,)):
+            out[..., k] = entry
         return out if shape else out[..., 0]
 
 

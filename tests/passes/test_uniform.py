@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from backend_programs import traced, write
+from text_mutations import Mutation, mutations
 
 import gacompiler as ga
 from gacompiler import SCALAR, array, kernel, sandwich
@@ -503,47 +504,21 @@ def is_found(record: Compilation, whole: Mapping[str, str], ending: str, changed
         return True
 
 
-def changes(line: str) -> Iterator[str]:
-    """A statement with another sign, another operation, other operands, another number or place."""
-    for old, new in ((" + ", " - "), (" - ", " + "), (" * ", " + "), (" * ", " / ")):
-        if old in line:
-            yield line.replace(old, new, 1)
-    left, _, right = line.partition(" = ")
-    if re.search(r" [-/] ", right):
-        a, operation, b = right.rstrip(";").split(" ")
-        yield f"{left} = {b} {operation} {a}{';' if line.endswith(';') else ''}"
-    for number in re.finditer(r"(?<![\w.])\d+(?!\w)", line):
-        yield line[: number.start()] + str(int(number[0]) + 1) + line[number.end() :]
-
-
-def parts_of_forms(lines: list[str], name: str) -> Iterator[int]:
-    """The lines of the functions that prepare and apply."""
-    inside = False
-    for k, line in enumerate(lines):
-        if re.match(rf"(static INLINE void NAME\(|def _){name}_(prepare|apply)_", line):
-            inside = True
-        elif line in ("}", ""):
-            inside = False
-        elif inside and " = " in line:
-            yield k
-
-
 @pytest.mark.parametrize("ending", ["py", "c"])
 @pytest.mark.parametrize("name", ["move_point", "sampson_distance", "ambiguous"])
 def test_changes_of_a_form_in_the_text_are_found(name: str, ending: str, records: Records) -> None:
-    """Every change of some statements of every form."""
+    """Changes of every kind, in the functions that prepare and apply."""
     record, random = records[name], Random(4)
     whole = texts(record)
-    lines = whole[ending].split("\n")
-    places = list(parts_of_forms(lines, name))
-    assert len(places) >= sum(len(f.prepare.lines) + len(f.apply.lines) for f in record.uniform)
-    survivors = []
-    for place in random.sample(places, min(12, len(places))):
-        for changed in changes(lines[place]):
-            text = "\n".join([*lines[:place], changed, *lines[place + 1 :]])
-            if not is_found(record, whole, ending, text):
-                survivors.append((lines[place], changed))
-    assert survivors == []
+    own = set(mutations(whole[ending], name, of_forms=False))
+    found: dict[str, list[Mutation]] = {}
+    for mutation in mutations(whole[ending], name):
+        if mutation not in own and not (mutation.kind == "sign" and "cos(" in mutation.line.lower()):
+            found.setdefault(mutation.kind, []).append(mutation)
+    assert set(found) > {"operation", "operand"}
+    for each in found.values():
+        for mutation in random.sample(each, min(8, len(each))):
+            assert is_found(record, whole, ending, mutation.text), mutation[:3]
 
 
 def numbers_of_forms(text: str, ending: str) -> list[tuple[int, int]]:
