@@ -2,7 +2,7 @@
 // command: gac generate --all projective2
 // spec: fdffdc13dce0ad1d
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 3a5b92b9091df7022d120f4d024e85cc1b6049b9464d6ab4459c72e0538dd3ff
+// body: bd2260b104e54079abc7b4c4789a6bbcbdfbe1a0978a29237587aeeb14db90c3
 
 #ifndef REAL
 #include "projective2.h"
@@ -2093,30 +2093,11 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
 
 INLINE void NAME(bracket)(const REAL *a, const REAL *b, const REAL *c, REAL *out)
 {
-    const REAL a_e1 = a[0];
-    const REAL a_e2 = a[1];
-    const REAL a_e3 = a[2];
-    const REAL b_e1 = b[0];
-    const REAL b_e2 = b[1];
-    const REAL b_e3 = b[2];
-    const REAL c_e1 = c[0];
-    const REAL c_e2 = c[1];
-    const REAL c_e3 = c[2];
-    const REAL t0 = a_e1 * b_e2;
-    const REAL t1 = a_e2 * b_e1;
-    const REAL t2 = t0 - t1;
-    const REAL t3 = c_e3 * t2;
-    const REAL t4 = a_e1 * b_e3;
-    const REAL t5 = a_e3 * b_e1;
-    const REAL t6 = t4 - t5;
-    const REAL t7 = c_e2 * t6;
-    const REAL t8 = t3 - t7;
-    const REAL t9 = a_e2 * b_e3;
-    const REAL t10 = a_e3 * b_e2;
-    const REAL t11 = t9 - t10;
-    const REAL t12 = c_e1 * t11;
-    const REAL t13 = t8 + t12;
-    out[0] = t13;
+    const REAL a_e1 = a[0], a_e2 = a[1], a_e3 = a[2];
+    const REAL b_e1 = b[0], b_e2 = b[1], b_e3 = b[2];
+    const REAL c_e1 = c[0], c_e2 = c[1], c_e3 = c[2];
+    const REAL t0 = c_e3 * (a_e1 * b_e2 - a_e2 * b_e1) - c_e2 * (a_e1 * b_e3 - a_e3 * b_e1);
+    out[0] = t0 + c_e1 * (a_e2 * b_e3 - a_e3 * b_e2);
 }
 
 static INLINE void NAME(bracket_block)(intptr_t n, char **args, const intptr_t *strides)
@@ -2179,24 +2160,11 @@ void NAME(bracket_loop)(char **args, const intptr_t *dimensions, const intptr_t 
 
 INLINE void NAME(join_points)(const REAL *a, const REAL *b, REAL *out)
 {
-    const REAL a_e1 = a[0];
-    const REAL a_e2 = a[1];
-    const REAL a_e3 = a[2];
-    const REAL b_e1 = b[0];
-    const REAL b_e2 = b[1];
-    const REAL b_e3 = b[2];
-    const REAL t0 = a_e2 * b_e3;
-    const REAL t1 = a_e3 * b_e2;
-    const REAL t2 = t0 - t1;
-    const REAL t3 = a_e1 * b_e3;
-    const REAL t4 = a_e3 * b_e1;
-    const REAL t5 = t4 - t3;
-    const REAL t6 = a_e1 * b_e2;
-    const REAL t7 = a_e2 * b_e1;
-    const REAL t8 = t6 - t7;
-    out[0] = t2;
-    out[1] = t5;
-    out[2] = t8;
+    const REAL a_e1 = a[0], a_e2 = a[1], a_e3 = a[2];
+    const REAL b_e1 = b[0], b_e2 = b[1], b_e3 = b[2];
+    out[0] = a_e2 * b_e3 - a_e3 * b_e2;
+    out[1] = a_e3 * b_e1 - a_e1 * b_e3;
+    out[2] = a_e1 * b_e2 - a_e2 * b_e1;
 }
 
 static INLINE void NAME(join_points_block)(intptr_t n, char **args, const intptr_t *strides)
@@ -2253,34 +2221,13 @@ void NAME(join_points_loop)(char **args, const intptr_t *dimensions, const intpt
 
 INLINE void NAME(transform_point)(const REAL *matrix, const REAL *pixel, REAL *out)
 {
-    const REAL matrix_0_0 = matrix[0];
-    const REAL matrix_0_1 = matrix[1];
-    const REAL matrix_0_2 = matrix[2];
-    const REAL matrix_1_0 = matrix[3];
-    const REAL matrix_1_1 = matrix[4];
-    const REAL matrix_1_2 = matrix[5];
-    const REAL matrix_2_0 = matrix[6];
-    const REAL matrix_2_1 = matrix[7];
-    const REAL matrix_2_2 = matrix[8];
-    const REAL pixel_0 = pixel[0];
-    const REAL pixel_1 = pixel[1];
-    const REAL t0 = matrix_2_0 * pixel_0;
-    const REAL t1 = matrix_2_1 * pixel_1;
-    const REAL t2 = t0 + t1;
-    const REAL t3 = matrix_2_2 + t2;
-    const REAL t4 = (REAL)1 / t3;
-    const REAL t5 = matrix_0_0 * pixel_0;
-    const REAL t6 = matrix_0_1 * pixel_1;
-    const REAL t7 = t5 + t6;
-    const REAL t8 = matrix_0_2 + t7;
-    const REAL t9 = t4 * t8;
-    const REAL t10 = matrix_1_0 * pixel_0;
-    const REAL t11 = matrix_1_1 * pixel_1;
-    const REAL t12 = t10 + t11;
-    const REAL t13 = matrix_1_2 + t12;
-    const REAL t14 = t4 * t13;
-    out[0] = t9;
-    out[1] = t14;
+    const REAL matrix_0_0 = matrix[0], matrix_0_1 = matrix[1], matrix_0_2 = matrix[2], matrix_1_0 = matrix[3],
+        matrix_1_1 = matrix[4], matrix_1_2 = matrix[5], matrix_2_0 = matrix[6], matrix_2_1 = matrix[7],
+        matrix_2_2 = matrix[8];
+    const REAL pixel_0 = pixel[0], pixel_1 = pixel[1];
+    const REAL t0 = (REAL)1 / (matrix_2_2 + (matrix_2_0 * pixel_0 + matrix_2_1 * pixel_1));
+    out[0] = t0 * (matrix_0_2 + (matrix_0_0 * pixel_0 + matrix_0_1 * pixel_1));
+    out[1] = t0 * (matrix_1_2 + (matrix_1_0 * pixel_0 + matrix_1_1 * pixel_1));
 }
 
 static INLINE void NAME(transform_point_block)(intptr_t n, char **args, const intptr_t *strides)
@@ -2341,51 +2288,18 @@ void NAME(transform_point_loop)(char **args, const intptr_t *dimensions, const i
 
 INLINE void NAME(line_homography)(const REAL *matrix, REAL *out)
 {
-    const REAL matrix_0_e1 = matrix[0];
-    const REAL matrix_0_e2 = matrix[1];
-    const REAL matrix_0_e3 = matrix[2];
-    const REAL matrix_1_e1 = matrix[3];
-    const REAL matrix_1_e2 = matrix[4];
-    const REAL matrix_1_e3 = matrix[5];
-    const REAL matrix_2_e1 = matrix[6];
-    const REAL matrix_2_e2 = matrix[7];
-    const REAL matrix_2_e3 = matrix[8];
-    const REAL t0 = matrix_1_e2 * matrix_2_e3;
-    const REAL t1 = matrix_1_e3 * matrix_2_e2;
-    const REAL t2 = t0 - t1;
-    const REAL t3 = matrix_1_e1 * matrix_2_e3;
-    const REAL t4 = matrix_1_e3 * matrix_2_e1;
-    const REAL t5 = t4 - t3;
-    const REAL t6 = matrix_1_e1 * matrix_2_e2;
-    const REAL t7 = matrix_1_e2 * matrix_2_e1;
-    const REAL t8 = t6 - t7;
-    const REAL t9 = matrix_0_e3 * matrix_2_e2;
-    const REAL t10 = matrix_0_e2 * matrix_2_e3;
-    const REAL t11 = t9 - t10;
-    const REAL t12 = matrix_0_e3 * matrix_2_e1;
-    const REAL t13 = matrix_0_e1 * matrix_2_e3;
-    const REAL t14 = t13 - t12;
-    const REAL t15 = matrix_0_e2 * matrix_2_e1;
-    const REAL t16 = matrix_0_e1 * matrix_2_e2;
-    const REAL t17 = t15 - t16;
-    const REAL t18 = matrix_0_e2 * matrix_1_e3;
-    const REAL t19 = matrix_0_e3 * matrix_1_e2;
-    const REAL t20 = t18 - t19;
-    const REAL t21 = matrix_0_e1 * matrix_1_e3;
-    const REAL t22 = matrix_0_e3 * matrix_1_e1;
-    const REAL t23 = t22 - t21;
-    const REAL t24 = matrix_0_e1 * matrix_1_e2;
-    const REAL t25 = matrix_0_e2 * matrix_1_e1;
-    const REAL t26 = t24 - t25;
-    out[0] = t2;
-    out[1] = t5;
-    out[2] = t8;
-    out[3] = t11;
-    out[4] = t14;
-    out[5] = t17;
-    out[6] = t20;
-    out[7] = t23;
-    out[8] = t26;
+    const REAL matrix_0_e1 = matrix[0], matrix_0_e2 = matrix[1], matrix_0_e3 = matrix[2], matrix_1_e1 = matrix[3],
+        matrix_1_e2 = matrix[4], matrix_1_e3 = matrix[5], matrix_2_e1 = matrix[6], matrix_2_e2 = matrix[7],
+        matrix_2_e3 = matrix[8];
+    out[0] = matrix_1_e2 * matrix_2_e3 - matrix_1_e3 * matrix_2_e2;
+    out[1] = matrix_1_e3 * matrix_2_e1 - matrix_1_e1 * matrix_2_e3;
+    out[2] = matrix_1_e1 * matrix_2_e2 - matrix_1_e2 * matrix_2_e1;
+    out[3] = matrix_0_e3 * matrix_2_e2 - matrix_0_e2 * matrix_2_e3;
+    out[4] = matrix_0_e1 * matrix_2_e3 - matrix_0_e3 * matrix_2_e1;
+    out[5] = matrix_0_e2 * matrix_2_e1 - matrix_0_e1 * matrix_2_e2;
+    out[6] = matrix_0_e2 * matrix_1_e3 - matrix_0_e3 * matrix_1_e2;
+    out[7] = matrix_0_e3 * matrix_1_e1 - matrix_0_e1 * matrix_1_e3;
+    out[8] = matrix_0_e1 * matrix_1_e2 - matrix_0_e2 * matrix_1_e1;
 }
 
 static INLINE void NAME(line_homography_block)(intptr_t n, char **args, const intptr_t *strides)
@@ -2438,27 +2352,16 @@ void NAME(line_homography_loop)(char **args, const intptr_t *dimensions, const i
 
 INLINE void NAME(homography_equations)(const REAL *pixel, const REAL *partner, REAL *out)
 {
-    const REAL pixel_0 = pixel[0];
-    const REAL pixel_1 = pixel[1];
-    const REAL partner_0 = partner[0];
-    const REAL partner_1 = partner[1];
-    const REAL t0 = -pixel_0;
-    const REAL t1 = -pixel_1;
-    const REAL t2 = pixel_0 * partner_1;
-    const REAL t3 = pixel_1 * partner_1;
-    const REAL t4 = pixel_0 * partner_0;
-    const REAL t5 = -t4;
-    const REAL t6 = pixel_1 * partner_0;
-    const REAL t7 = -t6;
-    const REAL t8 = -partner_0;
+    const REAL pixel_0 = pixel[0], pixel_1 = pixel[1];
+    const REAL partner_0 = partner[0], partner_1 = partner[1];
     out[0] = (REAL)0;
     out[1] = (REAL)0;
     out[2] = (REAL)0;
-    out[3] = t0;
-    out[4] = t1;
+    out[3] = -pixel_0;
+    out[4] = -pixel_1;
     out[5] = (REAL)-1;
-    out[6] = t2;
-    out[7] = t3;
+    out[6] = pixel_0 * partner_1;
+    out[7] = pixel_1 * partner_1;
     out[8] = partner_1;
     out[9] = pixel_0;
     out[10] = pixel_1;
@@ -2466,9 +2369,9 @@ INLINE void NAME(homography_equations)(const REAL *pixel, const REAL *partner, R
     out[12] = (REAL)0;
     out[13] = (REAL)0;
     out[14] = (REAL)0;
-    out[15] = t5;
-    out[16] = t7;
-    out[17] = t8;
+    out[15] = -(pixel_0 * partner_0);
+    out[16] = -(pixel_1 * partner_0);
+    out[17] = -partner_0;
 }
 
 static INLINE void NAME(homography_equations_block)(intptr_t n, char **args, const intptr_t *strides)
@@ -2529,30 +2432,12 @@ void NAME(homography_equations_loop)(char **args, const intptr_t *dimensions, co
 
 INLINE void NAME(cross_ratio_on_line)(const REAL *points, REAL *out)
 {
-    const REAL points_0_0 = points[0];
-    const REAL points_0_1 = points[1];
-    const REAL points_1_0 = points[2];
-    const REAL points_1_1 = points[3];
-    const REAL points_2_0 = points[4];
-    const REAL points_2_1 = points[5];
-    const REAL points_3_0 = points[6];
-    const REAL points_3_1 = points[7];
-    const REAL t0 = points_0_0 * points_2_1;
-    const REAL t1 = points_0_1 * points_2_0;
-    const REAL t2 = t0 - t1;
-    const REAL t3 = points_1_0 * points_3_1;
-    const REAL t4 = points_1_1 * points_3_0;
-    const REAL t5 = t3 - t4;
-    const REAL t6 = t2 * t5;
-    const REAL t7 = points_0_0 * points_3_1;
-    const REAL t8 = points_0_1 * points_3_0;
-    const REAL t9 = t7 - t8;
-    const REAL t10 = points_1_0 * points_2_1;
-    const REAL t11 = points_1_1 * points_2_0;
-    const REAL t12 = t10 - t11;
-    const REAL t13 = t9 * t12;
-    const REAL t14 = t6 / t13;
-    out[0] = t14;
+    const REAL points_0_0 = points[0], points_0_1 = points[1], points_1_0 = points[2], points_1_1 = points[3],
+        points_2_0 = points[4], points_2_1 = points[5], points_3_0 = points[6], points_3_1 = points[7];
+    const REAL t0 = points_0_0 * points_2_1 - points_0_1 * points_2_0;
+    const REAL t1 = t0 * (points_1_0 * points_3_1 - points_1_1 * points_3_0);
+    const REAL t2 = points_0_0 * points_3_1 - points_0_1 * points_3_0;
+    out[0] = t1 / (t2 * (points_1_0 * points_2_1 - points_1_1 * points_2_0));
 }
 
 static INLINE void NAME(cross_ratio_on_line_block)(intptr_t n, char **args, const intptr_t *strides)
@@ -2603,63 +2488,20 @@ void NAME(cross_ratio_on_line_loop)(char **args, const intptr_t *dimensions, con
 
 INLINE void NAME(cross_ratio_of_lines)(const REAL *points, REAL *out)
 {
-    const REAL points_0_e1 = points[0];
-    const REAL points_0_e2 = points[1];
-    const REAL points_0_e3 = points[2];
-    const REAL points_1_e1 = points[3];
-    const REAL points_1_e2 = points[4];
-    const REAL points_1_e3 = points[5];
-    const REAL points_2_e1 = points[6];
-    const REAL points_2_e2 = points[7];
-    const REAL points_2_e3 = points[8];
-    const REAL points_3_e1 = points[9];
-    const REAL points_3_e2 = points[10];
-    const REAL points_3_e3 = points[11];
-    const REAL points_4_e1 = points[12];
-    const REAL points_4_e2 = points[13];
-    const REAL points_4_e3 = points[14];
-    const REAL t0 = points_0_e1 * points_1_e2;
-    const REAL t1 = points_0_e2 * points_1_e1;
-    const REAL t2 = t0 - t1;
-    const REAL t3 = points_3_e3 * t2;
-    const REAL t4 = points_0_e1 * points_1_e3;
-    const REAL t5 = points_0_e3 * points_1_e1;
-    const REAL t6 = t4 - t5;
-    const REAL t7 = points_3_e2 * t6;
-    const REAL t8 = t3 - t7;
-    const REAL t9 = points_0_e2 * points_1_e3;
-    const REAL t10 = points_0_e3 * points_1_e2;
-    const REAL t11 = t9 - t10;
-    const REAL t12 = points_3_e1 * t11;
-    const REAL t13 = t8 + t12;
-    const REAL t14 = points_0_e1 * points_2_e2;
-    const REAL t15 = points_0_e2 * points_2_e1;
-    const REAL t16 = t14 - t15;
-    const REAL t17 = points_4_e3 * t16;
-    const REAL t18 = points_0_e1 * points_2_e3;
-    const REAL t19 = points_0_e3 * points_2_e1;
-    const REAL t20 = t18 - t19;
-    const REAL t21 = points_4_e2 * t20;
-    const REAL t22 = t17 - t21;
-    const REAL t23 = points_0_e2 * points_2_e3;
-    const REAL t24 = points_0_e3 * points_2_e2;
-    const REAL t25 = t23 - t24;
-    const REAL t26 = points_4_e1 * t25;
-    const REAL t27 = t22 + t26;
-    const REAL t28 = t13 * t27;
-    const REAL t29 = points_4_e3 * t2;
-    const REAL t30 = points_4_e2 * t6;
-    const REAL t31 = t29 - t30;
-    const REAL t32 = points_4_e1 * t11;
-    const REAL t33 = t31 + t32;
-    const REAL t34 = points_3_e3 * t16;
-    const REAL t35 = points_3_e2 * t20;
-    const REAL t36 = t34 - t35;
-    const REAL t37 = points_3_e1 * t25;
-    const REAL t38 = t36 + t37;
-    const REAL t39 = t33 * t38;
-    const REAL t40 = t28 / t39;
-    out[0] = t40;
+    const REAL points_0_e1 = points[0], points_0_e2 = points[1], points_0_e3 = points[2], points_1_e1 = points[3],
+        points_1_e2 = points[4], points_1_e3 = points[5], points_2_e1 = points[6], points_2_e2 = points[7],
+        points_2_e3 = points[8], points_3_e1 = points[9], points_3_e2 = points[10], points_3_e3 = points[11],
+        points_4_e1 = points[12], points_4_e2 = points[13], points_4_e3 = points[14];
+    const REAL t0 = points_0_e1 * points_1_e2 - points_0_e2 * points_1_e1;
+    const REAL t1 = points_0_e1 * points_1_e3 - points_0_e3 * points_1_e1;
+    const REAL t2 = points_0_e2 * points_1_e3 - points_0_e3 * points_1_e2;
+    const REAL t3 = points_3_e3 * t0 - points_3_e2 * t1 + points_3_e1 * t2;
+    const REAL t4 = points_0_e1 * points_2_e2 - points_0_e2 * points_2_e1;
+    const REAL t5 = points_0_e1 * points_2_e3 - points_0_e3 * points_2_e1;
+    const REAL t6 = points_0_e2 * points_2_e3 - points_0_e3 * points_2_e2;
+    const REAL t7 = t3 * (points_4_e3 * t4 - points_4_e2 * t5 + points_4_e1 * t6);
+    const REAL t8 = points_4_e3 * t0 - points_4_e2 * t1 + points_4_e1 * t2;
+    out[0] = t7 / (t8 * (points_3_e3 * t4 - points_3_e2 * t5 + points_3_e1 * t6));
 }
 
 static INLINE void NAME(cross_ratio_of_lines_block)(intptr_t n, char **args, const intptr_t *strides)
@@ -2712,127 +2554,32 @@ void NAME(cross_ratio_of_lines_loop)(char **args, const intptr_t *dimensions, co
 
 INLINE void NAME(conic_from_points)(const REAL *points, REAL *out)
 {
-    const REAL points_0_e1 = points[0];
-    const REAL points_0_e2 = points[1];
-    const REAL points_0_e3 = points[2];
-    const REAL points_1_e1 = points[3];
-    const REAL points_1_e2 = points[4];
-    const REAL points_1_e3 = points[5];
-    const REAL points_2_e1 = points[6];
-    const REAL points_2_e2 = points[7];
-    const REAL points_2_e3 = points[8];
-    const REAL points_3_e1 = points[9];
-    const REAL points_3_e2 = points[10];
-    const REAL points_3_e3 = points[11];
-    const REAL points_4_e1 = points[12];
-    const REAL points_4_e2 = points[13];
-    const REAL points_4_e3 = points[14];
-    const REAL t0 = points_0_e2 * points_3_e3;
-    const REAL t1 = points_0_e3 * points_3_e2;
-    const REAL t2 = t0 - t1;
-    const REAL t3 = points_4_e1 * t2;
-    const REAL t4 = points_0_e1 * points_3_e2;
-    const REAL t5 = points_0_e2 * points_3_e1;
-    const REAL t6 = t4 - t5;
-    const REAL t7 = points_4_e3 * t6;
-    const REAL t8 = t3 + t7;
-    const REAL t9 = points_0_e1 * points_3_e3;
-    const REAL t10 = points_0_e3 * points_3_e1;
-    const REAL t11 = t9 - t10;
-    const REAL t12 = points_4_e2 * t11;
-    const REAL t13 = t8 - t12;
-    const REAL t14 = points_1_e2 * points_2_e3;
-    const REAL t15 = points_1_e3 * points_2_e2;
-    const REAL t16 = t14 - t15;
-    const REAL t17 = points_4_e1 * t16;
-    const REAL t18 = points_1_e1 * points_2_e2;
-    const REAL t19 = points_1_e2 * points_2_e1;
-    const REAL t20 = t18 - t19;
-    const REAL t21 = points_4_e3 * t20;
-    const REAL t22 = t17 + t21;
-    const REAL t23 = points_1_e1 * points_2_e3;
-    const REAL t24 = points_1_e3 * points_2_e1;
-    const REAL t25 = t23 - t24;
-    const REAL t26 = points_4_e2 * t25;
-    const REAL t27 = t22 - t26;
-    const REAL t28 = t13 * t27;
-    const REAL t29 = points_0_e2 * points_2_e3;
-    const REAL t30 = points_0_e3 * points_2_e2;
-    const REAL t31 = t29 - t30;
-    const REAL t32 = t28 * t31;
-    const REAL t33 = points_1_e2 * points_3_e3;
-    const REAL t34 = points_1_e3 * points_3_e2;
-    const REAL t35 = t33 - t34;
-    const REAL t36 = t32 * t35;
-    const REAL t37 = points_4_e1 * t31;
-    const REAL t38 = points_0_e1 * points_2_e2;
-    const REAL t39 = points_0_e2 * points_2_e1;
-    const REAL t40 = t38 - t39;
-    const REAL t41 = points_4_e3 * t40;
-    const REAL t42 = t37 + t41;
-    const REAL t43 = points_0_e1 * points_2_e3;
-    const REAL t44 = points_0_e3 * points_2_e1;
-    const REAL t45 = t43 - t44;
-    const REAL t46 = points_4_e2 * t45;
-    const REAL t47 = t42 - t46;
-    const REAL t48 = points_4_e1 * t35;
-    const REAL t49 = points_1_e1 * points_3_e2;
-    const REAL t50 = points_1_e2 * points_3_e1;
-    const REAL t51 = t49 - t50;
-    const REAL t52 = points_4_e3 * t51;
-    const REAL t53 = t48 + t52;
-    const REAL t54 = points_1_e1 * points_3_e3;
-    const REAL t55 = points_1_e3 * points_3_e1;
-    const REAL t56 = t54 - t55;
-    const REAL t57 = points_4_e2 * t56;
-    const REAL t58 = t53 - t57;
-    const REAL t59 = t47 * t58;
-    const REAL t60 = t2 * t59;
-    const REAL t61 = t16 * t60;
-    const REAL t62 = t36 - t61;
-    const REAL t63 = t31 * t56;
-    const REAL t64 = t35 * t45;
-    const REAL t65 = t63 + t64;
-    const REAL t66 = t28 * t65;
-    const REAL t67 = t2 * t25;
-    const REAL t68 = t11 * t16;
-    const REAL t69 = t67 + t68;
-    const REAL t70 = t59 * t69;
-    const REAL t71 = t70 - t66;
-    const REAL t72 = t28 * t45;
-    const REAL t73 = t56 * t72;
-    const REAL t74 = t11 * t59;
-    const REAL t75 = t25 * t74;
-    const REAL t76 = t73 - t75;
-    const REAL t77 = t31 * t51;
-    const REAL t78 = t35 * t40;
-    const REAL t79 = t77 + t78;
-    const REAL t80 = t28 * t79;
-    const REAL t81 = t2 * t20;
-    const REAL t82 = t6 * t16;
-    const REAL t83 = t81 + t82;
-    const REAL t84 = t59 * t83;
-    const REAL t85 = t80 - t84;
-    const REAL t86 = t45 * t51;
-    const REAL t87 = t40 * t56;
-    const REAL t88 = t86 + t87;
-    const REAL t89 = t28 * t88;
-    const REAL t90 = t11 * t20;
-    const REAL t91 = t6 * t25;
-    const REAL t92 = t90 + t91;
-    const REAL t93 = t59 * t92;
-    const REAL t94 = t93 - t89;
-    const REAL t95 = t28 * t40;
-    const REAL t96 = t51 * t95;
-    const REAL t97 = t6 * t59;
-    const REAL t98 = t20 * t97;
-    const REAL t99 = t96 - t98;
-    out[0] = t62;
-    out[1] = t71;
-    out[2] = t76;
-    out[3] = t85;
-    out[4] = t94;
-    out[5] = t99;
+    const REAL points_0_e1 = points[0], points_0_e2 = points[1], points_0_e3 = points[2], points_1_e1 = points[3],
+        points_1_e2 = points[4], points_1_e3 = points[5], points_2_e1 = points[6], points_2_e2 = points[7],
+        points_2_e3 = points[8], points_3_e1 = points[9], points_3_e2 = points[10], points_3_e3 = points[11],
+        points_4_e1 = points[12], points_4_e2 = points[13], points_4_e3 = points[14];
+    const REAL t0 = points_0_e2 * points_3_e3 - points_0_e3 * points_3_e2;
+    const REAL t1 = points_0_e1 * points_3_e2 - points_0_e2 * points_3_e1;
+    const REAL t2 = points_0_e1 * points_3_e3 - points_0_e3 * points_3_e1;
+    const REAL t3 = points_4_e1 * t0 + points_4_e3 * t1 - points_4_e2 * t2;
+    const REAL t4 = points_1_e2 * points_2_e3 - points_1_e3 * points_2_e2;
+    const REAL t5 = points_1_e1 * points_2_e2 - points_1_e2 * points_2_e1;
+    const REAL t6 = points_1_e1 * points_2_e3 - points_1_e3 * points_2_e1;
+    const REAL t7 = t3 * (points_4_e1 * t4 + points_4_e3 * t5 - points_4_e2 * t6);
+    const REAL t8 = points_0_e2 * points_2_e3 - points_0_e3 * points_2_e2;
+    const REAL t9 = points_1_e2 * points_3_e3 - points_1_e3 * points_3_e2;
+    const REAL t10 = points_0_e1 * points_2_e2 - points_0_e2 * points_2_e1;
+    const REAL t11 = points_0_e1 * points_2_e3 - points_0_e3 * points_2_e1;
+    const REAL t12 = points_4_e1 * t8 + points_4_e3 * t10 - points_4_e2 * t11;
+    const REAL t13 = points_1_e1 * points_3_e2 - points_1_e2 * points_3_e1;
+    const REAL t14 = points_1_e1 * points_3_e3 - points_1_e3 * points_3_e1;
+    const REAL t15 = t12 * (points_4_e1 * t9 + points_4_e3 * t13 - points_4_e2 * t14);
+    out[0] = t7 * t8 * t9 - t4 * (t0 * t15);
+    out[1] = t15 * (t0 * t6 + t2 * t4) - t7 * (t8 * t14 + t9 * t11);
+    out[2] = t14 * (t7 * t11) - t6 * (t2 * t15);
+    out[3] = t7 * (t8 * t13 + t9 * t10) - t15 * (t0 * t5 + t1 * t4);
+    out[4] = t15 * (t2 * t5 + t1 * t6) - t7 * (t11 * t13 + t10 * t14);
+    out[5] = t13 * (t7 * t10) - t5 * (t1 * t15);
 }
 
 static INLINE void NAME(conic_from_points_block)(intptr_t n, char **args, const intptr_t *strides)
@@ -2885,120 +2632,38 @@ void NAME(conic_from_points_loop)(char **args, const intptr_t *dimensions, const
 
 INLINE void NAME(pascal_bracket)(const REAL *points, REAL *out)
 {
-    const REAL points_0_e1 = points[0];
-    const REAL points_0_e2 = points[1];
-    const REAL points_0_e3 = points[2];
-    const REAL points_1_e1 = points[3];
-    const REAL points_1_e2 = points[4];
-    const REAL points_1_e3 = points[5];
-    const REAL points_2_e1 = points[6];
-    const REAL points_2_e2 = points[7];
-    const REAL points_2_e3 = points[8];
-    const REAL points_3_e1 = points[9];
-    const REAL points_3_e2 = points[10];
-    const REAL points_3_e3 = points[11];
-    const REAL points_4_e1 = points[12];
-    const REAL points_4_e2 = points[13];
-    const REAL points_4_e3 = points[14];
-    const REAL points_5_e1 = points[15];
-    const REAL points_5_e2 = points[16];
-    const REAL points_5_e3 = points[17];
-    const REAL t0 = points_0_e1 * points_1_e3;
-    const REAL t1 = points_0_e3 * points_1_e1;
-    const REAL t2 = t1 - t0;
-    const REAL t3 = points_3_e1 * points_4_e2;
-    const REAL t4 = points_3_e2 * points_4_e1;
-    const REAL t5 = t3 - t4;
-    const REAL t6 = t2 * t5;
-    const REAL t7 = points_0_e1 * points_1_e2;
-    const REAL t8 = points_0_e2 * points_1_e1;
-    const REAL t9 = t7 - t8;
-    const REAL t10 = points_3_e1 * points_4_e3;
-    const REAL t11 = points_3_e3 * points_4_e1;
-    const REAL t12 = t11 - t10;
-    const REAL t13 = t9 * t12;
-    const REAL t14 = t6 - t13;
-    const REAL t15 = points_1_e2 * points_2_e3;
-    const REAL t16 = points_1_e3 * points_2_e2;
-    const REAL t17 = t15 - t16;
-    const REAL t18 = points_4_e1 * points_5_e2;
-    const REAL t19 = points_4_e2 * points_5_e1;
-    const REAL t20 = t18 - t19;
-    const REAL t21 = t17 * t20;
-    const REAL t22 = points_1_e1 * points_2_e2;
-    const REAL t23 = points_1_e2 * points_2_e1;
-    const REAL t24 = t22 - t23;
-    const REAL t25 = points_4_e2 * points_5_e3;
-    const REAL t26 = points_4_e3 * points_5_e2;
-    const REAL t27 = t25 - t26;
-    const REAL t28 = t24 * t27;
-    const REAL t29 = t28 - t21;
-    const REAL t30 = t14 * t29;
-    const REAL t31 = points_0_e2 * points_1_e3;
-    const REAL t32 = points_0_e3 * points_1_e2;
-    const REAL t33 = t31 - t32;
-    const REAL t34 = t33 * t5;
-    const REAL t35 = points_3_e2 * points_4_e3;
-    const REAL t36 = points_3_e3 * points_4_e2;
-    const REAL t37 = t35 - t36;
-    const REAL t38 = t9 * t37;
-    const REAL t39 = t38 - t34;
-    const REAL t40 = points_1_e1 * points_2_e3;
-    const REAL t41 = points_1_e3 * points_2_e1;
-    const REAL t42 = t41 - t40;
-    const REAL t43 = t42 * t20;
-    const REAL t44 = points_4_e1 * points_5_e3;
-    const REAL t45 = points_4_e3 * points_5_e1;
-    const REAL t46 = t45 - t44;
-    const REAL t47 = t24 * t46;
-    const REAL t48 = t43 - t47;
-    const REAL t49 = t39 * t48;
-    const REAL t50 = t30 - t49;
-    const REAL t51 = points_2_e2 * points_3_e3;
-    const REAL t52 = points_2_e3 * points_3_e2;
-    const REAL t53 = t51 - t52;
-    const REAL t54 = points_0_e3 * points_5_e1;
-    const REAL t55 = points_0_e1 * points_5_e3;
-    const REAL t56 = t55 - t54;
-    const REAL t57 = t53 * t56;
-    const REAL t58 = points_2_e1 * points_3_e3;
-    const REAL t59 = points_2_e3 * points_3_e1;
-    const REAL t60 = t59 - t58;
-    const REAL t61 = points_0_e3 * points_5_e2;
-    const REAL t62 = points_0_e2 * points_5_e3;
-    const REAL t63 = t61 - t62;
-    const REAL t64 = t60 * t63;
-    const REAL t65 = t57 - t64;
-    const REAL t66 = t50 * t65;
-    const REAL t67 = t17 * t46;
-    const REAL t68 = t42 * t27;
-    const REAL t69 = t67 - t68;
-    const REAL t70 = t14 * t69;
-    const REAL t71 = t33 * t12;
-    const REAL t72 = t2 * t37;
-    const REAL t73 = t71 - t72;
-    const REAL t74 = t73 * t48;
-    const REAL t75 = t70 - t74;
-    const REAL t76 = points_0_e2 * points_5_e1;
-    const REAL t77 = points_0_e1 * points_5_e2;
-    const REAL t78 = t76 - t77;
-    const REAL t79 = t53 * t78;
-    const REAL t80 = points_2_e1 * points_3_e2;
-    const REAL t81 = points_2_e2 * points_3_e1;
-    const REAL t82 = t80 - t81;
-    const REAL t83 = t82 * t63;
-    const REAL t84 = t83 - t79;
-    const REAL t85 = t75 * t84;
-    const REAL t86 = t66 - t85;
-    const REAL t87 = t39 * t69;
-    const REAL t88 = t73 * t29;
-    const REAL t89 = t87 - t88;
-    const REAL t90 = t60 * t78;
-    const REAL t91 = t82 * t56;
-    const REAL t92 = t90 - t91;
-    const REAL t93 = t89 * t92;
-    const REAL t94 = t86 + t93;
-    out[0] = t94;
+    const REAL points_0_e1 = points[0], points_0_e2 = points[1], points_0_e3 = points[2], points_1_e1 = points[3],
+        points_1_e2 = points[4], points_1_e3 = points[5], points_2_e1 = points[6], points_2_e2 = points[7],
+        points_2_e3 = points[8], points_3_e1 = points[9], points_3_e2 = points[10], points_3_e3 = points[11],
+        points_4_e1 = points[12], points_4_e2 = points[13], points_4_e3 = points[14], points_5_e1 = points[15],
+        points_5_e2 = points[16], points_5_e3 = points[17];
+    const REAL t0 = points_0_e3 * points_1_e1 - points_0_e1 * points_1_e3;
+    const REAL t1 = points_3_e1 * points_4_e2 - points_3_e2 * points_4_e1;
+    const REAL t2 = points_0_e1 * points_1_e2 - points_0_e2 * points_1_e1;
+    const REAL t3 = points_3_e3 * points_4_e1 - points_3_e1 * points_4_e3;
+    const REAL t4 = t0 * t1 - t2 * t3;
+    const REAL t5 = points_1_e2 * points_2_e3 - points_1_e3 * points_2_e2;
+    const REAL t6 = points_4_e1 * points_5_e2 - points_4_e2 * points_5_e1;
+    const REAL t7 = points_1_e1 * points_2_e2 - points_1_e2 * points_2_e1;
+    const REAL t8 = points_4_e2 * points_5_e3 - points_4_e3 * points_5_e2;
+    const REAL t9 = t7 * t8 - t5 * t6;
+    const REAL t10 = points_0_e2 * points_1_e3 - points_0_e3 * points_1_e2;
+    const REAL t11 = points_3_e2 * points_4_e3 - points_3_e3 * points_4_e2;
+    const REAL t12 = t2 * t11 - t10 * t1;
+    const REAL t13 = points_1_e3 * points_2_e1 - points_1_e1 * points_2_e3;
+    const REAL t14 = points_4_e3 * points_5_e1 - points_4_e1 * points_5_e3;
+    const REAL t15 = t13 * t6 - t7 * t14;
+    const REAL t16 = points_2_e2 * points_3_e3 - points_2_e3 * points_3_e2;
+    const REAL t17 = points_0_e1 * points_5_e3 - points_0_e3 * points_5_e1;
+    const REAL t18 = points_2_e3 * points_3_e1 - points_2_e1 * points_3_e3;
+    const REAL t19 = points_0_e3 * points_5_e2 - points_0_e2 * points_5_e3;
+    const REAL t20 = (t4 * t9 - t12 * t15) * (t16 * t17 - t18 * t19);
+    const REAL t21 = t5 * t14 - t13 * t8;
+    const REAL t22 = t10 * t3 - t0 * t11;
+    const REAL t23 = points_0_e2 * points_5_e1 - points_0_e1 * points_5_e2;
+    const REAL t24 = points_2_e1 * points_3_e2 - points_2_e2 * points_3_e1;
+    const REAL t25 = t20 - (t4 * t21 - t22 * t15) * (t24 * t19 - t16 * t23);
+    out[0] = t25 + (t12 * t21 - t22 * t9) * (t18 * t23 - t24 * t17);
 }
 
 static INLINE void NAME(pascal_bracket_block)(intptr_t n, char **args, const intptr_t *strides)
@@ -3051,57 +2716,23 @@ void NAME(pascal_bracket_loop)(char **args, const intptr_t *dimensions, const in
 
 INLINE void NAME(circular_point_equations)(const REAL *homography, REAL *out)
 {
-    const REAL homography_0_0 = homography[0];
-    const REAL homography_0_1 = homography[1];
-    const REAL homography_1_0 = homography[3];
-    const REAL homography_1_1 = homography[4];
-    const REAL homography_2_0 = homography[6];
-    const REAL homography_2_1 = homography[7];
-    const REAL t0 = homography_0_0 * homography_0_0;
-    const REAL t1 = homography_0_1 * homography_0_1;
-    const REAL t2 = t0 - t1;
-    const REAL t3 = homography_0_0 * homography_1_0;
-    const REAL t4 = homography_0_1 * homography_1_1;
-    const REAL t5 = t3 - t4;
-    const REAL t6 = homography_1_0 * homography_1_0;
-    const REAL t7 = homography_1_1 * homography_1_1;
-    const REAL t8 = t6 - t7;
-    const REAL t9 = homography_0_0 * homography_2_0;
-    const REAL t10 = homography_0_1 * homography_2_1;
-    const REAL t11 = t9 - t10;
-    const REAL t12 = homography_1_0 * homography_2_0;
-    const REAL t13 = homography_1_1 * homography_2_1;
-    const REAL t14 = t12 - t13;
-    const REAL t15 = homography_2_0 * homography_2_0;
-    const REAL t16 = homography_2_1 * homography_2_1;
-    const REAL t17 = t15 - t16;
-    const REAL t18 = homography_0_0 * homography_0_1;
-    const REAL t19 = t18 + t18;
-    const REAL t20 = homography_0_0 * homography_1_1;
-    const REAL t21 = homography_0_1 * homography_1_0;
-    const REAL t22 = t20 + t21;
-    const REAL t23 = homography_1_0 * homography_1_1;
-    const REAL t24 = t23 + t23;
-    const REAL t25 = homography_0_0 * homography_2_1;
-    const REAL t26 = homography_0_1 * homography_2_0;
-    const REAL t27 = t25 + t26;
-    const REAL t28 = homography_1_0 * homography_2_1;
-    const REAL t29 = homography_1_1 * homography_2_0;
-    const REAL t30 = t28 + t29;
-    const REAL t31 = homography_2_0 * homography_2_1;
-    const REAL t32 = t31 + t31;
-    out[0] = t2;
-    out[1] = t5;
-    out[2] = t8;
-    out[3] = t11;
-    out[4] = t14;
-    out[5] = t17;
-    out[6] = t19;
-    out[7] = t22;
-    out[8] = t24;
-    out[9] = t27;
-    out[10] = t30;
-    out[11] = t32;
+    const REAL homography_0_0 = homography[0], homography_0_1 = homography[1], homography_1_0 = homography[3],
+        homography_1_1 = homography[4], homography_2_0 = homography[6], homography_2_1 = homography[7];
+    const REAL t0 = homography_0_0 * homography_0_1;
+    const REAL t1 = homography_1_0 * homography_1_1;
+    const REAL t2 = homography_2_0 * homography_2_1;
+    out[0] = homography_0_0 * homography_0_0 - homography_0_1 * homography_0_1;
+    out[1] = homography_0_0 * homography_1_0 - homography_0_1 * homography_1_1;
+    out[2] = homography_1_0 * homography_1_0 - homography_1_1 * homography_1_1;
+    out[3] = homography_0_0 * homography_2_0 - homography_0_1 * homography_2_1;
+    out[4] = homography_1_0 * homography_2_0 - homography_1_1 * homography_2_1;
+    out[5] = homography_2_0 * homography_2_0 - homography_2_1 * homography_2_1;
+    out[6] = t0 + t0;
+    out[7] = homography_0_0 * homography_1_1 + homography_0_1 * homography_1_0;
+    out[8] = t1 + t1;
+    out[9] = homography_0_0 * homography_2_1 + homography_0_1 * homography_2_0;
+    out[10] = homography_1_0 * homography_2_1 + homography_1_1 * homography_2_0;
+    out[11] = t2 + t2;
 }
 
 static INLINE void NAME(circular_point_equations_block)(intptr_t n, char **args, const intptr_t *strides)

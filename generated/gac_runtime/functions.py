@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import builtins
 import functools
-import itertools
 import math
 import sys
 from collections.abc import Callable
@@ -62,7 +61,7 @@ OF_ANGLES = frozenset({"sin", "cos"})
 """Functions of angles: vectors compute them for angles that are not too far."""
 
 
-def bound(function: Callable[..., None], names: dict[str, Any]) -> Any:
+def bound(function: Callable[..., Any], names: dict[str, Any]) -> Any:
     """`function` with its free names bound to `names`."""
     assert isinstance(function, FunctionType)
     bound = FunctionType(function.__code__, {"__builtins__": builtins, **names}, function.__name__)
@@ -152,11 +151,16 @@ def _like(namespace: Any, value: Any, like: Any) -> Any:
     return value if value.shape == like.shape else namespace.broadcast_to(value, like.shape)
 
 
-def _components(array: Any, shape: tuple[int, ...]) -> dict[Any, Any]:
-    """The components of an array by the index that a kernel's text uses."""
-    return {
-        index if len(index) > 1 else index[0]: array[(..., *index)] for index in itertools.product(*map(range, shape))
-    }
+def _components(array: Any, shape: tuple[int, ...], index: tuple[int, ...] = ()) -> Any:
+    """The components of an array in nested tuples, as a kernel takes them."""
+    if len(index) == len(shape):
+        return array[(..., *index)] if shape else array
+    return tuple(_components(array, shape, (*index, k)) for k in range(shape[len(index)]))
+
+
+def _entries(value: Any, shape: tuple[int, ...]) -> list[Any]:
+    """What nested tuples hold, in C order."""
+    return [entry for part in value for entry in _entries(part, shape[1:])] if shape else [value]
 
 
 def _stacked(namespace: Any, parts: list[Any], shape: tuple[int, ...]) -> Any:
@@ -168,18 +172,15 @@ def _stacked(namespace: Any, parts: list[Any], shape: tuple[int, ...]) -> Any:
 
 def evaluate(definition: Definition, namespace: Any, operands: list[Any], leading: tuple[int, ...]) -> list[Any]:
     """The results by array expressions on whole components."""
-    parts = [
-        _components(operand, shape) if shape else operand
-        for operand, shape in zip(operands, definition.shapes, strict=True)
-    ]
-    results: list[dict[Any, Any]] = [{} for _ in definition.outputs]
+    parts = map(_components, operands, definition.shapes)
     with np.errstate(all="ignore"):
-        bound(definition.function, _array_functions(namespace))(*parts, *results)
+        found = bound(definition.function, _array_functions(namespace))(*parts)
+    results = [found] if len(definition.outputs) == 1 else found
     like = namespace.zeros(leading)
     for k, (operand, shape) in enumerate(zip(operands, definition.shapes, strict=True)):
         part = operand[(..., *(0 for _ in shape))] if shape else operand
         like = namespace.zeros_like(part if k else namespace.broadcast_to(part, leading)) + (like if k else 0)
     return [
-        _stacked(namespace, [_like(namespace, part, like) for part in result.values()], shape)
+        _stacked(namespace, [_like(namespace, part, like) for part in _entries(result, shape)], shape)
         for result, shape in zip(results, definition.out_shapes, strict=True)
     ]

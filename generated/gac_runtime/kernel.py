@@ -178,7 +178,7 @@ class Kernel(Call):  # type: ignore[misc]
                     self._jit = scalar_kernel(self.definition)
         return self._jit
 
-    def call(self, *arrays: Any, out: Any = None, num_threads: int | None = None, **named: Any) -> Any:
+    def call(self, /, *arrays: Any, out: Any = None, num_threads: int | None = None, **named: Any) -> Any:
         """A call with any arguments. The extension gets those again that it can serve once they are converted."""
         if named:
             threads = {} if num_threads is None else {"num_threads": num_threads}

@@ -89,7 +89,7 @@ def _parameters(function: Any) -> tuple[str, ...]:
     return names[: function.__code__.co_argcount]
 
 
-def _numba_element(function: Callable[..., None], near: bool) -> Any:
+def _numba_element(function: Callable[..., Any], near: bool) -> Any:
     """A kernel's text under numba: rounding as written, inf and nan instead of exceptions, inlined where it is used."""
     options = {"error_model": "numpy", "forceinline": True}
     with LOCK:
@@ -119,20 +119,20 @@ def _main_element(definition: Definition) -> Element:
     return (_element_of if definition.is_generated else _element_of_user)(definition.function)
 
 
-_elements: dict[tuple[Callable[..., None], bool], Element] = {}
+_elements: dict[tuple[Callable[..., Any], bool], Element] = {}
 
 
-def _element_of(function: Callable[..., None], near: bool = False) -> Element:
+def _element_of(function: Callable[..., Any], near: bool = False) -> Element:
     """A kernel's text under numba; if `near`, where angles are too far for vectors it only notes that."""
     with LOCK:
         if (function, near) not in _elements:
-            _elements[function, near] = Element(_numba_element(function, near), notes=near)
+            _elements[function, near] = Element(_numba_element(function, near), near)
         return _elements[function, near]
 
 
 def _element_of_user(function: Any) -> Element:
     """A function that was not generated, and is not kept on disk: another one may have its name."""
-    return Element(numba.njit(getattr(function, "py_func", function), error_model="numpy", forceinline=True), True)
+    return Element(numba.njit(getattr(function, "py_func", function), error_model="numpy", forceinline=True))
 
 
 def _callback(

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import inspect
 import itertools
-import math
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
@@ -17,20 +16,19 @@ from numba.core import cgutils as cgutils
 from numba.core import errors as errors
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler_machinery import FunctionPass, register_pass
+from numba.core.ir_utils import build_definitions
 from numba.core.untyped_passes import IRProcessing
 from numba.extending import intrinsic as intrinsic
-from numba.np.arrayobj import populate_array
 
 from ..functions import OF_ANGLES
 
 
 class Element(NamedTuple):
-    """A function on one element under numba: of arrays, the last ones for its results, or of tuples and to tuples."""
+    """A function on one element under numba: of numbers, tuples of numbers and tuples of rows, and to such."""
 
     function: Any
-    tuples: bool = False
     notes: bool = False
-    """Whether it writes 1 behind its last result if it met an angle that is too far for it."""
+    """Whether its first argument comes in a pair with a place where it writes 1 if an angle is too far for it."""
 
 
 ll: Any = cgutils.ir
@@ -62,22 +60,16 @@ class Constants(FunctionPass):  # type: ignore[misc]
     def run_pass(self, state: Any) -> bool:
         real = getattr(np, str(widest(state.args)))
         ir = numba.core.ir
-        for block in state.func_ir.blocks.values():
-            places = {node.index.name for node in block.body if isinstance(node, ir.SetItem)}
-            nodes = [node for node in block.body if isinstance(node, ir.Assign)]
-            places |= {node.value.index.name for node in nodes if getattr(node.value, "op", "") == "getitem"}
-            tuples = (node.value.items for node in nodes if getattr(node.value, "op", "") == "build_tuple")
-            places |= {item.name for items in tuples for item in items}
-            for node in nodes:
-                found = node.value.value if isinstance(node.value, ir.Const) else None
-                if type(found) in (int, float) and node.target.name not in places:
-                    node.value = ir.Const(real(found), node.value.loc)
+        nodes = [node for block in state.func_ir.blocks.values() for node in block.body]
+        for node in (node for node in nodes if isinstance(node, ir.Assign) and isinstance(node.value, ir.Const)):
+            if type(node.value.value) in (int, float):
+                node.value = ir.Const(real(node.value.value), node.value.loc)
         return True
 
 
 @register_pass(mutates_CFG=False, analysis_only=False)
 class Notes(FunctionPass):  # type: ignore[misc]
-    """Sines and cosines take the last array of a kernel too, behind which they note what is too far for them."""
+    """The first argument comes with a place that sines and cosines take too, to note what is too far for them."""
 
     _name = "gac_notes"
 
@@ -86,14 +78,20 @@ class Notes(FunctionPass):  # type: ignore[misc]
 
     def run_pass(self, state: Any) -> bool:
         ir, known = numba.core.ir, state.func_ir
-        nodes = [node for block in known.blocks.values() for node in block.body if isinstance(node, ir.Assign)]
-        last = len(known.arg_names) - 1
-        (array,) = (one.target for one in nodes if isinstance(one.value, ir.Arg) and one.value.index == last)
-        named = [one for one in nodes if isinstance(one.value, ir.Global)]
-        turns = {one.target.name for one in named if one.value.name in OF_ANGLES}
+        (block,) = known.blocks.values()
+        nodes = [node for node in block.body if isinstance(node, ir.Assign)]
+        first = next(node for node in nodes if isinstance(node.value, ir.Arg) and node.value.index == 0)
+        pair, place = block.scope.make_temp(first.loc), block.scope.make_temp(first.loc)
+        named = [node for node in nodes if isinstance(node.value, ir.Global)]
+        turns = {node.target.name for node in named if node.value.name in OF_ANGLES}
         for node in nodes:
             if getattr(node.value, "op", "") == "call" and node.value.func.name in turns:
-                node.value.args = [*node.value.args, array]
+                node.value.args = [*node.value.args, place]
+        entries = [ir.Expr.static_getitem(pair, k, None, first.loc) for k in range(2)]
+        found = zip((first.value, *entries), (pair, first.target, place), strict=True)
+        k = block.body.index(first)
+        block.body[k : k + 1] = [ir.Assign(value, target, first.loc) for value, target in found]
+        known._definitions = build_definitions(known.blocks)
         return True
 
 
@@ -239,13 +237,11 @@ def nested(kind: Any, shape: tuple[int, ...]) -> Any:
 
 
 def typed(typing: Any, element: Element, shapes: Sequence[Any], out_shapes: Sequence[Any], real: Any) -> Any:
-    """The signature of a kernel on arrays that lie in order, or on tuples, and on numbers."""
-    function = types.Dispatcher(element.function)
-    if not element.tuples:
-        arrays = [types.Array(real, len(shape), "C") if shape else real for shape in shapes]
-        arrays += [types.Array(real, max(1, len(shape)), "C") for shape in out_shapes]
-        return typing.resolve_function_type(function, tuple(arrays), {})
-    signature = typing.resolve_function_type(function, tuple(nested(real, shape) for shape in shapes), {})
+    """The signature of a kernel on numbers and tuples of one type."""
+    kinds = [nested(real, shape) for shape in shapes]
+    if element.notes:
+        kinds[0] = types.Tuple([kinds[0], types.CPointer(real)])
+    signature = typing.resolve_function_type(types.Dispatcher(element.function), tuple(kinds), {})
     found = [signature.return_type] if len(out_shapes) == 1 else list(signature.return_type)
     if len(found) != len(out_shapes) or not all(map(fits, found, out_shapes)):
         name = element.function.__name__
@@ -278,47 +274,23 @@ def packed(context: Any, builder: Any, kind: Any, values: Sequence[Any]) -> Any:
     return context.make_tuple(builder, kind, parts)
 
 
-def array_in_order(context: Any, builder: Any, kind: Any, shape: Any, values: Sequence[Any]) -> tuple[Any, Any]:
-    """An array among the local variables that holds `values`, and where, with room for a number behind it.
-
-    LLVM keeps it in registers.
-    """
-    shape = shape or (1,)
-    real = context.get_value_type(kind.dtype)
-    size, width = math.prod(shape), real.get_abi_size(context.target_data)
-    data = cgutils.alloca_once(builder, ll.ArrayType(real, size + 1))
-    data = builder.bitcast(data, real.as_pointer())
-    for k, value in enumerate(values):
-        builder.store(value, builder.gep(data, [number(k)], source_etype=real))
-    array = context.make_array(kind)(context, builder)
-    strides = [width * math.prod(shape[axis + 1 :]) for axis in range(len(shape))]
-    populate_array(array, data, list(map(number, shape)), list(map(number, strides)), number(width), None)
-    return array._getvalue(), data
-
-
 def applied(
     context: Any, builder: Any, element: Element, signature: Any, shapes: Any, out_shapes: Any, values: Any
 ) -> Any:
     """The components of the results of a kernel, from those of its arguments; last what it notes, if it does."""
     call = context.get_function(types.Dispatcher(element.function), signature)
-    if element.tuples:
-        tuples = [packed(context, builder, *one) for one in zip(signature.args, values, strict=True)]
-        found, kind, real = call(builder, tuples), signature.return_type, widest(signature.args)
-        if len(out_shapes) == 1:
-            return [flat(context, builder, kind, found, real)]
-        parts = [builder.extract_value(found, k) for k in range(len(kind))]
-        return [flat(context, builder, one, part, real) for one, part in zip(kind, parts, strict=True)]
-    arguments, outs, real = [], [], context.get_value_type(signature.args[-1].dtype)
-    for kind, shape, value in zip(signature.args, shapes, values, strict=False):
-        arguments.append(array_in_order(context, builder, kind, shape, value)[0] if shape else value[0])
-    for kind, shape in zip(signature.args[len(shapes) :], out_shapes, strict=True):
-        array, data = array_in_order(context, builder, kind, shape, ())
-        arguments.append(array)
-        places = [builder.gep(data, [number(k)], source_etype=real) for k in range(math.prod(shape) + 1)]
-        *found, behind = places
-        outs.append(found)
+    real, returned = widest(signature.args), signature.return_type
+    kinds = [nested(real, shape) for shape in shapes]
+    tuples = [packed(context, builder, *one) for one in zip(kinds, values, strict=True)]
     if element.notes:
-        builder.store(ll.Constant(real, 0), behind)
-        outs.append([behind])
-    call(builder, arguments)
-    return [[builder.load(place, typ=real) for place in places] for places in outs]
+        zero = ll.Constant(context.get_value_type(real), 0)
+        place = cgutils.alloca_once(builder, zero.type)
+        builder.store(zero, place)
+        tuples[0] = context.make_tuple(builder, signature.args[0], [tuples[0], place])
+    found = call(builder, tuples)
+    if len(out_shapes) == 1:
+        outs = [flat(context, builder, returned, found, real)]
+    else:
+        parts = [builder.extract_value(found, k) for k in range(len(returned))]
+        outs = [flat(context, builder, *one, real) for one in zip(returned, parts, strict=True)]
+    return [*outs, [builder.load(place)]] if element.notes else outs

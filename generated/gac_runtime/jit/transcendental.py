@@ -167,7 +167,7 @@ _FORMULAS: dict[str, Callable[..., Term]] = {
 def transcendental_functions(near: bool) -> dict[str, Any]:
     """The functions under numba.
 
-    Near sines and cosines take an array too, behind which they write 1 where an angle is too far for them.
+    Near sines and cosines take a pointer too, to where they write 1 if an angle is too far for them.
     """
 
     def exact(name: str, context: Any, builder: Any, real: Any, x: Term, found: Term) -> Any:
@@ -180,9 +180,7 @@ def transcendental_functions(near: bool) -> dict[str, Any]:
         chosen.add_incoming(library, inside)
         return chosen
 
-    def note(context: Any, builder: Any, kind: Any, value: Any, x: Term) -> None:
-        array = context.make_array(kind)(context, builder, value)
-        place = builder.gep(array.data, [array.nitems])
+    def note(builder: Any, place: Any, x: Term) -> None:
         noted = _is_far(x).chosen(1, Term(builder, builder.load(place)))
         builder.store(noted.value, place)
 
@@ -194,7 +192,7 @@ def transcendental_functions(near: bool) -> dict[str, Any]:
             terms = [Term(builder, value) for value in values]
             found = formula(*terms)
             if is_turn and near:
-                note(context, builder, signature.args[1], arguments[1], terms[0])
+                note(builder, arguments[1], terms[0])
             elif is_turn:
                 return exact(name, context, builder, signature.args[0], terms[0], found)
             return found.value
