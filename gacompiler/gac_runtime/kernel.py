@@ -76,8 +76,7 @@ class _Documentation:
 
 
 class Kernel(Call):  # type: ignore[misc]
-    __doc__ = _Documentation(
-        """A generated function of arrays. Leading axes broadcast; the last axes are those of `signature`.
+    """A generated function of arrays. Leading axes broadcast; the last axes are those of `signature`.
 
     Arguments are given in order or by name, ``kernel(m=motors, p=points)``; in order is quicker for one element.
     ``kernel(..., out=array)`` writes to an array, ``kernel(..., num_threads=2)`` shares the elements of a large batch
@@ -99,7 +98,7 @@ class Kernel(Call):  # type: ignore[misc]
         of such results, and needs no memory; ``jit(m, p, out)`` writes to arrays, a number to entry 0. Loops over
         whole arrays are quicker as a kernel, see `of`.
     """
-    )
+
     __signature__ = Signature()
 
     def __init__(self, definition: Definition, facts: Facts | None = None, settings: Settings | None = None) -> None:
@@ -338,5 +337,6 @@ class Kernel(Call):  # type: ignore[misc]
         return results[0] if len(results) == 1 else tuple(results)
 
 
+Kernel.__doc__ = _Documentation(Kernel.__doc__ or "")  # type: ignore[assignment]
 if extension is not None:
     Kernel._adopt()

@@ -28,16 +28,19 @@ ALLOWED: dict[str, set[str]] = {
     },
     "cluscript": {"cluscript", "errors", "algebra", "frontend", "ir.scalar"},
     "robots": {"robots", "errors", "algebra", "frontend"},
-    "backends": {"backends", "errors", "ir", "jinja2"},
+    "gac_runtime": {"gac_runtime", "numpy", "numba", "_cffi_backend"},
+    "backends": {"backends", "errors", "ir", "gac_runtime", "jinja2"},
     "derivatives": {"errors", "algebra", "frontend", "passes"},
     "prove": {"errors", "ir", "passes", "backends", "numpy"},
-    "generate": {"errors", "algebra", "rings", "frontend", "passes", "cluscript", "backends", "prove"},
+    "generate": {"errors", "algebra", "rings", "frontend", "passes", "cluscript", "backends", "prove", "spec_files"},
+    "spec_files": {"errors", "frontend"},
     "inspect": {"errors", "algebra", "frontend", "ir", "passes", "backends", "generate"},
     "runtime": {"errors", "frontend", "passes", "backends", "generate"},
     "scripts": {"algebra", "frontend", "cluscript", "runtime"},
     "workers": {"errors", "generate"},
     "objects": {
         *("objects", "errors", "algebra", "rings", "ir", "frontend", "passes", "backends", "generate", "runtime"),
+        "gac_runtime.extension_file",
         *("gacompiler", "numpy", "scipy", "matplotlib", "mpl_toolkits", "plotly"),
     },
     "cli": {
@@ -60,9 +63,7 @@ EXCEPTIONS: dict[str, set[str]] = {
 
 ONLY_INSIDE_FUNCTIONS = {"algebra/coefficients.py": {"sympy", "mpmath"}}
 
-GENERATED = {"numpy", "cffi", "_cffi_backend", "numba", "generated"}
-TEMPLATES = "backends/templates/"
-"""Python files in this folder are copied into generated modules, so they keep the rules of those."""
+GENERATED = {"numpy", "_cffi_backend", "numba", "generated", "gac_runtime"}
 ALGORITHMS = {"generated", "algorithms", "numpy", "numba", "scipy", "matplotlib", "skimage", "rich"}
 LINES = 400
 
@@ -123,11 +124,7 @@ def packages() -> list[tuple[str, Path]]:
 @pytest.mark.parametrize(("package", "path"), packages(), ids=lambda value: str(value).replace(str(ROOT) + "/", ""))
 def test_the_import_table(package: str, path: Path) -> None:
     own = relative(path)
-    allowed = (
-        GENERATED | {"backends.templates"}
-        if own.startswith(TEMPLATES)
-        else ALLOWED[package] | EXCEPTIONS.get(own, set())
-    )
+    allowed = ALLOWED[package] | EXCEPTIONS.get(own, set())
     for name, _ in imports(path):
         inside = name.removeprefix("gacompiler.")
         if inside == name and name.split(".")[0] in STANDARD:
@@ -290,18 +287,3 @@ def test_nothing_printed_comes_from_a_set() -> None:
                     and over.func.id in ("set", "frozenset")
                 )
                 assert not literal and not called, f"{relative(path)}:{getattr(over, 'lineno', 0)} iterates over a set"
-
-
-def test_runtime_files_can_be_one() -> None:
-    """They are copied into one file, where a name that two of them define would be the last one's."""
-    found: list[str] = []
-    for path in sorted((ROOT / "gacompiler" / "backends" / "templates").glob("runtime_*.py")):
-        for node in ast.parse(path.read_text(encoding="utf-8")).body:
-            if isinstance(node, (ast.FunctionDef, ast.ClassDef)):
-                found.append(node.name)
-            elif isinstance(node, (ast.Assign, ast.AnnAssign)):
-                names = (one for one in ast.walk(node) if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Store))
-                found += [name.id for name in names]
-    twice = {name for name in found if found.count(name) > 1}
-    assert found
-    assert not twice
