@@ -135,10 +135,12 @@ class Distinct(ll.MDValue):  # type: ignore[misc]
 
 
 def number(value: int) -> Any:
+    """A constant integer."""
     return ll.Constant(intp, value)
 
 
 def pointer(builder: Any, address: Any, kind: Any) -> Any:
+    """An address as a pointer to numbers of a type."""
     return builder.inttoptr(address, kind.as_pointer())
 
 
@@ -162,6 +164,7 @@ def loop(
 
 
 def hint(what: str, value: int) -> list[Any]:
+    """A property of a loop, as LLVM reads it."""
     return [f"llvm.loop.{what}", ll.Constant(ll.IntType(32), value)]
 
 
@@ -237,6 +240,7 @@ def call(builder: Any, run: Any, *values: Any) -> None:
 
 
 def nested(kind: Any, shape: tuple[int, ...]) -> Any:
+    """The type of numbers of a type in tuples of a shape."""
     return types.UniTuple(nested(kind, shape[1:]), shape[0]) if shape else kind
 
 

@@ -220,6 +220,7 @@ class Term:
         return (self.bits() ^ (word & (1 << (word._width - 1)))).number()
 
     def root(self) -> Term:
+        """The square root."""
         root = self._builder.module.declare_intrinsic("llvm.sqrt", [self.value.type])
         return self._of(self._builder.call(root, [self.value]))
 
