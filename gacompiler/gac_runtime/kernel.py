@@ -172,7 +172,7 @@ class Kernel(Call):  # type: ignore[misc]
         if self._jit is None:
             with LOCK:
                 if self._jit is None:
-                    from .jit.kernels import scalar_kernel
+                    from .jit import scalar_kernel
 
                     self._jit = scalar_kernel(self.definition)
         return self._jit
@@ -286,7 +286,11 @@ class Kernel(Call):  # type: ignore[misc]
         steps = [steps_of(array, leading, shape) for array, shape in zip(arrays, (*shapes, *out_shapes), strict=True)]
         sizes, steps = coalesced(leading, steps)
         threads = n_threads if math.prod(leading) * self._work >= LEAST_WORK else 1
-        run_over_batch(self._loop(dtype), arrays, sizes, steps, threads, self._work)
+        loop = self._loop(dtype)
+        if hasattr(loop, "run_arrays"):
+            loop.run_arrays(operands, targets, leading)
+        else:
+            run_over_batch(loop, arrays, sizes, steps, threads, self._work)
         for target, final in zip(targets, outs, strict=True):
             if target is not final:
                 final[...] = target
@@ -305,7 +309,7 @@ class Kernel(Call):  # type: ignore[misc]
                 loop, self._addresses[:] = library.loop(self.name, dtype), library.loop_addresses(self.name)
                 function = library.address(f"{self.name}_f64")
             else:
-                from .jit.kernels import Loops
+                from .jit import Loops
 
                 loop = Loops(self.definition, dtype)
                 self._addresses[dtype.itemsize == 4] = loop.addresses

@@ -78,6 +78,7 @@ def checked_outs(definition: Definition, out: Any, leading: tuple[int, ...], dty
 
 
 def usable(array: Any, dtype: np.dtype[Any]) -> Any:
+    """An array as it is, or a copy of that type whose numbers are aligned."""
     if array.dtype is dtype and array.flags.aligned:
         return array
     return np.require(array, dtype, "A")
@@ -139,6 +140,7 @@ def outer_offsets(sizes: list[int], steps: list[tuple[int, ...]], inner: int) ->
 
 
 def address_of(array: Any) -> int:
+    """Where the first element is."""
     return int(array.__array_interface__["data"][0])
 
 

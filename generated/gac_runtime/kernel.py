@@ -76,8 +76,7 @@ class _Documentation:
 
 
 class Kernel(Call):  # type: ignore[misc]
-    __doc__ = _Documentation(
-        """A generated function of arrays. Leading axes broadcast; the last axes are those of `signature`.
+    """A generated function of arrays. Leading axes broadcast; the last axes are those of `signature`.
 
     Arguments are given in order or by name, ``kernel(m=motors, p=points)``; in order is quicker for one element.
     ``kernel(..., out=array)`` writes to an array, ``kernel(..., num_threads=2)`` shares the elements of a large batch
@@ -99,7 +98,7 @@ class Kernel(Call):  # type: ignore[misc]
         of such results, and needs no memory; ``jit(m, p, out)`` writes to arrays, a number to entry 0. Loops over
         whole arrays are quicker as a kernel, see `of`.
     """
-    )
+
     __signature__ = Signature()
 
     def __init__(self, definition: Definition, facts: Facts | None = None, settings: Settings | None = None) -> None:
@@ -173,7 +172,7 @@ class Kernel(Call):  # type: ignore[misc]
         if self._jit is None:
             with LOCK:
                 if self._jit is None:
-                    from .jit.kernels import scalar_kernel
+                    from .jit import scalar_kernel
 
                     self._jit = scalar_kernel(self.definition)
         return self._jit
@@ -287,7 +286,11 @@ class Kernel(Call):  # type: ignore[misc]
         steps = [steps_of(array, leading, shape) for array, shape in zip(arrays, (*shapes, *out_shapes), strict=True)]
         sizes, steps = coalesced(leading, steps)
         threads = n_threads if math.prod(leading) * self._work >= LEAST_WORK else 1
-        run_over_batch(self._loop(dtype), arrays, sizes, steps, threads, self._work)
+        loop = self._loop(dtype)
+        if hasattr(loop, "run_arrays"):
+            loop.run_arrays(operands, targets, leading)
+        else:
+            run_over_batch(loop, arrays, sizes, steps, threads, self._work)
         for target, final in zip(targets, outs, strict=True):
             if target is not final:
                 final[...] = target
@@ -306,7 +309,7 @@ class Kernel(Call):  # type: ignore[misc]
                 loop, self._addresses[:] = library.loop(self.name, dtype), library.loop_addresses(self.name)
                 function = library.address(f"{self.name}_f64")
             else:
-                from .jit.kernels import Loops
+                from .jit import Loops
 
                 loop = Loops(self.definition, dtype)
                 self._addresses[dtype.itemsize == 4] = loop.addresses
@@ -338,5 +341,6 @@ class Kernel(Call):  # type: ignore[misc]
         return results[0] if len(results) == 1 else tuple(results)
 
 
+Kernel.__doc__ = _Documentation(Kernel.__doc__ or "")  # type: ignore[assignment]
 if extension is not None:
     Kernel._adopt()

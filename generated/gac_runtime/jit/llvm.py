@@ -58,6 +58,7 @@ class Constants(FunctionPass):  # type: ignore[misc]
         super().__init__()
 
     def run_pass(self, state: Any) -> bool:
+        """Change the code; true where it has changed."""
         real = getattr(np, str(widest(state.args)))
         ir = numba.core.ir
         nodes = [node for block in state.func_ir.blocks.values() for node in block.body]
@@ -77,6 +78,7 @@ class Notes(FunctionPass):  # type: ignore[misc]
         super().__init__()
 
     def run_pass(self, state: Any) -> bool:
+        """Change the code; true where it has changed."""
         ir, known = numba.core.ir, state.func_ir
         (block,) = known.blocks.values()
         nodes = [node for node in block.body if isinstance(node, ir.Assign)]
@@ -101,6 +103,7 @@ class Compiler(CompilerBase):  # type: ignore[misc]
     added: tuple[Any, ...] = (Constants,)
 
     def define_pipelines(self) -> list[Any]:
+        """The steps of numba, with those of this compiler."""
         passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
         for one in self.added:
             passes.add_pass_after(one, IRProcessing)
@@ -122,6 +125,7 @@ class Distinct(ll.MDValue):  # type: ignore[misc]
         self.operands: tuple[Any, ...] = (self, *operands) if itself else tuple(operands)
 
     def descr(self, buf: Any) -> None:
+        """Add the text of the node to `buf`."""
         buf += ("distinct !{", ", ".join(operand.get_reference() for operand in self.operands), "}\n")
 
     __hash__ = object.__hash__
@@ -131,10 +135,12 @@ class Distinct(ll.MDValue):  # type: ignore[misc]
 
 
 def number(value: int) -> Any:
+    """A constant integer."""
     return ll.Constant(intp, value)
 
 
 def pointer(builder: Any, address: Any, kind: Any) -> Any:
+    """An address as a pointer to numbers of a type."""
     return builder.inttoptr(address, kind.as_pointer())
 
 
@@ -158,6 +164,7 @@ def loop(
 
 
 def hint(what: str, value: int) -> list[Any]:
+    """A property of a loop, as LLVM reads it."""
     return [f"llvm.loop.{what}", ll.Constant(ll.IntType(32), value)]
 
 
@@ -233,6 +240,7 @@ def call(builder: Any, run: Any, *values: Any) -> None:
 
 
 def nested(kind: Any, shape: tuple[int, ...]) -> Any:
+    """The type of numbers of a type in tuples of a shape."""
     return types.UniTuple(nested(kind, shape[1:]), shape[0]) if shape else kind
 
 

@@ -185,6 +185,7 @@ class Term:
 
     @property
     def is_double(self) -> bool:
+        """Whether a number is in double precision."""
         return isinstance(self.value.type, ll.DoubleType)
 
     @property
@@ -210,6 +211,7 @@ class Term:
         return (bits >> (bits._width - 1)).is_odd()
 
     def absolute(self) -> Term:
+        """The absolute value of a number."""
         bits = self.bits()
         return (bits & ((1 << (bits._width - 1)) - 1)).number()
 
@@ -218,6 +220,7 @@ class Term:
         return (self.bits() ^ (word & (1 << (word._width - 1)))).number()
 
     def root(self) -> Term:
+        """The square root."""
         root = self._builder.module.declare_intrinsic("llvm.sqrt", [self.value.type])
         return self._of(self._builder.call(root, [self.value]))
 
