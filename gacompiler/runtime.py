@@ -87,10 +87,9 @@ def _loaded(kernel: Kernel, digest: str, backend: str) -> Any:
     folder = _folder(kernel.name, digest)
     if backend == "c" and build_library(folder / f"{kernel.name}.c") is None:
         raise BackendError("compile()", no_compiler(), remedy='use backend="numba"')
-    if compiler := find_compiler():
-        # Calls are shorter with the extension, also those of kernels under numba.
-        with contextlib.suppress(BackendError):
-            build_extension(compiler, cache_folder())
+    # Calls are shorter with the extension, also those of kernels under numba.
+    with contextlib.suppress(BackendError):
+        build_extension(cache_folder())
     module_name = _module_name(kernel.name, digest, backend)
     module = load_module(folder / f"{kernel.name}.py", module_name, backend)
     _definitions[module.__name__] = kernel

@@ -8,37 +8,28 @@ from __future__ import annotations
 
 import textwrap
 from functools import cache
-from math import prod
 from pathlib import Path
 
 import jinja2
 
 from ..ir.program import Program
 from ..ir.uniform import Uniform
-from .c_batch import (
-    FEW,
-    LANES,
-    call_helpers,
-    load_helpers,
-    loop_text,
-    named_parts,
-    parts,
-    store_helpers,
-    tile_sizes,
-)
-from .c_functions import TRANSCENDENTAL, constants, has_turns, is_transcendental, polynomial_lines
-from .c_tiles import tile_helpers
+from .c_batch import helper_lines, loop_text, named_parts, usable_forms
+from .c_functions import has_turns, is_transcendental
 from .documentation import c_comment, stamp
 from .module import KernelSource, ModuleSource
 from .nesting import Nested, expression, nested
-from .printers import C_MACROS, C
+from .printers import C
 
 POLICY = "contraction: -ffp-contract=off (every operation is rounded once)"
 
 _WIDTH = 116
 
-_SPACE = 4096
-"""Numbers in the rows of a block, which are to stay in the first cache; more if the least block needs more."""
+RUNTIME = "gac_runtime"
+"""The folder of the runtime, beside the modules."""
+
+RUNTIME_INTERFACE = 1
+"""The version of the runtime's interface that modules are written for, as in ``gac_runtime.h``."""
 
 
 @cache
@@ -75,45 +66,30 @@ def c_source(module: ModuleSource) -> str:
 def c_body(name: str, kernels: list[tuple[Program, tuple[Uniform, ...]]]) -> str:
     """All of the ``.c`` below its header, a function of the programs alone: a reader checks a file against it."""
     programs = [program for program, _ in kernels]
-    forms = [form for _, uniform in kernels for form in uniform]
-    shapes = [[part.shape for part in parts(program)] for program in programs]
-    parts_of_forms = [part for form in forms for part in (form.prepare, form.apply)]
-    used = {line.op for program in (*programs, *parts_of_forms) for line in program.lines}
-    sizes = tile_sizes([prod(shape) for each in shapes for shape in each])
+    forms = [(program, form) for program, uniform in kernels for form in usable_forms(program, uniform)]
     template = environment().get_template("module.c.jinja")
     return template.render(
         name=name,
-        macros=[text for op, text in C_MACROS.items() if op in used],
-        functions=_functions(name) if used & TRANSCENDENTAL else None,
-        loads=load_helpers([argument.shape for program in programs for argument in program.arguments]),
-        stores=store_helpers([result.shape for program in programs for result in program.results]),
-        calls=[{**helper, "lines": _wrapped(helper["lines"])} for helper in call_helpers(programs)],
-        n_axes=max([1, *(len(shape) for each in shapes for shape in each)]),
-        n_parts=max([1, *map(len, shapes)]),
-        n_cores=max([1, *(sum(map(len, each)) for each in shapes)]),
-        n_numbers=max([1, *(sum(map(prod, each)) for each in shapes)]),
-        n_prepared=max([1, *(form.apply.arguments[0].shape[0] for form in forms)]),
-        tiles=tile_helpers(sizes),
-        few=[size for size in sizes if size <= FEW],
-        many=[size for size in sizes if size > FEW],
-        space=max([_SPACE, *(LANES * sum(map(prod, each)) for each in shapes)]),
-        kernels=["\n".join(_wrapped(_kernel_and_loops(program, uniform))) for program, uniform in kernels],
+        runtime=RUNTIME,
+        interface=RUNTIME_INTERFACE,
+        helpers=helper_lines(programs, forms),
+        kernels=["\n".join(_kernel_and_loops(program, uniform)) for program, uniform in kernels],
     )
 
 
-@cache
-def _functions(name: str) -> dict[str, list[str]]:
-    """The transcendental functions of a module: polynomials, and what is written once for both precisions."""
-    text = environment().get_template("functions.c.jinja").render(constants())
-    return {"polynomials": _wrapped(polynomial_lines(name)), "generic": text.splitlines()}
-
-
 def _kernel_and_loops(program: Program, uniform: tuple[Uniform, ...]) -> list[str]:
-    lines = kernel_text(program)
+    lines = _wrapped(kernel_text(program))
     for form in uniform:
         for part in named_parts(program, form):
-            lines += ["", *kernel_text(part, "static INLINE")]
-    return [*lines, "", *loop_text(program, uniform)]
+            lines += ["", *_wrapped(kernel_text(part, "static INLINE"))]
+    return [*lines, "", *(piece for line in loop_text(program, uniform) for piece in _macro(line))]
+
+
+def _macro(line: str) -> list[str]:
+    """A line that instantiates a macro, or defines one, and its continuation."""
+    lines = _wrapped([line])
+    is_defined = line.startswith("#")
+    return [f"{text} \\" if is_defined and text is not lines[-1] else text for text in lines]
 
 
 def c_header(module: ModuleSource) -> str:

@@ -14,7 +14,7 @@ from ..ir.program import Argument, Program, Result
 from ..ir.uniform import Uniform
 from .build import library_name
 from .c import c_source, environment
-from .c_batch import C_ENDINGS, C_HELPERS, FORM_PARTS, form_name
+from .c_batch import C_ENDINGS, FORM_PARTS, form_name
 from .documentation import stamp
 from .module import KernelSource, LayoutText, ModuleSource
 from .numba import function_text
@@ -87,14 +87,15 @@ def taken_names() -> frozenset[str]:
 
 def check_names(module: ModuleSource) -> None:
     """Raise `BackendError` where a kernel would hide a name that the emitted module needs."""
+    if module.name == "gac" or module.name.startswith("gac_"):
+        raise BackendError(f"module {module.name}", "its name begins like those of the runtime", "another", "rename it")
     taken: dict[str, str] = dict.fromkeys(sorted(taken_names()), "the module itself")
     for kernel in module.kernels:
         name = kernel.program.name
         forms = [form_name(kernel.program, form, what) for form in kernel.uniform for what in FORM_PARTS]
         own_names = (name, *(f"{name}{ending}" for ending in C_ENDINGS), *forms)
         for own in (*own_names, *(f"_{form}" for form in forms)):
-            if own in taken or C_HELPERS.fullmatch(own):
-                taken.setdefault(own, "the C file itself")
+            if own in taken:
                 raise BackendError(
                     f"kernel {name}",
                     f"its name {own} belongs to {taken[own]}",

@@ -211,8 +211,8 @@ _BUILD_EXTENSION = """\
 import sys
 sys.path[:] = sys.argv[2:]
 from pathlib import Path
-from gacompiler.backends.build import build_extension, find_compiler
-if build_extension(find_compiler(), Path(sys.argv[1])) is None:
+from gacompiler.backends.build import build_extension
+if build_extension(Path(sys.argv[1])) is None:
     sys.exit("Python's headers are not there")
 """
 
