@@ -87,9 +87,8 @@ def c_programs(text: str) -> dict[str, Read]:
     for k, line in enumerate(lines):
         if line.startswith(("INLINE void NAME(", "FUSED(")):
             function = _c_kernel(lines, k)
-            loop = _index(lines, k, f"static INLINE void NAME({function.name}_block)(")
-            shapes = _c_shapes(function, lines[loop : lines.index("}", loop)])
-            found.append(Read(_c_program(function, *shapes), ()))
+            listed = _defined(lines, _index(lines, k, f"#define PARTS_{function.name}("))
+            found.append(Read(_c_program(function, *_c_shapes(function, listed)), ()))
         elif line.startswith("static INLINE void NAME(") and found and f"({found[-1].program.name}_prepare_" in line:
             after = _index(lines, k + 1, "static INLINE void NAME(")
             prepare, apply = _c_function(lines, k), _c_function(lines, after)
@@ -144,18 +143,23 @@ def _c_kernel(lines: list[str], k: int) -> _CFunction:
     return _c_function(lines, _index(lines, 0, f"static INLINE void NAME({name}_within)("))._replace(name=name)
 
 
-def _c_shapes(function: _CFunction, loop: list[str]) -> tuple[list[Shape], list[Shape]]:
-    """The shapes of arguments and results, from what a loop loads and stores."""
-    shapes: dict[str, dict[int, Shape]] = {"load": {}, "store": {}}
-    for line in loop:
-        moved = re.search(r"NAME\((load|store)_(\w+)\)\((?:x(\d+), |a(\d+) )", line)
-        if moved:
-            axes = () if moved[2] == "scalar" else tuple(map(int, moved[2].split("x")))
-            shapes[moved[1]].setdefault(int(moved[3] or moved[4]), axes)
-    found = {**shapes["load"], **shapes["store"]}
-    if sorted(found) != list(range(len(function.parameters))):
-        raise BackendError(f"C text of {function.name}", f"a loop with parameters {sorted(found)}", "all of them")
-    return [shape for _, shape in sorted(shapes["load"].items())], [s for _, s in sorted(shapes["store"].items())]
+def _defined(lines: list[str], k: int) -> str:
+    """The macro that is defined in line `k` and the lines that continue it."""
+    end = next((j for j in range(k, len(lines)) if not lines[j].endswith("\\")), k)
+    return " ".join(line.removesuffix("\\").strip() for line in lines[k : end + 1])
+
+
+def _c_shapes(function: _CFunction, listed: str) -> tuple[list[Shape], list[Shape]]:
+    """The shapes of arguments and results, from the list of the parts of a kernel."""
+    shapes: dict[bool, list[Shape]] = {False: [], True: []}
+    for kind, numbers in re.findall(r"\b(IN|NUMBER|OUT)\((\d+, [\w, ]+)\)", listed):
+        described = numbers.split(", ")
+        rank = int(described[4]) if kind != "NUMBER" else 0
+        shapes[kind == "OUT"].append(tuple(map(int, described[5 : 5 + rank])))
+    count = len(shapes[False]) + len(shapes[True])
+    if count != len(function.parameters):
+        raise BackendError(f"C text of {function.name}", f"a list of {count} parts", f"{len(function.parameters)}")
+    return shapes[False], shapes[True]
 
 
 def _c_program(function: _CFunction, shapes: Sequence[Shape], out_shapes: Sequence[Shape]) -> Program:
