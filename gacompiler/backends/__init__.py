@@ -11,7 +11,7 @@ from .build import (
     library_path,
     no_compiler,
 )
-from .c import c_header, c_source
+from .c import c_header, c_source, standalone_c_source
 from .documentation import body_is_intact
 from .module import KernelSource, LayoutText, ModuleSource
 from .printers import as_printed
@@ -41,5 +41,6 @@ __all__ = [
     "python_programs",
     "python_source",
     "runtime_files",
+    "standalone_c_source",
     "taken_names",
 ]

@@ -6,6 +6,7 @@ numpy's generalised ufuncs (see `gacompiler.backends.c_batch`).
 
 from __future__ import annotations
 
+import re
 import textwrap
 from functools import cache
 from pathlib import Path
@@ -14,7 +15,7 @@ import jinja2
 
 from ..ir.program import Program
 from ..ir.uniform import Uniform
-from .c_batch import helper_lines, loop_text, named_parts, usable_forms
+from .c_batch import FEW, TILES, helper_lines, loop_text, named_parts, tile_line, usable_forms
 from .c_functions import has_turns, is_transcendental
 from .documentation import c_comment, stamp
 from .module import KernelSource, ModuleSource
@@ -65,16 +66,53 @@ def c_source(module: ModuleSource) -> str:
 
 def c_body(name: str, kernels: list[tuple[Program, tuple[Uniform, ...]]]) -> str:
     """All of the ``.c`` below its header, a function of the programs alone: a reader checks a file against it."""
-    programs = [program for program, _ in kernels]
-    forms = [(program, form) for program, uniform in kernels for form in usable_forms(program, uniform)]
     template = environment().get_template("module.c.jinja")
     return template.render(
         name=name,
         runtime=RUNTIME,
         interface=RUNTIME_INTERFACE,
-        helpers=helper_lines(programs, forms),
-        kernels=["\n".join(_kernel_and_loops(program, uniform)) for program, uniform in kernels],
+        **_rendered(kernels),
     )
+
+
+def standalone_c_source(module: ModuleSource) -> str:
+    """The ``.c`` of a module with the runtime in it, which needs only the header of `c_header` beside it."""
+    shared, driver = _runtime_parts("gac_runtime.h", "#define GAC_RUNTIME_H"), _runtime_parts("gac_runtime.c", "#include")
+    kernels = [(kernel.program, kernel.uniform) for kernel in module.kernels]
+    template = environment().get_template("standalone.c.jinja")
+    rendered = _rendered(kernels)
+    # The driver has its own tiles of all sizes above those that it moves without.
+    rendered["helpers"] = [line for line in rendered["helpers"] if line not in map(tile_line, range(FEW + 1, TILES + 1))]
+    body = template.render(
+        name=module.name,
+        shared=shared[0],
+        shared_of_each=shared[1],
+        driver=driver[0],
+        driver_of_each=driver[1],
+        **rendered,
+    )
+    return stamp(body, module, "//", (POLICY,))
+
+
+def _runtime_parts(name: str, start: str) -> tuple[str, str]:
+    """What a file of the runtime has for both precisions, below the line that begins with `start`, and for each."""
+    text = (Path(__file__).parents[1] / RUNTIME / name).read_text(encoding="utf-8")
+    once = re.split(rf"^{start}.*\n", text, maxsplit=1, flags=re.MULTILINE)[1]
+    for_both, mark, rest = once.partition(" Both precisions.")
+    _, other_mark, for_each = rest.partition(" For each precision.")
+    assert mark and other_mark
+    for_each = for_each.partition("\n")[2].strip().removesuffix("#endif")
+    return for_both.rpartition("\n")[0].strip(), for_each.strip()
+
+
+def _rendered(kernels: list[tuple[Program, tuple[Uniform, ...]]]) -> dict[str, list[str]]:
+    """What both kinds of files have for each precision."""
+    programs = [program for program, _ in kernels]
+    forms = [(program, form) for program, uniform in kernels for form in usable_forms(program, uniform)]
+    return {
+        "helpers": helper_lines(programs, forms),
+        "kernels": ["\n".join(_kernel_and_loops(program, uniform)) for program, uniform in kernels],
+    }
 
 
 def _kernel_and_loops(program: Program, uniform: tuple[Uniform, ...]) -> list[str]:

@@ -34,16 +34,16 @@ _LINES_OF_NUMBER = 7
 """Kernels of at most so many numbers, and of so many operations or so many for each number, have a loop of their own
 for C order. Others gain less from what they would add to the build."""
 
-_FLAGS = 32
+FLAGS = 32
 """``GAC_FLAGS`` of the runtime: forms are found among so many arguments."""
 
-_FEW = 3
+FEW = 3
 """What compilers transpose well without tiles has at most so many numbers."""
 
-_TILE_NUMBERS = 32
+TILES = 32
 """``GAC_TILE_NUMBERS`` of the runtime: elements of at most so many numbers go through tiles."""
 
-_MOST_AXES = 8
+MOST_AXES = 8
 """``GAC_MOST_AXES`` of the runtime."""
 
 _MOST_REPEATED = 1024
@@ -80,8 +80,8 @@ def loop_text(program: Program, forms: Sequence[Uniform]) -> list[str]:
 
 
 def usable_forms(program: Program, forms: Sequence[Uniform]) -> list[Uniform]:
-    """Those that the driver can find: their arguments are among the first `_FLAGS`."""
-    late = {argument.name for argument in program.arguments[_FLAGS:]}
+    """Those that the driver can find: their arguments are among the first `FLAGS`."""
+    late = {argument.name for argument in program.arguments[FLAGS:]}
     return [form for form in forms if not late.intersection(form.same)]
 
 
@@ -97,13 +97,18 @@ def helper_lines(programs: Sequence[Program], forms: Sequence[tuple[Program, Uni
             sizes |= set(_sizes(program, form))
     needed = {inner for shape in shapes for inner in _inner_shapes(shape)}
     lines = [_axes(shape) for shape in sorted(needed, key=lambda shape: (len(shape), shape))]
-    return [*lines, *(f"GAC_TILE({size})" for size in sorted(sizes))]
+    return [*lines, *map(tile_line, sorted(sizes))]
+
+
+def tile_line(size: int) -> str:
+    """The line that makes the functions for tiles of a size."""
+    return f"GAC_TILE({size})"
 
 
 def _inner_shapes(shape: Shape) -> Iterator[Shape]:
     """A shape and those of which its rows are made."""
-    if len(shape) > _MOST_AXES:
-        raise BackendError("C backend", f"{len(shape)} axes", f"at most {_MOST_AXES} axes of a part")
+    if len(shape) > MOST_AXES:
+        raise BackendError("C backend", f"{len(shape)} axes", f"at most {MOST_AXES} axes of a part")
     if max(shape, default=1) > _MOST_REPEATED:
         raise BackendError("C backend", f"an axis of {max(shape)} numbers", f"at most {_MOST_REPEATED} along an axis")
     for axis in range(len(shape)):
@@ -184,7 +189,7 @@ def _dense(program: Program, form: Uniform | None) -> str:
     """Which loop there is for C order: direct where compilers read the elements as well as tiles do."""
     run, sizes = form.apply if form else program, _sizes(program, form)
     few = sum(sizes) <= _DENSE_NUMBERS and len(run.lines) <= max(_DENSE_LINES, _LINES_OF_NUMBER * sum(sizes))
-    if not (1 < max(sizes) <= _TILE_NUMBERS and few) or is_transcendental(run):
+    if not (1 < max(sizes) <= TILES and few) or is_transcendental(run):
         return "NO"
-    is_direct = set(sizes) <= {1, 2, 3, 4, 8} and max(sizes[-len(program.results) :]) <= _FEW
+    is_direct = set(sizes) <= {1, 2, 3, 4, 8} and max(sizes[-len(program.results) :]) <= FEW
     return "DIRECT" if is_direct else "TILES"

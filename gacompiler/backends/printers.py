@@ -29,25 +29,8 @@ INFIX: Mapping[Op, tuple[str, int]] = {
 }
 """The operations between their operands, and how they bind; all group from the left."""
 
-C_MACROS: Mapping[Op, str] = {
-    Op.SQRT: "SQRT(x) FUNCTION(sqrt)(x)",
-    Op.SIN: "SIN(x) NAME(sin_of)(x, far)",
-    Op.COS: "COS(x) NAME(cos_of)(x, far)",
-    Op.ATAN2: "ATAN2(y, x) NAME(atan2_of)(y, x)",
-    Op.ACOS: "ACOS(x) NAME(acos_of)(x)",
-    Op.EXP: "EXP(x) NAME(exp_of)(x)",
-    Op.LOG: "LOG(x) NAME(log_of)(x)",
-    Op.ABS: "ABS(x) FUNCTION(fabs)(x)",
-    Op.MINIMUM: "MINIMUM(a, b) NAME(chosen_by)(WHERE((a) < (b)) | WHERE((a) != (a)), a, b)",
-    Op.MAXIMUM: "MAXIMUM(a, b) NAME(chosen_by)(WHERE((a) > (b)) | WHERE((a) != (a)), a, b)",
-    Op.LESS: "LESS(a, b) ((REAL)((a) < (b)))",
-    Op.LESS_EQUAL: "LESS_EQUAL(a, b) ((REAL)((a) <= (b)))",
-    Op.EQUAL: "EQUAL(a, b) ((REAL)((a) == (b)))",
-    Op.SELECT: "SELECT(condition, a, b) NAME(chosen_by)(WHERE((condition) != 0), a, b)",
-}
-"""What the macros of `C` mean. Minimum and maximum give NaN where either operand is NaN."""
-
-assert set(C_MACROS) | set(INFIX) | {Op.NEGATE} == set(Op) - set(LEAVES), "every operation is printable"
+MACROS = frozenset(Op) - {*LEAVES, *INFIX, Op.NEGATE}
+"""The operations that are calls: in C of macros of ``gac_runtime.h`` whose names are those of operations in capitals."""
 
 _EXACT_INTEGER = 2**53
 
@@ -148,20 +131,25 @@ _C_WORDS = frozenset(
     asm auto bool break case char const constexpr continue default do double else enum extern false float for fortran
     goto if inline int long nullptr register restrict return short signed sizeof static struct switch thread_local true
     typedef typeof union unsigned void volatile while intptr_t uintptr_t linux unix i386
-    REAL WORD NAME FUNCTION PRECISION INLINE WIDE ON_v3 ON_v4 HAS_v3 HAS_v4 NAMES_MACHINES LOOPS WIDTHS CHOSEN FUSED RUN
-    FMA ANY_ORDER NOT_UNROLLED LANES CHUNK SPAN ALONE TILE PADDED PARTS CORES NUMBERS SPACE PREPARED SIZES SHUFFLE
-    VECTOR stream STREAM_END NAN INFINITY
-    WHERE SIGN SIGN_BIT SHIFT FRACTION_BITS BIAS LOG_0 LOG_1 QUARTER_0 QUARTER_1 NULL M_E M_PI far
     """.split()  # noqa: SIM905
 )
-"""Keywords, macros and types. Functions of ``<math.h>`` are not here: a parameter may hide one, the macros may not."""
+"""Keywords and types. Functions of ``<math.h>`` are not here: a parameter may hide one, the macros may not."""
+
+C_MACRO_NAMES = frozenset(
+    """
+    REAL WORD NAME FUNCTION PRECISION INLINE ON_v3 ON_v4 HAS_v3 HAS_v4 NAMES_MACHINES LOOP LOOPS WIDTH WIDTHS CHOSEN
+    FUSED RUN FMA ANY_ORDER NOT_UNROLLED LANES CHUNK SPAN TILE PADDED SHUFFLE VECTOR NAN INFINITY NULL WHERE SIGN SIGN_BIT
+    SHIFT FRACTION_BITS BIAS LOG_0 LOG_1 LOG_INVERSE QUARTER_0 QUARTER_1 QUARTER_2 QUARTER_INVERSE M_E M_PI
+    """.split()  # noqa: SIM905
+)
+"""Macros of the headers: a kernel of such a name would be something else in C."""
 
 _LIKE_A_MACRO = re.compile(r"[A-Z][A-Z0-9_]+")
 """Names that headers define, and options of the compiler: FLT_MAX, M_LOG2E, ONLY_F64."""
 
 _FUNCTIONS = frozenset({"fabs", *(op.value for op in Op), *(op.value.upper() for op in Op)})
 
-RESERVED = _C_WORDS | _FUNCTIONS | {*keyword.kwlist, *keyword.softkwlist, "range", "len", "empty"}
+RESERVED = _C_WORDS | C_MACRO_NAMES | {"far"} | _FUNCTIONS | {*keyword.kwlist, *keyword.softkwlist, "range", "len", "empty"}
 """Names that a variable of an emitted function cannot have, in any of the languages."""
 
 

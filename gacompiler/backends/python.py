@@ -18,7 +18,7 @@ from .c_batch import C_ENDINGS, FORM_PARTS, form_name
 from .documentation import stamp
 from .module import KernelSource, LayoutText, ModuleSource
 from .numba import function_text
-from .printers import Names
+from .printers import C_MACRO_NAMES, Names
 from .values import class_text, combined_types, operator_lines, value_types
 
 PUBLIC = ("Kernel", "Layout", "Value", "backend", "kernels", "num_threads")
@@ -90,6 +90,7 @@ def check_names(module: ModuleSource) -> None:
     if module.name == "gac" or module.name.startswith("gac_"):
         raise BackendError(f"module {module.name}", "its name begins like those of the runtime", "another", "rename it")
     taken: dict[str, str] = dict.fromkeys(sorted(taken_names()), "the module itself")
+    taken |= dict.fromkeys(sorted(C_MACRO_NAMES), "the headers of C")
     for kernel in module.kernels:
         name = kernel.program.name
         forms = [form_name(kernel.program, form, what) for form in kernel.uniform for what in FORM_PARTS]

@@ -24,13 +24,13 @@ from ..ir.uniform import Uniform
 from .c import c_body
 from .nesting import Nested, Node, Shape, Tree, flattened
 from .numba import function_text
-from .printers import C_MACROS, PYTHON, C
+from .printers import MACROS, PYTHON, C
 from .python import cost_text, form_text
 
 Function = Callable[..., tuple[tuple[Any, ...], ...]]
 
 _INFIX = {ast.Add: Op.ADD, ast.Sub: Op.SUBTRACT, ast.Mult: Op.MULTIPLY, ast.Div: Op.DIVIDE}
-_CALLS = {notation.call(op.value): op for notation in (PYTHON, C) for op in C_MACROS}
+_CALLS = {notation.call(op.value): op for notation in (PYTHON, C) for op in MACROS}
 
 
 class Read(NamedTuple):

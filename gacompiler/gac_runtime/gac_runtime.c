@@ -23,7 +23,7 @@
 enum { LINE = 64 };
 #ifdef NAMES_MACHINES
 #define PASSES(bytes, rows) ((bytes) > ((rows) > 16 ? 1 << 21 : 1 << 25))
-ON_v3 static void stream(char *to, const char *from, intptr_t bytes)
+ON_v3 static void gac_stream(char *to, const char *from, intptr_t bytes)
 {
     typedef double half __attribute__((vector_size(LINE / 2), aligned(4), may_alias));
     const intptr_t start = -(intptr_t)to & (LINE - 1);
@@ -40,12 +40,12 @@ ON_v3 static void stream(char *to, const char *from, intptr_t bytes)
 #define STREAM_END() __builtin_ia32_sfence()
 #else
 #define PASSES(bytes, rows) ((void)(rows), 0)
-#define stream memcpy
+#define gac_stream memcpy
 #define STREAM_END() (void)0
 #endif
 
 // Has memory bring what is read soon, or written.
-static void fetch(const char *from, intptr_t bytes, int to_write)
+static void gac_fetch(const char *from, intptr_t bytes, int to_write)
 {
 #ifdef __GNUC__
     for (intptr_t i = 0; i < bytes; i += LINE) {
@@ -60,7 +60,7 @@ static void fetch(const char *from, intptr_t bytes, int to_write)
 }
 
 // Where a number of an element lies, its components being counted in C order.
-static intptr_t offset_of(const struct gac_part *part, intptr_t k, const intptr_t *strides)
+static intptr_t gac_offset_of(const struct gac_part *part, intptr_t k, const intptr_t *strides)
 {
     intptr_t offset = 0;
     for (int axis = part->rank; axis-- > 1; k /= part->shape[axis])
@@ -68,7 +68,7 @@ static intptr_t offset_of(const struct gac_part *part, intptr_t k, const intptr_
     return part->rank ? offset + k * strides[0] : 0;
 }
 
-static int is_flagged(unsigned flags, int p)
+static int gac_is_flagged(unsigned flags, int p)
 {
     return p < GAC_FLAGS && flags >> p & 1;
 }
@@ -80,9 +80,10 @@ static int is_flagged(unsigned flags, int p)
     M(4) M(5) M(6) M(7) M(8) M(9) M(10) M(11) M(12) M(13) M(14) M(15) M(16) M(17) M(18) M(19) M(20)   \
     M(21) M(22) M(23) M(24) M(25) M(26) M(27) M(28) M(29) M(30) M(31) M(32)
 
-#define NAME(name) GAC(name)
 #define AT(a, k, s) (*(GAC(four) *)((a) + (k) * (s)))
 
+// Both precisions.
+#define NAME(name) GAC(name)
 #ifndef ONLY_F32
 #define REAL double
 #define PRECISION(of_double, of_float) of_double
@@ -97,6 +98,8 @@ static int is_flagged(unsigned flags, int p)
 #endif
 
 #else
+
+// For each precision.
 
 #ifdef SHUFFLE
 #if PRECISION(1, 0)
@@ -352,7 +355,7 @@ static void GAC(move_part)(int back, REAL *x, intptr_t row, const struct gac_par
 static void GAC(move_element)(int back, REAL *x, const struct gac_part *part, char *a, const intptr_t *c)
 {
     for (intptr_t k = 0; k < part->size; ++k) {
-        REAL *number = (REAL *)(a + offset_of(part, k, c));
+        REAL *number = (REAL *)(a + gac_offset_of(part, k, c));
         if (back)
             *number = x[k];
         else
@@ -364,7 +367,7 @@ static void GAC(move_element)(int back, REAL *x, const struct gac_part *part, ch
 static void GAC(stream_part)(REAL *x, intptr_t row, const struct gac_part *part, char *a, const intptr_t *c, intptr_t n)
 {
     for (intptr_t k = 0; k < part->size; ++k)
-        stream(a + offset_of(part, k, c), (const char *)(x + k * row), n * sizeof(REAL));
+        gac_stream(a + gac_offset_of(part, k, c), (const char *)(x + k * row), n * sizeof(REAL));
 }
 
 // Runs a kernel on one element after the other.
@@ -391,7 +394,7 @@ static void GAC(run_from)(intptr_t first, intptr_t n, const struct gac_kernel *k
 {
     char *starts[kernel->n_parts];
     for (int p = 0; p < kernel->n_parts; ++p)
-        starts[p] = is_flagged(hoisted, p) ? (char *)prepared : args[p] + first * steps[p];
+        starts[p] = gac_is_flagged(hoisted, p) ? (char *)prepared : args[p] + first * steps[p];
     loop(n, starts, steps + kernel->n_parts);
 }
 
@@ -473,7 +476,7 @@ void GAC(batch)(const struct gac_kernel *kernel, char **args, intptr_t n, const 
     intptr_t head = aligned ? (-(intptr_t)args[n_inputs] & (LINE - 1)) / w : 0;
     // All that lies as a loop reads it is run at once.
     for (int p = 0; p < n_parts; ++p)
-        at_unit_stride = at_unit_stride && (steps[p] == w || is_flagged(hoisted, p));
+        at_unit_stride = at_unit_stride && (steps[p] == w || gac_is_flagged(hoisted, p));
     gac_loop *const at_once = ordered && still == hoisted && in_order ? in_order
         : at_unit_stride && !past && !kernel->repeats ? in_rows : NULL;
     if (at_once) {
@@ -500,10 +503,10 @@ void GAC(batch)(const struct gac_kernel *kernel, char **args, intptr_t n, const 
     for (int p = 0; p < n_parts; ++p) {
         const struct gac_part *part = &kernel->parts[p];
         intptr_t row_step = row * w;
-        starts[p] = is_flagged(hoisted, p) ? (char *)prepared : args[p];
+        starts[p] = gac_is_flagged(hoisted, p) ? (char *)prepared : args[p];
         rows[p] = space + row * before;
         before += part->size;
-        kinds[p] = is_flagged(hoisted, p) ? HOISTED : is_flagged(still, p) ? SAME : steps[p] == w ? UNIT : ANY;
+        kinds[p] = gac_is_flagged(hoisted, p) ? HOISTED : gac_is_flagged(still, p) ? SAME : steps[p] == w ? UNIT : ANY;
         for (int q = 0; kernel->repeats && p >= n_inputs && q < n_inputs; ++q)
             kinds[p] = args[p] == args[q] ? ANY : kinds[p];
         kinds[p] = past && p >= n_inputs ? ANY : kinds[p];
@@ -533,7 +536,7 @@ void GAC(batch)(const struct gac_kernel *kernel, char **args, intptr_t n, const 
         for (int p = 0; !near && p < n_parts; ++p) {
             const intptr_t first = p < n_inputs ? i + turn : i, count = n - first < turn ? n - first : turn;
             if (kinds[p] == ANY)
-                fetch(args[p] + first * steps[p], count * steps[p], p >= n_inputs);
+                gac_fetch(args[p] + first * steps[p], count * steps[p], p >= n_inputs);
         }
         in_rows(turn, starts, cores);
         for (int p = n_inputs; p < n_parts; ++p)

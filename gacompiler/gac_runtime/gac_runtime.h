@@ -31,15 +31,19 @@
 #if defined(__GNUC__)
 #define INLINE inline __attribute__((always_inline))
 #define GAC_HELPER static inline __attribute__((always_inline, unused))
-#define GAC_HIDDEN __attribute__((visibility("hidden")))
 #else
 #define INLINE inline
 #define GAC_HELPER static inline
-#define GAC_HIDDEN
 #endif
-#if defined(_WIN32)
-#undef GAC_HIDDEN
-#define GAC_HIDDEN
+
+/* Functions of the runtime are not seen outside of the library that they are linked into; in a file that has the whole
+   runtime in it, not outside of that. */
+#if defined(GAC_STANDALONE)
+#define GAC_SHARED static
+#elif defined(__GNUC__) && !defined(_WIN32)
+#define GAC_SHARED __attribute__((visibility("hidden")))
+#else
+#define GAC_SHARED
 #endif
 
 /* Elements are independent: an output is an input of the same element, or of none. */
@@ -166,8 +170,8 @@ struct gac_kernel {
 
 /* Run a kernel over a batch. What has unit stride, or is hoisted, is used where it is, and so is a whole batch in C
    order if there is a loop for it; everything else goes through rows, in blocks. */
-GAC_HIDDEN void gac_batch_f64(const struct gac_kernel *kernel, char **args, intptr_t n, const intptr_t *steps);
-GAC_HIDDEN void gac_batch_f32(const struct gac_kernel *kernel, char **args, intptr_t n, const intptr_t *steps);
+GAC_SHARED void gac_batch_f64(const struct gac_kernel *kernel, char **args, intptr_t n, const intptr_t *steps);
+GAC_SHARED void gac_batch_f32(const struct gac_kernel *kernel, char **args, intptr_t n, const intptr_t *steps);
 
 /* Words as wide as a number; a condition as a mask, because conditions that occur often would become branches. */
 #define WORD PRECISION(uint64_t, uint32_t)
@@ -812,6 +816,7 @@ static INLINE float gac_asin_polynomial_f32(float z)
     }
 #endif
 
+/* Both precisions. */
 #define REAL double
 #define PRECISION(of_double, of_float) of_double
 #include "gac_runtime.h"

@@ -37,11 +37,12 @@ from gacompiler.backends import (
     c_source,
     python_functions,
     python_source,
+    runtime_files,
 )
-from gacompiler.backends.c_batch import C_HELPERS
 from gacompiler.backends.c_functions import TRANSCENDENTAL
-from gacompiler.backends.printers import RESERVED
+from gacompiler.backends.printers import C_MACRO_NAMES, Names
 from gacompiler.errors import BackendError, InexactError, ProofError
+from gacompiler.generate import write as write_files
 from gacompiler.ir.interpret import interpret
 from gacompiler.ir.program import Program
 from gacompiler.ir.scalar import Op
@@ -117,22 +118,28 @@ def test_headers_and_bodies() -> None:
 
 
 def test_a_kernel_may_not_hide_what_the_module_needs() -> None:
-    for name in ("abs", "Kernel", "SCALAR", "kernels", "batch", "load_3x3"):
+    for name in ("abs", "Kernel", "SCALAR", "kernels", "LANES"):
         program = Program(name, SWAP.arguments, SWAP.lines, SWAP.results)
         with pytest.raises(BackendError, match=name):
             python_source(module_source("one", program))
+    for module in ("gac", "gac_load"):
+        with pytest.raises(BackendError, match=f"module {module}.*runtime"):
+            python_source(module_source(module, SWAP))
 
 
-@pytest.mark.parametrize("module", ["arms", "cga3", "pga3", "quaternion"])
-def test_every_function_that_kernels_share_is_known_by_name(module: str) -> None:
-    text = (ROOT / "generated" / f"{module}.c").read_text()
-    kernels = importlib.import_module(f"generated.{module}").kernels
-    defined = set(re.findall(r"^(?:\w+ )?static .*?\bNAME\((\w+)\)", text, re.M)) | set(
-        re.findall(r"NAME\((call_\w+)\)", text)
-    )
-    shared = {name for name in defined if not any(name == own or name.startswith(f"{own}_") for own in kernels)}
-    assert {"batch", "move_part", "load_rows"} <= shared
-    assert [name for name in sorted(shared) if not C_HELPERS.fullmatch(name)] == []
+@needs_compiler
+def test_kernels_and_the_runtime_share_no_names(tmp_path: Path) -> None:
+    """Kernels may have the names of the runtime's functions: those begin with gac_, and libraries do not show them."""
+    kernels = [Program(name, SWAP.arguments, SWAP.lines, SWAP.results) for name in ("batch", "load_2", "each", "tile")]
+    library = build_library(write(module_source("alike", *kernels), tmp_path))
+    assert library is not None
+    listed = subprocess.run(["nm", "--defined-only", str(library)], capture_output=True, text=True, check=True).stdout
+    symbols = re.findall(r"^\w+ (\w) (\w+)$", listed, re.M)
+    public = {name for kind, name in symbols if kind == "T" and not name.startswith("_")}
+    endings = ("f64", "f32", "loop_f64", "loop_f32")
+    assert public == {f"alike_{kernel.name}_{ending}" for kernel in kernels for ending in endings}
+    own = {name for kind, name in symbols if kind in "tir" and "f64" in name}
+    assert "gac_batch_f64" in own and {name.partition("_")[0] for name in own} == {"alike", "gac"}
 
 
 @pytest.mark.parametrize("op", [op for op in OPERATIONS if op.lines[0].op in TRANSCENDENTAL], ids=lambda op: op.name)
@@ -145,9 +152,11 @@ def test_a_kernel_may_be_called_as_a_function(op: Program) -> None:
 
 def test_no_variable_has_the_name_of_a_macro() -> None:
     """Of one without arguments: the others are macros only where a parenthesis follows."""
-    text = (ROOT / "generated" / "cga3.c").read_text()
+    text = runtime_files()["gac_runtime/gac_runtime.h"]
     macros = set(re.findall(r"^\s*#\s*define (\w+)(?![\w(])", text, re.M))
-    assert {"REAL", "LOG_0", "TILE"} <= macros <= RESERVED
+    macros = {name for name in macros if not name.startswith("GAC_")}
+    assert {"REAL", "LOG_0", "TILE", "HAS_v3"} <= macros
+    assert [name for name in sorted(macros) if Names().fresh(name) == name or name not in C_MACRO_NAMES] == []
 
 
 def test_kernels_may_not_share_a_name() -> None:
@@ -193,20 +202,24 @@ def test_text_does_not_depend_on_the_hash_seed() -> None:
 @needs_compiler
 def test_c_compiles_without_warnings_and_vectorises(tmp_path: Path) -> None:
     c_path = write(module_source("strict", MOVE_POINT, NORMALIZE, CONSTANTS), tmp_path)
-    command = ["gcc", "-std=c17", "-Wall", "-Wextra", "-Werror", "-O3", "-ffp-contract=off", "-fopt-info-vec"]
+    write_files(runtime_files(), tmp_path)
+    options = ["-std=c17", "-Wall", "-Wextra", "-pedantic", "-Werror"]
+    command = ["gcc", *options, "-O3", "-ffp-contract=off", "-fopt-info-vec"]
     run = subprocess.run(
         [*command, "-c", str(c_path), "-o", str(tmp_path / "strict.o")], capture_output=True, text=True
     )
     assert run.returncode == 0, run.stderr[:2000]
     lines = c_path.read_text().splitlines()
-    move_point = lines.index(next(line for line in lines if "NAME(move_point_block)(intptr_t n" in line))
-    loop = next(k for k, line in enumerate(lines) if k > move_point and "for (" in line)
-    assert re.search(rf"strict\.c:{loop + 1}:.*loop vectorized", run.stderr + run.stdout)
+    loops = lines.index(next(line for line in lines if line.startswith("GAC_KERNEL(move_point,")))
+    assert re.search(rf"strict\.c:{loops + 1}:.*loop vectorized", run.stderr + run.stdout)
+    command = ["gcc", *options, "-O1", "-c", "gac_runtime/gac_runtime.c", "-o", "runtime.o"]
+    assert subprocess.run(command, cwd=tmp_path, capture_output=True, text=True).stderr == ""
 
 
 @needs_compiler
 def test_a_c_program_without_python(tmp_path: Path) -> None:
     write(module_source("alone", MOVE_POINT, INTERPOLATE, NORMALIZE), tmp_path)
+    write_files(runtime_files(), tmp_path)
     (tmp_path / "main.c").write_text("""
 #include <stdio.h>
 #include "alone.h"
@@ -223,7 +236,8 @@ int main(void)
     return 0;
 }
 """)
-    command = ["gcc", "-std=c17", "-Wall", "-Wextra", "-Werror", "-O1", "main.c", "alone.c", "-o", "alone", "-lm"]
+    command = ["gcc", "-std=c17", "-Wall", "-Wextra", "-Werror", "-O1", "-ffp-contract=off"]
+    command += ["main.c", "alone.c", "gac_runtime/gac_runtime.c", "-o", "alone", "-lm"]
     subprocess.run(command, cwd=tmp_path, check=True, capture_output=True)
     run = subprocess.run([tmp_path / "alone"], capture_output=True, text=True, check=True)
     m, p = [1, 0, 0, 0, 0.5, 1, 1.5, 0], [1, 2, 3]
@@ -257,7 +271,8 @@ def test_a_failed_build_leaves_nothing(tmp_path: Path) -> None:
 @needs_compiler
 def test_what_the_linker_says(tmp_path: Path) -> None:
     c_path = write(module_source("bare", SWAP), tmp_path)
-    good = c_path.read_text()
+    # The precisions of a long file are compiled side by side.
+    good = c_path.read_text() + "//\n" * 20_000
     c_path.write_text(good + "#ifndef TWICE\n#define TWICE\nint twice(void) { return 2; }\n#endif\n")
     with pytest.raises(BackendError, match=r"multiple definition.*twice"):
         build_library(c_path)
