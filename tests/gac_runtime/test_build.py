@@ -1,0 +1,244 @@
+"""Libraries are built once, whole, and where nobody else can write."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from backend_programs import DISTANCE, SWAP, module_source, write
+
+from gacompiler.gac_runtime import build
+from gacompiler.gac_runtime.build import BuildError, build_module, build_modules, built_library, library_path
+from gacompiler.gac_runtime.cache import CacheError, cache_folder
+
+pytestmark = pytest.mark.skipif(
+    build.find_compiler() is None or os.name != "posix", reason="needs a C compiler, and a shell for its place"
+)
+
+_COMPILER = """\
+#!/bin/sh
+case "$*" in
+*--version*) ;;
+*) echo "$*" >> "{folder}/calls" ;;
+esac
+{first}
+exec {compiler} "$@"
+"""
+
+
+@pytest.fixture(name="cache")
+def cache_fixture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A cache of its own, with nothing in it."""
+    monkeypatch.setenv("GAC_CACHE", str(tmp_path / "cache"))
+    return tmp_path / "cache"
+
+
+@pytest.fixture(name="module")
+def module_fixture(tmp_path: Path, cache: Path) -> Path:
+    (tmp_path / "modules").mkdir()
+    return write(module_source("bare", SWAP), tmp_path / "modules")
+
+
+def use_compiler(folder: Path, monkeypatch: pytest.MonkeyPatch, first: str = "") -> Path:
+    """A compiler that notes its calls, in a file."""
+    compiler = build.find_compiler()
+    assert compiler is not None
+    script = folder / "compiler"
+    script.write_text(_COMPILER.format(folder=folder, first=first, compiler=" ".join(compiler)))
+    script.chmod(0o755)
+    monkeypatch.setenv("CC", str(script))
+    return folder / "calls"
+
+
+def compiled(calls: Path) -> list[str]:
+    """The C files that were compiled, in the order in which that began."""
+    words = [line.split() for line in calls.read_text().splitlines()]
+    return sorted(Path(line[line.index("-c") + 1]).name for line in words if "-c" in line)
+
+
+def leftovers(folder: Path) -> list[Path]:
+    return [path for path in folder.rglob(".*") if path.name != ".nothing"]
+
+
+def test_one_module_is_built_and_no_other(module: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write(module_source("other", DISTANCE), module.parent)
+    calls = use_compiler(tmp_path, monkeypatch)
+    assert built_library(module) is None
+    library = build_module(module)
+    assert library == library_path(module) == built_library(module)
+    assert compiled(calls) == ["bare.c", "gac_runtime.c", "gac_runtime.c"]
+    # The runtime is there for the next one; and what is built is not built again.
+    build_module(module.with_name("other.c"))
+    assert build_module(module) == library
+    assert compiled(calls) == ["bare.c", "gac_runtime.c", "gac_runtime.c", "other.c"]
+    assert not leftovers(tmp_path)
+
+
+def test_a_library_goes_with_its_runtime(module: Path) -> None:
+    """The runtime beside a module is what it is compiled with, and its text is in the name of the library."""
+    beside = module.parent / "gac_runtime"
+    shutil.rmtree(beside, ignore_errors=True)
+    before = library_path(module).name
+    beside.mkdir()
+    for name in build.RUNTIME_FILES:
+        shutil.copy(Path(build.__file__).with_name(name), beside)
+    assert build.runtime_folder(module) == beside and library_path(module).name == before
+    build._texts.cache_clear()
+    (beside / "gac_runtime.c").write_text((beside / "gac_runtime.c").read_text() + "// more\n")
+    assert library_path(module).name != before
+    build._texts.cache_clear()
+
+
+@pytest.mark.parametrize("home", ["GAC_CACHE", "XDG_CACHE_HOME", "HOME"])
+def test_a_folder_that_is_not_ours_is_not_written(
+    home: str, module: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("GAC_CACHE", "XDG_CACHE_HOME"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv(home, str(tmp_path / "own"))
+    module.parent.chmod(0o777)
+    library = build_module(module)
+    places = {"GAC_CACHE": "own", "XDG_CACHE_HOME": "own/gacompiler", "HOME": "own/.cache/gacompiler"}
+    folder = tmp_path / places[home]
+    assert library is not None and library.parent == folder / "libraries" and library == built_library(module)
+    assert folder.stat().st_mode & 0o777 == 0o700
+    assert not library_path(module).exists() and build_module(module) == library
+
+
+def test_a_cache_that_others_can_write_is_refused(module: Path, cache: Path) -> None:
+    module.parent.chmod(0o777)
+    cache.mkdir()
+    for mode in (0o777, 0o770, 0o1777):
+        cache.chmod(mode)
+        with pytest.raises(CacheError, match=rf"^{cache}: others can write to it; .*chmod 700") as error:
+            build_module(module)
+        assert len(str(error.value).splitlines()) == 1
+        assert not list(cache.iterdir()) and built_library(module) is None
+    cache.chmod(0o700)
+    library = build_module(module)
+    assert library is not None
+    # What lies there is not used once others can write to it.
+    cache.chmod(0o777)
+    assert built_library(module) is None
+
+
+def test_a_cache_of_somebody_else_is_refused(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    cache_folder()
+    monkeypatch.setattr(os, "getuid", lambda: 12345)
+    with pytest.raises(CacheError, match="belongs to another user"):
+        cache_folder()
+
+
+def test_a_cache_that_cannot_be_made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "file").write_text("in the way")
+    monkeypatch.setenv("GAC_CACHE", str(tmp_path / "file" / "cache"))
+    with pytest.raises(CacheError, match="set GAC_CACHE"):
+        cache_folder()
+
+
+def test_without_a_usable_cache_modules_are_built_beside(module: Path, cache: Path) -> None:
+    cache.mkdir()
+    cache.chmod(0o777)
+    library = build_module(module)
+    assert library == library_path(module) and library.exists()
+    assert not list(cache.iterdir()) and not leftovers(module.parent)
+
+
+def test_a_failing_build_leaves_nothing(module: Path, cache: Path) -> None:
+    good = module.read_text()
+    module.write_text(good + "wrong\n")
+    with pytest.raises(BuildError, match=r"bare\.c: .*failed"):
+        build_module(module)
+    assert not list((module.parent / "_build").iterdir()) and not leftovers(cache)
+    module.write_text(good)
+    assert build_module(module) is not None
+
+
+def test_a_failing_runtime_is_told_for_every_module(module: Path, cache: Path) -> None:
+    beside = module.parent / "gac_runtime"
+    beside.mkdir(exist_ok=True)
+    for name in build.RUNTIME_FILES:
+        shutil.copy(Path(build.__file__).with_name(name), beside)
+    (beside / "gac_runtime.c").write_text("wrong\n")
+    build._texts.cache_clear()
+    other = write(module_source("other", DISTANCE), module.parent)
+    (beside / "gac_runtime.c").write_text("wrong\n")
+    with pytest.raises(BuildError, match=r"gac_runtime\.c: .*failed"):
+        build_modules([module, other])
+    build._texts.cache_clear()
+    assert not leftovers(cache) and not leftovers(module.parent) and not list(cache.rglob("*.o"))
+
+
+_BUILD = "import sys; from pathlib import Path; from gacompiler.gac_runtime.build import build_module; "
+_BUILD += "print(build_module(Path(sys.argv[1])))"
+
+
+def started(module: Path) -> subprocess.Popen[str]:
+    """A process that builds a module."""
+    environment = {**os.environ, "PYTHONPATH": str(Path(build.__file__).parents[2])}
+    command = [sys.executable, "-c", _BUILD, str(module)]
+    return subprocess.Popen(
+        command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
+
+
+def test_two_processes_build_it_once(module: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    calls = use_compiler(tmp_path, monkeypatch)
+    processes = [started(module) for _ in range(3)]
+    printed = {process.communicate()[0] for process in processes}
+    assert printed == {f"{library_path(module)}\n"}
+    assert compiled(calls) == ["bare.c", "gac_runtime.c", "gac_runtime.c"]
+
+
+def test_a_killed_build_leaves_nothing_that_is_loaded(
+    module: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A process that is killed while its compiler runs keeps nobody from building."""
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    with monkeypatch.context() as patch:
+        # The linker says that it was reached, and waits.
+        use_compiler(tmp_path, patch, first=f'case "$*" in *-shared*) echo linking > "{pipe}"; cat "{pipe}" ;; esac')
+        process = started(module)
+        assert pipe.read_text() == "linking\n"
+        os.killpg(process.pid, signal.SIGKILL)
+        process.communicate()
+    assert built_library(module) is None
+    library = build_module(module)
+    assert library is not None and built_library(module) == library
+
+
+def test_a_long_build_says_so(
+    module: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(build, "_PATIENCE", 0.0)
+    build_module(module)
+    assert capfd.readouterr() == ("", "gac: building bare (once)\n")
+    # What is there takes no time.
+    build_module(module)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_without_a_compiler(module: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with monkeypatch.context() as patch:
+        patch.setenv("CC", "no-such-compiler")
+        assert build_module(module) is None and build_modules([module]) == [None]
+    library = build_module(module)
+    monkeypatch.setenv("CC", "no-such-compiler")
+    assert build_module(module) == library and build_modules([module]) == [library]
+
+
+@pytest.mark.parametrize(("backend", "wanted"), [("", True), ("c", True), ("numba", False), ("arrays", False)])
+def test_whether_modules_are_built(backend: str, wanted: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("GAC_BACKEND", backend)
+    assert build.is_wanted() == wanted
+
+
+def test_a_file_that_is_not_there(tmp_path: Path, cache: Path) -> None:
+    with pytest.raises(BuildError, match=r"missing\.c"):
+        build_module(tmp_path / "missing.c")
