@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import importlib
 import re
+import shutil
 import subprocess
 from pathlib import Path
 from typing import Any
@@ -12,8 +13,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from gacompiler.backends import runtime_files
 from gacompiler.backends.build import compiler_flags, find_compiler
-from gacompiler.generate import own_specs
+from gacompiler.generate import own_specs, write
 
 ROOT = Path(__file__).parents[2]
 
@@ -63,15 +65,20 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
     if compiler is None or "avx512dq" not in _features() or not re.search("gcc|Free Software", _version(compiler)):
         pytest.skip("needs gcc, and a machine that has all of the widths")
     folder = tmp_path_factory.mktemp("widths")
-    text = (ROOT / "generated" / "vga2.c").read_text()
-    (folder / "vga2.h").write_text((ROOT / "generated" / "vga2.h").read_text())
-    for name, value in (("CHOSEN", "chosen_width\nint chosen_width;"), ("HAS_v3", "(chosen_width >= 0)")):
+    for ending in ("c", "h"):
+        shutil.copy(ROOT / "generated" / f"vga2.{ending}", folder)
+    write(runtime_files(), folder)
+    header = folder / "gac_runtime" / "gac_runtime.h"
+    text = header.read_text()
+    for name, value in (("CHOSEN", "chosen_width\nextern int chosen_width;"), ("HAS_v3", "(chosen_width >= 0)")):
         text, count = re.subn(rf"(#define {name}) .*", rf"\1 {value}", text, count=1)
         assert count == 1
-    (folder / "vga2.c").write_text(text)
+    header.write_text(text)
+    (folder / "width.c").write_text("int chosen_width;\n")
     built = folder / "vga2.so"
     flags = [*compiler_flags(compiler), "-shared", "-o", str(built)]
-    subprocess.run([*compiler, *flags, str(folder / "vga2.c"), "-lm"], check=True)
+    sources = ["vga2.c", "width.c", "gac_runtime/gac_runtime.c"]
+    subprocess.run([*compiler, *flags, *sources, "-lm"], cwd=folder, check=True)
     return ctypes.CDLL(str(built))
 
 
