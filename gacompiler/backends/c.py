@@ -77,12 +77,14 @@ def c_body(name: str, kernels: list[tuple[Program, tuple[Uniform, ...]]]) -> str
 
 def standalone_c_source(module: ModuleSource) -> str:
     """The ``.c`` of a module with the runtime in it, which needs only the header of `c_header` beside it."""
-    shared, driver = _runtime_parts("gac_runtime.h", "#define GAC_RUNTIME_H"), _runtime_parts("gac_runtime.c", "#include")
+    shared = _runtime_parts("gac_runtime.h", "#define GAC_RUNTIME_H")
+    driver = _runtime_parts("gac_runtime.c", "#include")
     kernels = [(kernel.program, kernel.uniform) for kernel in module.kernels]
     template = environment().get_template("standalone.c.jinja")
     rendered = _rendered(kernels)
-    # The driver has its own tiles of all sizes above those that it moves without.
-    rendered["helpers"] = [line for line in rendered["helpers"] if line not in map(tile_line, range(FEW + 1, TILES + 1))]
+    # The driver makes these itself.
+    tiles = {tile_line(size) for size in range(FEW + 1, TILES + 1)}
+    rendered["helpers"] = [line for line in rendered["helpers"] if line not in tiles]
     body = template.render(
         name=module.name,
         shared=shared[0],

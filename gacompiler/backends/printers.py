@@ -138,8 +138,8 @@ _C_WORDS = frozenset(
 C_MACRO_NAMES = frozenset(
     """
     REAL WORD NAME FUNCTION PRECISION INLINE ON_v3 ON_v4 HAS_v3 HAS_v4 NAMES_MACHINES LOOP LOOPS WIDTH WIDTHS CHOSEN
-    FUSED RUN FMA ANY_ORDER NOT_UNROLLED LANES CHUNK SPAN TILE PADDED SHUFFLE VECTOR NAN INFINITY NULL WHERE SIGN SIGN_BIT
-    SHIFT FRACTION_BITS BIAS LOG_0 LOG_1 LOG_INVERSE QUARTER_0 QUARTER_1 QUARTER_2 QUARTER_INVERSE M_E M_PI
+    FUSED RUN FMA ANY_ORDER NOT_UNROLLED LANES CHUNK SPAN TILE PADDED SHUFFLE VECTOR NAN INFINITY NULL WHERE SIGN
+    SIGN_BIT SHIFT FRACTION_BITS BIAS LOG_0 LOG_1 LOG_INVERSE QUARTER_0 QUARTER_1 QUARTER_2 QUARTER_INVERSE M_E M_PI
     """.split()  # noqa: SIM905
 )
 """Macros of the headers: a kernel of such a name would be something else in C."""
@@ -149,7 +149,9 @@ _LIKE_A_MACRO = re.compile(r"[A-Z][A-Z0-9_]+")
 
 _FUNCTIONS = frozenset({"fabs", *(op.value for op in Op), *(op.value.upper() for op in Op)})
 
-RESERVED = _C_WORDS | C_MACRO_NAMES | {"far"} | _FUNCTIONS | {*keyword.kwlist, *keyword.softkwlist, "range", "len", "empty"}
+RESERVED = (
+    _C_WORDS | C_MACRO_NAMES | {"far"} | _FUNCTIONS | {*keyword.kwlist, *keyword.softkwlist, "range", "len", "empty"}
+)
 """Names that a variable of an emitted function cannot have, in any of the languages."""
 
 

@@ -34,10 +34,10 @@ from backend_programs import (
 )
 from one_element import load_ways, outcome
 
-from gacompiler.backends import build, build_library, find_compiler
-from gacompiler.backends.build import extension_name, extension_path
-from gacompiler.backends.extension import extension_source
+from gacompiler.backends import build_library, find_compiler
 from gacompiler.errors import BackendError
+from gacompiler.gac_runtime import build
+from gacompiler.gac_runtime.extension_file import SOURCE, extension_name, extension_path
 from gacompiler.ir.program import Program
 
 pytestmark = pytest.mark.skipif(
@@ -384,9 +384,7 @@ def test_a_compiler_that_fails_is_named(tmp_path: Path, monkeypatch: pytest.Monk
 def test_the_text_compiles_without_a_warning(tmp_path: Path) -> None:
     import subprocess
 
-    source = tmp_path / "calls.c"
-    source.write_text(extension_source())
     options = ["-std=c17", "-O2", "-Wall", "-Wextra", "-Werror", "-DINIT=PyInit_x", "-c", "-o", str(tmp_path / "x.o")]
-    command = [*(find_compiler() or ()), *options, f"-I{sysconfig.get_path('include')}", str(source)]
+    command = [*(find_compiler() or ()), *options, f"-I{sysconfig.get_path('include')}", str(SOURCE)]
     assert subprocess.run(command, capture_output=True, text=True).stderr == ""
-    assert max(map(len, extension_source().splitlines())) <= 120
+    assert max(map(len, SOURCE.read_text().splitlines())) <= 120

@@ -44,6 +44,23 @@ def module_fixture(tmp_path: Path, cache: Path) -> Path:
     return write(module_source("bare", SWAP), tmp_path / "modules")
 
 
+@pytest.fixture(scope="module")
+def runtime_objects(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The runtime as a cache has it."""
+    folder = tmp_path_factory.mktemp("runtime")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("GAC_CACHE", str(folder / "cache"))
+        build_module(write(module_source("bare", SWAP), folder))
+    return folder / "cache" / "runtime"
+
+
+@pytest.fixture
+def with_runtime(cache: Path, runtime_objects: Path) -> None:
+    """The runtime is compiled in the cache of the test."""
+    cache.mkdir(mode=0o700)
+    shutil.copytree(runtime_objects, cache / "runtime")
+
+
 def use_compiler(folder: Path, monkeypatch: pytest.MonkeyPatch, first: str = "") -> Path:
     """A compiler that notes its calls, in a file."""
     compiler = build.find_compiler()
@@ -149,6 +166,7 @@ def test_without_a_usable_cache_modules_are_built_beside(module: Path, cache: Pa
     assert not list(cache.iterdir()) and not leftovers(module.parent)
 
 
+@pytest.mark.usefixtures("with_runtime")
 def test_a_failing_build_leaves_nothing(module: Path, cache: Path) -> None:
     good = module.read_text()
     module.write_text(good + "wrong\n")
@@ -213,9 +231,8 @@ def test_a_killed_build_leaves_nothing_that_is_loaded(
     assert library is not None and built_library(module) == library
 
 
-def test_a_long_build_says_so(
-    module: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
+@pytest.mark.usefixtures("with_runtime")
+def test_a_long_build_says_so(module: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> None:
     monkeypatch.setattr(build, "_PATIENCE", 0.0)
     build_module(module)
     assert capfd.readouterr() == ("", "gac: building bare (once)\n")
@@ -224,6 +241,7 @@ def test_a_long_build_says_so(
     assert capfd.readouterr() == ("", "")
 
 
+@pytest.mark.usefixtures("with_runtime")
 def test_without_a_compiler(module: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with monkeypatch.context() as patch:
         patch.setenv("CC", "no-such-compiler")

@@ -19,7 +19,7 @@ from algorithms.kinematics import (
     UnknownJointTypeError,
     passes,
 )
-from gacompiler.backends.extension import STEM
+from gacompiler.gac_runtime.build import STEM
 from generated import pga3
 from generated.gac_runtime.extension import extension
 

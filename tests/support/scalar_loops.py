@@ -27,9 +27,7 @@ def scalar_loops(c_path: Path, folder: Path) -> list[str]:
     include = f"-I{Path(gac_runtime.__path__[0]).parent}"
     command = [*compiler, *compiler_flags(compiler), include, "-fopt-info-vec-optimized", "-c", str(c_path)]
     run = subprocess.run([*command, "-o", str(folder / "object.o")], capture_output=True, text=True, check=True)
-    reports = Counter(
-        re.findall(r"\.c:(\d+):\d+: optimized: loop vectorized using (?:32|64) byte", run.stderr)
-    )
+    reports = Counter(re.findall(r"\.c:(\d+):\d+: optimized: loop vectorized using (?:32|64) byte", run.stderr))
     found, seen = [], 0
     for number, line in enumerate(c_path.read_text(encoding="utf-8").splitlines(), 1):
         made = re.match(r"GAC_(FORM|KERNEL|KERNEL_AND_FORMS)\((.*)", line)
