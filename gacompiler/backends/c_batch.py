@@ -43,7 +43,7 @@ FEW = 3
 TILES = 32
 """``GAC_TILE_NUMBERS`` of the runtime: elements of at most so many numbers go through tiles."""
 
-MOST_AXES = 8
+MOST_AXES = 5
 """``GAC_MOST_AXES`` of the runtime."""
 
 _MOST_REPEATED = 1024

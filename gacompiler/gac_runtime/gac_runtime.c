@@ -18,6 +18,9 @@
 // Numbers in the rows of a block, which are to stay in the first cache; more if the least block needs more.
 #define SPACE 4096
 
+// Kernels with more parts, axes in all or numbers need arrays whose sizes are known only when they run.
+enum { USUAL_PARTS = 8, USUAL_CORES = 12, USUAL_NUMBERS = SPACE / LANES, USUAL_PREPARED = 48 };
+
 // What no cache holds goes to memory past them: whole lines, of which nothing is fetched first. So does what only the
 // last cache holds, where it is more rows than a core can have lines on their way.
 enum { LINE = 64 };
@@ -79,6 +82,9 @@ static int gac_is_flagged(unsigned flags, int p)
 #define MANY_SPANS(M)                                                                                 \
     M(4) M(5) M(6) M(7) M(8) M(9) M(10) M(11) M(12) M(13) M(14) M(15) M(16) M(17) M(18) M(19) M(20)   \
     M(21) M(22) M(23) M(24) M(25) M(26) M(27) M(28) M(29) M(30) M(31) M(32)
+
+// How a part gets to the loops: it is the same for all, prepared, at unit stride, or anything else.
+enum kind { SAME, HOISTED, UNIT, ANY };
 
 #define AT(a, k, s) (*(GAC(four) *)((a) + (k) * (s)))
 
@@ -354,8 +360,10 @@ static void GAC(move_part)(int back, REAL *x, intptr_t row, const struct gac_par
 // The numbers of an element of a part, from the batch or back to it.
 static void GAC(move_element)(int back, REAL *x, const struct gac_part *part, char *a, const intptr_t *c)
 {
-    for (intptr_t k = 0; k < part->size; ++k) {
-        REAL *number = (REAL *)(a + gac_offset_of(part, k, c));
+    const intptr_t size = part->size, step = part->rank ? c[0] : 0;
+    const int is_row = part->rank < 2;
+    for (intptr_t k = 0; k < size; ++k) {
+        REAL *number = (REAL *)(a + (is_row ? k * step : gac_offset_of(part, k, c)));
         if (back)
             *number = x[k];
         else
@@ -364,19 +372,19 @@ static void GAC(move_element)(int back, REAL *x, const struct gac_part *part, ch
 }
 
 // All rows of a part to a batch in which they are contiguous, past the caches.
-static void GAC(stream_part)(REAL *x, intptr_t row, const struct gac_part *part, char *a, const intptr_t *c, intptr_t n)
+static INLINE void GAC(stream_part)(REAL *x, intptr_t row, const struct gac_part *part, char *a, const intptr_t *c, intptr_t n)
 {
     for (intptr_t k = 0; k < part->size; ++k)
         gac_stream(a + gac_offset_of(part, k, c), (const char *)(x + k * row), n * sizeof(REAL));
 }
 
-// Runs a kernel on one element after the other.
-static void GAC(each)(const struct gac_kernel *kernel, char **args, intptr_t n, const intptr_t *steps)
+// Runs a kernel on one element after the other; there is room for the numbers of one, and for where its parts are.
+static INLINE void GAC(each_in)(REAL *numbers, void **places, const struct gac_kernel *kernel, char **args, intptr_t n,
+    const intptr_t *steps)
 {
     const intptr_t *strides = steps + kernel->n_parts;
     const struct gac_part *parts = kernel->parts;
-    REAL numbers[kernel->n_numbers], *next = numbers;
-    void *places[kernel->n_parts];
+    REAL *next = numbers;
     for (int p = 0; p < kernel->n_parts; next += parts[p++].size)
         places[p] = next;
     for (intptr_t i = 0; i < n; ++i) {
@@ -385,6 +393,19 @@ static void GAC(each)(const struct gac_kernel *kernel, char **args, intptr_t n, 
         kernel->call(kernel->function, places);
         for (int p = kernel->n_inputs; p < kernel->n_parts; ++p)
             GAC(move_element)(1, places[p], &parts[p], args[p] + i * steps[p], strides + parts[p].first);
+    }
+}
+
+static void GAC(each)(const struct gac_kernel *kernel, char **args, intptr_t n, const intptr_t *steps)
+{
+    if (kernel->n_parts <= USUAL_PARTS && kernel->n_numbers <= USUAL_NUMBERS) {
+        REAL numbers[USUAL_NUMBERS];
+        void *places[USUAL_PARTS];
+        GAC(each_in)(numbers, places, kernel, args, n, steps);
+    } else {
+        REAL numbers[kernel->n_numbers];
+        void *places[kernel->n_parts];
+        GAC(each_in)(numbers, places, kernel, args, n, steps);
     }
 }
 
@@ -401,7 +422,7 @@ static void GAC(run_from)(intptr_t first, intptr_t n, const struct gac_kernel *k
 // Runs a loop over elements as they lie, `unit` at a time, and returns how many it did. Those before `head` are run
 // with some after them, and the last ones with some before them, which are run twice, unless arguments are replaced by
 // results.
-static intptr_t GAC(as_they_lie)(intptr_t unit, intptr_t head, const struct gac_kernel *kernel, gac_loop *loop,
+static INLINE intptr_t GAC(as_they_lie)(intptr_t unit, intptr_t head, const struct gac_kernel *kernel, gac_loop *loop,
     char **args, intptr_t n, const intptr_t *steps, unsigned hoisted, REAL *prepared)
 {
     int twice = n > unit;
@@ -419,21 +440,17 @@ static intptr_t GAC(as_they_lie)(intptr_t unit, intptr_t head, const struct gac_
     return n;
 }
 
-void GAC(batch)(const struct gac_kernel *kernel, char **args, intptr_t n, const intptr_t *steps)
+// Runs a kernel over a batch, with room for so many numbers in rows, for what a form prepares, and for what there is of
+// each part and each axis; arrays of constant sizes are quicker to make than others.
+static INLINE void GAC(batch_in)(REAL *space, intptr_t n_space, REAL *prepared, enum kind *kinds, gac_loop **loads,
+    gac_loop **stores, REAL **rows, char **starts, char **rest, intptr_t *cores, intptr_t *row_cores,
+    const struct gac_kernel *kernel, char **args, intptr_t n, const intptr_t *steps, int width)
 {
-    const int width = CHOSEN;
-    if (width < 0 || n <= 1) {
-        GAC(each)(kernel, args, n, steps);
-        return;
-    }
     const intptr_t w = sizeof(REAL), *strides = steps + kernel->n_parts;
     const int n_parts = kernel->n_parts, n_inputs = kernel->n_inputs, total = kernel->n_numbers;
-    enum { SAME, HOISTED, UNIT, ANY } kinds[n_parts];
-    gac_loop *in_rows = kernel->block[width], *in_order = kernel->dense[width], *loads[n_parts], *stores[n_parts];
-    REAL *rows[n_parts];
-    char *starts[n_parts], *rest[n_parts];
-    intptr_t cores[kernel->n_cores + 1], row_cores[kernel->n_cores + 1], numbers = 0, results = 0, bytes = 0;
-    unsigned still = 0;
+    gac_loop *in_rows = kernel->block[width], *in_order = kernel->dense[width];
+    intptr_t numbers = 0, results = 0, bytes = 0;
+    unsigned still = 0, hoisted = 0;
     int in_place = 1, ordered = 1, known = 1, at_unit_stride = 1, together = kernel->together;
     for (int p = 0; p < n_parts; ++p) {
         const struct gac_part *part = &kernel->parts[p];
@@ -449,18 +466,13 @@ void GAC(batch)(const struct gac_kernel *kernel, char **args, intptr_t n, const 
         if (same)
             still |= 1u << p;
     }
-    const struct gac_form *form = NULL;
-    for (int f = 0; f < kernel->n_forms && !form; ++f)
-        if ((still & kernel->forms[f].same) == kernel->forms[f].same && n >= kernel->forms[f].least)
-            form = &kernel->forms[f];
-    const unsigned hoisted = form ? form->same : 0;
-    const intptr_t n_space = total * LANES > SPACE ? total * LANES : SPACE, line = LINE / w;
-    REAL memory[n_space + (form ? form->n_prepared : 0) + 2 * line];
-    REAL *const space = memory + (-(intptr_t)memory & (LINE - 1)) / w;
-    REAL *const prepared = space + (n_space + line - 1) / line * line;
-    if (form) {
-        form->start(args, strides, prepared);
-        together = form->together, in_rows = form->block[width], in_order = form->dense[width];
+    for (int f = 0; f < kernel->n_forms && !hoisted; ++f) {
+        const struct gac_form *form = &kernel->forms[f];
+        if ((still & form->same) == form->same && n >= form->least) {
+            form->start(args, strides, prepared);
+            hoisted = form->same, together = form->together;
+            in_rows = form->block[width], in_order = form->dense[width];
+        }
     }
     // Results go past caches that do not hold them, where that is what takes the time and all rows start lines alike.
     int past = PASSES(n * numbers * w, results) && !kernel->busy && !ordered;
@@ -574,5 +586,48 @@ void GAC(batch)(const struct gac_kernel *kernel, char **args, intptr_t n, const 
     }
     if (past)
         STREAM_END();
+}
+
+// The same for a kernel that has more of anything than usual ones.
+static void GAC(large_batch)(intptr_t n_prepared, const struct gac_kernel *kernel, char **args, intptr_t n,
+    const intptr_t *steps, int width)
+{
+    const int n_parts = kernel->n_parts, n_cores = kernel->n_cores + 1, line = LINE / sizeof(REAL);
+    const intptr_t least = (intptr_t)kernel->n_numbers * LANES, n_space = least > SPACE ? least : SPACE;
+    REAL memory[n_space + n_prepared + line];
+    REAL *const space = memory + (-(intptr_t)memory & (LINE - 1)) / sizeof(REAL);
+    enum kind kinds[n_parts];
+    gac_loop *loads[n_parts], *stores[n_parts];
+    REAL *rows[n_parts];
+    char *starts[n_parts], *rest[n_parts];
+    intptr_t cores[n_cores], row_cores[n_cores];
+    GAC(batch_in)(space, n_space, space + n_space, kinds, loads, stores, rows, starts, rest, cores, row_cores, kernel,
+        args, n, steps, width);
+}
+
+void GAC(batch)(const struct gac_kernel *kernel, char **args, intptr_t n, const intptr_t *steps)
+{
+    const int width = CHOSEN;
+    intptr_t n_prepared = 0;
+    if (width < 0 || n <= 1) {
+        GAC(each)(kernel, args, n, steps);
+        return;
+    }
+    for (int f = 0; f < kernel->n_forms; ++f)
+        if (kernel->forms[f].n_prepared > n_prepared)
+            n_prepared = kernel->forms[f].n_prepared;
+    if (kernel->n_parts > USUAL_PARTS || kernel->n_cores > USUAL_CORES || kernel->n_numbers > USUAL_NUMBERS ||
+        n_prepared > USUAL_PREPARED) {
+        GAC(large_batch)(n_prepared, kernel, args, n, steps, width);
+        return;
+    }
+    _Alignas(LINE) REAL space[SPACE], prepared[USUAL_PREPARED];
+    enum kind kinds[USUAL_PARTS];
+    gac_loop *loads[USUAL_PARTS], *stores[USUAL_PARTS];
+    REAL *rows[USUAL_PARTS];
+    char *starts[USUAL_PARTS], *rest[USUAL_PARTS];
+    intptr_t cores[USUAL_CORES], row_cores[USUAL_CORES];
+    GAC(batch_in)(space, SPACE, prepared, kinds, loads, stores, rows, starts, rest, cores, row_cores, kernel, args, n,
+        steps, width);
 }
 #endif

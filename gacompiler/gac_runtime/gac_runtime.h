@@ -133,7 +133,7 @@
 #endif
 #endif
 
-#define GAC_MOST_AXES 8
+#define GAC_MOST_AXES 5
 #define GAC_FLAGS 32
 
 /* An argument or a result: how many numbers it has, along which axes, and which is the first of its strides. */
@@ -410,7 +410,7 @@ static INLINE float gac_asin_polynomial_f32(float z)
 #define GAC_CORES(at, rank)                                                                                     \
     {                                                                                                           \
         GAC_CORE(0, at, rank), GAC_CORE(1, at, rank), GAC_CORE(2, at, rank), GAC_CORE(3, at, rank),             \
-        GAC_CORE(4, at, rank), GAC_CORE(5, at, rank), GAC_CORE(6, at, rank), GAC_CORE(7, at, rank)              \
+        GAC_CORE(4, at, rank)                                                                                   \
     }
 #define GAC_ROWS(k, at, shape, size, rank, ...)                                     \
     char *const a##k = args[k];                                                     \
