@@ -372,7 +372,7 @@ static void GAC(move_element)(int back, REAL *x, const struct gac_part *part, ch
 }
 
 // All rows of a part to a batch in which they are contiguous, past the caches.
-static INLINE void GAC(stream_part)(REAL *x, intptr_t row, const struct gac_part *part, char *a, const intptr_t *c, intptr_t n)
+static void GAC(stream_part)(REAL *x, intptr_t row, const struct gac_part *part, char *a, const intptr_t *c, intptr_t n)
 {
     for (intptr_t k = 0; k < part->size; ++k)
         gac_stream(a + gac_offset_of(part, k, c), (const char *)(x + k * row), n * sizeof(REAL));
@@ -422,7 +422,7 @@ static void GAC(run_from)(intptr_t first, intptr_t n, const struct gac_kernel *k
 // Runs a loop over elements as they lie, `unit` at a time, and returns how many it did. Those before `head` are run
 // with some after them, and the last ones with some before them, which are run twice, unless arguments are replaced by
 // results.
-static INLINE intptr_t GAC(as_they_lie)(intptr_t unit, intptr_t head, const struct gac_kernel *kernel, gac_loop *loop,
+static intptr_t GAC(as_they_lie)(intptr_t unit, intptr_t head, const struct gac_kernel *kernel, gac_loop *loop,
     char **args, intptr_t n, const intptr_t *steps, unsigned hoisted, REAL *prepared)
 {
     int twice = n > unit;

@@ -13,445 +13,95 @@
 #define MAX_ARRAYS 16
 #define MAX_AXES 3
 #define MAX_LEADING 8
-#define N_SYMBOLS 11
 
 typedef void (*Function)(void);
 
 /* How a kernel is called: it takes every array as a pointer and every number by value. */
 typedef void (*Invoke)(Function function, double *const *arrays, const double *numbers);
 
-static void invoke_ar(Function function, double *const *arrays, const double *numbers)
-{
-    (void)numbers;
-    typedef void (*Kernel)(const double *, double *);
-    ((Kernel)function)(arrays[0], arrays[1]);
-}
-
-static void invoke_arr(Function function, double *const *arrays, const double *numbers)
-{
-    (void)numbers;
-    typedef void (*Kernel)(const double *, double *, double *);
-    ((Kernel)function)(arrays[0], arrays[1], arrays[2]);
-}
-
-static void invoke_nr(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(double, double *);
-    ((Kernel)function)(numbers[0], arrays[0]);
-}
-
-static void invoke_nrr(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(double, double *, double *);
-    ((Kernel)function)(numbers[0], arrays[0], arrays[1]);
-}
-
-static void invoke_aar(Function function, double *const *arrays, const double *numbers)
-{
-    (void)numbers;
-    typedef void (*Kernel)(const double *, const double *, double *);
-    ((Kernel)function)(arrays[0], arrays[1], arrays[2]);
-}
-
-static void invoke_aarr(Function function, double *const *arrays, const double *numbers)
-{
-    (void)numbers;
-    typedef void (*Kernel)(const double *, const double *, double *, double *);
-    ((Kernel)function)(arrays[0], arrays[1], arrays[2], arrays[3]);
-}
-
-static void invoke_anr(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(const double *, double, double *);
-    ((Kernel)function)(arrays[0], numbers[0], arrays[1]);
-}
-
-static void invoke_anrr(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(const double *, double, double *, double *);
-    ((Kernel)function)(arrays[0], numbers[0], arrays[1], arrays[2]);
-}
-
-static void invoke_nar(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(double, const double *, double *);
-    ((Kernel)function)(numbers[0], arrays[0], arrays[1]);
-}
-
-static void invoke_narr(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(double, const double *, double *, double *);
-    ((Kernel)function)(numbers[0], arrays[0], arrays[1], arrays[2]);
-}
-
-static void invoke_nnr(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(double, double, double *);
-    ((Kernel)function)(numbers[0], numbers[1], arrays[0]);
-}
-
-static void invoke_nnrr(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(double, double, double *, double *);
-    ((Kernel)function)(numbers[0], numbers[1], arrays[0], arrays[1]);
-}
-
-static void invoke_aaar(Function function, double *const *arrays, const double *numbers)
-{
-    (void)numbers;
-    typedef void (*Kernel)(const double *, const double *, const double *, double *);
-    ((Kernel)function)(arrays[0], arrays[1], arrays[2], arrays[3]);
-}
-
-static void invoke_aaarr(Function function, double *const *arrays, const double *numbers)
-{
-    (void)numbers;
-    typedef void (*Kernel)(const double *, const double *, const double *, double *, double *);
-    ((Kernel)function)(arrays[0], arrays[1], arrays[2], arrays[3], arrays[4]);
-}
-
-static void invoke_aanr(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(const double *, const double *, double, double *);
-    ((Kernel)function)(arrays[0], arrays[1], numbers[0], arrays[2]);
-}
-
-static void invoke_aanrr(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(const double *, const double *, double, double *, double *);
-    ((Kernel)function)(arrays[0], arrays[1], numbers[0], arrays[2], arrays[3]);
-}
-
-static void invoke_anar(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(const double *, double, const double *, double *);
-    ((Kernel)function)(arrays[0], numbers[0], arrays[1], arrays[2]);
-}
-
-static void invoke_anarr(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(const double *, double, const double *, double *, double *);
-    ((Kernel)function)(arrays[0], numbers[0], arrays[1], arrays[2], arrays[3]);
-}
-
-static void invoke_annr(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(const double *, double, double, double *);
-    ((Kernel)function)(arrays[0], numbers[0], numbers[1], arrays[1]);
-}
-
-static void invoke_annrr(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(const double *, double, double, double *, double *);
-    ((Kernel)function)(arrays[0], numbers[0], numbers[1], arrays[1], arrays[2]);
-}
-
-static void invoke_naar(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(double, const double *, const double *, double *);
-    ((Kernel)function)(numbers[0], arrays[0], arrays[1], arrays[2]);
-}
-
-static void invoke_naarr(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(double, const double *, const double *, double *, double *);
-    ((Kernel)function)(numbers[0], arrays[0], arrays[1], arrays[2], arrays[3]);
-}
-
-static void invoke_nanr(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(double, const double *, double, double *);
-    ((Kernel)function)(numbers[0], arrays[0], numbers[1], arrays[1]);
-}
-
-static void invoke_nanrr(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(double, const double *, double, double *, double *);
-    ((Kernel)function)(numbers[0], arrays[0], numbers[1], arrays[1], arrays[2]);
-}
-
-static void invoke_nnar(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(double, double, const double *, double *);
-    ((Kernel)function)(numbers[0], numbers[1], arrays[0], arrays[1]);
-}
-
-static void invoke_nnarr(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(double, double, const double *, double *, double *);
-    ((Kernel)function)(numbers[0], numbers[1], arrays[0], arrays[1], arrays[2]);
-}
-
-static void invoke_nnnr(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(double, double, double, double *);
-    ((Kernel)function)(numbers[0], numbers[1], numbers[2], arrays[0]);
-}
-
-static void invoke_nnnrr(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(double, double, double, double *, double *);
-    ((Kernel)function)(numbers[0], numbers[1], numbers[2], arrays[0], arrays[1]);
-}
-
-static void invoke_aaaar(Function function, double *const *arrays, const double *numbers)
-{
-    (void)numbers;
-    typedef void (*Kernel)(const double *, const double *, const double *, const double *, double *);
-    ((Kernel)function)(arrays[0], arrays[1], arrays[2], arrays[3], arrays[4]);
-}
-
-static void invoke_aaaarr(Function function, double *const *arrays, const double *numbers)
-{
-    (void)numbers;
-    typedef void (*Kernel)(const double *, const double *, const double *, const double *, double *, double *);
-    ((Kernel)function)(arrays[0], arrays[1], arrays[2], arrays[3], arrays[4], arrays[5]);
-}
-
-static void invoke_aaanr(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(const double *, const double *, const double *, double, double *);
-    ((Kernel)function)(arrays[0], arrays[1], arrays[2], numbers[0], arrays[3]);
-}
-
-static void invoke_aaanrr(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(const double *, const double *, const double *, double, double *, double *);
-    ((Kernel)function)(arrays[0], arrays[1], arrays[2], numbers[0], arrays[3], arrays[4]);
-}
-
-static void invoke_aanar(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(const double *, const double *, double, const double *, double *);
-    ((Kernel)function)(arrays[0], arrays[1], numbers[0], arrays[2], arrays[3]);
-}
-
-static void invoke_aanarr(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(const double *, const double *, double, const double *, double *, double *);
-    ((Kernel)function)(arrays[0], arrays[1], numbers[0], arrays[2], arrays[3], arrays[4]);
-}
-
-static void invoke_aannr(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(const double *, const double *, double, double, double *);
-    ((Kernel)function)(arrays[0], arrays[1], numbers[0], numbers[1], arrays[2]);
-}
-
-static void invoke_aannrr(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(const double *, const double *, double, double, double *, double *);
-    ((Kernel)function)(arrays[0], arrays[1], numbers[0], numbers[1], arrays[2], arrays[3]);
-}
-
-static void invoke_anaar(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(const double *, double, const double *, const double *, double *);
-    ((Kernel)function)(arrays[0], numbers[0], arrays[1], arrays[2], arrays[3]);
-}
-
-static void invoke_anaarr(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(const double *, double, const double *, const double *, double *, double *);
-    ((Kernel)function)(arrays[0], numbers[0], arrays[1], arrays[2], arrays[3], arrays[4]);
-}
-
-static void invoke_ananr(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(const double *, double, const double *, double, double *);
-    ((Kernel)function)(arrays[0], numbers[0], arrays[1], numbers[1], arrays[2]);
-}
-
-static void invoke_ananrr(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(const double *, double, const double *, double, double *, double *);
-    ((Kernel)function)(arrays[0], numbers[0], arrays[1], numbers[1], arrays[2], arrays[3]);
-}
-
-static void invoke_annar(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(const double *, double, double, const double *, double *);
-    ((Kernel)function)(arrays[0], numbers[0], numbers[1], arrays[1], arrays[2]);
-}
-
-static void invoke_annarr(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(const double *, double, double, const double *, double *, double *);
-    ((Kernel)function)(arrays[0], numbers[0], numbers[1], arrays[1], arrays[2], arrays[3]);
-}
-
-static void invoke_annnr(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(const double *, double, double, double, double *);
-    ((Kernel)function)(arrays[0], numbers[0], numbers[1], numbers[2], arrays[1]);
-}
-
-static void invoke_annnrr(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(const double *, double, double, double, double *, double *);
-    ((Kernel)function)(arrays[0], numbers[0], numbers[1], numbers[2], arrays[1], arrays[2]);
-}
-
-static void invoke_naaar(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(double, const double *, const double *, const double *, double *);
-    ((Kernel)function)(numbers[0], arrays[0], arrays[1], arrays[2], arrays[3]);
-}
-
-static void invoke_naaarr(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(double, const double *, const double *, const double *, double *, double *);
-    ((Kernel)function)(numbers[0], arrays[0], arrays[1], arrays[2], arrays[3], arrays[4]);
-}
-
-static void invoke_naanr(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(double, const double *, const double *, double, double *);
-    ((Kernel)function)(numbers[0], arrays[0], arrays[1], numbers[1], arrays[2]);
-}
-
-static void invoke_naanrr(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(double, const double *, const double *, double, double *, double *);
-    ((Kernel)function)(numbers[0], arrays[0], arrays[1], numbers[1], arrays[2], arrays[3]);
-}
-
-static void invoke_nanar(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(double, const double *, double, const double *, double *);
-    ((Kernel)function)(numbers[0], arrays[0], numbers[1], arrays[1], arrays[2]);
-}
-
-static void invoke_nanarr(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(double, const double *, double, const double *, double *, double *);
-    ((Kernel)function)(numbers[0], arrays[0], numbers[1], arrays[1], arrays[2], arrays[3]);
-}
-
-static void invoke_nannr(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(double, const double *, double, double, double *);
-    ((Kernel)function)(numbers[0], arrays[0], numbers[1], numbers[2], arrays[1]);
-}
-
-static void invoke_nannrr(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(double, const double *, double, double, double *, double *);
-    ((Kernel)function)(numbers[0], arrays[0], numbers[1], numbers[2], arrays[1], arrays[2]);
-}
-
-static void invoke_nnaar(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(double, double, const double *, const double *, double *);
-    ((Kernel)function)(numbers[0], numbers[1], arrays[0], arrays[1], arrays[2]);
-}
-
-static void invoke_nnaarr(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(double, double, const double *, const double *, double *, double *);
-    ((Kernel)function)(numbers[0], numbers[1], arrays[0], arrays[1], arrays[2], arrays[3]);
-}
-
-static void invoke_nnanr(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(double, double, const double *, double, double *);
-    ((Kernel)function)(numbers[0], numbers[1], arrays[0], numbers[2], arrays[1]);
-}
-
-static void invoke_nnanrr(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(double, double, const double *, double, double *, double *);
-    ((Kernel)function)(numbers[0], numbers[1], arrays[0], numbers[2], arrays[1], arrays[2]);
-}
-
-static void invoke_nnnar(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(double, double, double, const double *, double *);
-    ((Kernel)function)(numbers[0], numbers[1], numbers[2], arrays[0], arrays[1]);
-}
-
-static void invoke_nnnarr(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(double, double, double, const double *, double *, double *);
-    ((Kernel)function)(numbers[0], numbers[1], numbers[2], arrays[0], arrays[1], arrays[2]);
-}
-
-static void invoke_nnnnr(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(double, double, double, double, double *);
-    ((Kernel)function)(numbers[0], numbers[1], numbers[2], numbers[3], arrays[0]);
-}
-
-static void invoke_nnnnrr(Function function, double *const *arrays, const double *numbers)
-{
-    typedef void (*Kernel)(double, double, double, double, double *, double *);
-    ((Kernel)function)(numbers[0], numbers[1], numbers[2], numbers[3], arrays[0], arrays[1]);
-}
+/* A call through a pointer of the right type, for every order of at most four arrays (a) and numbers (n) before one or
+   two results (r): C has no call whose parameters are known only when it runs. One element of a kernel with more goes
+   through its loop. */
+#define IN const double *
+#define NUMBER double
+#define OUT double *
+#define INVOKERS(INVOKER)                                                                       \
+    INVOKER(ar, (IN, OUT), (a[0], a[1]))                                                        \
+    INVOKER(arr, (IN, OUT, OUT), (a[0], a[1], a[2]))                                            \
+    INVOKER(nr, (NUMBER, OUT), (n[0], a[0]))                                                    \
+    INVOKER(nrr, (NUMBER, OUT, OUT), (n[0], a[0], a[1]))                                        \
+    INVOKER(aar, (IN, IN, OUT), (a[0], a[1], a[2]))                                             \
+    INVOKER(aarr, (IN, IN, OUT, OUT), (a[0], a[1], a[2], a[3]))                                 \
+    INVOKER(anr, (IN, NUMBER, OUT), (a[0], n[0], a[1]))                                         \
+    INVOKER(anrr, (IN, NUMBER, OUT, OUT), (a[0], n[0], a[1], a[2]))                             \
+    INVOKER(nar, (NUMBER, IN, OUT), (n[0], a[0], a[1]))                                         \
+    INVOKER(narr, (NUMBER, IN, OUT, OUT), (n[0], a[0], a[1], a[2]))                             \
+    INVOKER(nnr, (NUMBER, NUMBER, OUT), (n[0], n[1], a[0]))                                     \
+    INVOKER(nnrr, (NUMBER, NUMBER, OUT, OUT), (n[0], n[1], a[0], a[1]))                         \
+    INVOKER(aaar, (IN, IN, IN, OUT), (a[0], a[1], a[2], a[3]))                                  \
+    INVOKER(aaarr, (IN, IN, IN, OUT, OUT), (a[0], a[1], a[2], a[3], a[4]))                      \
+    INVOKER(aanr, (IN, IN, NUMBER, OUT), (a[0], a[1], n[0], a[2]))                              \
+    INVOKER(aanrr, (IN, IN, NUMBER, OUT, OUT), (a[0], a[1], n[0], a[2], a[3]))                  \
+    INVOKER(anar, (IN, NUMBER, IN, OUT), (a[0], n[0], a[1], a[2]))                              \
+    INVOKER(anarr, (IN, NUMBER, IN, OUT, OUT), (a[0], n[0], a[1], a[2], a[3]))                  \
+    INVOKER(annr, (IN, NUMBER, NUMBER, OUT), (a[0], n[0], n[1], a[1]))                          \
+    INVOKER(annrr, (IN, NUMBER, NUMBER, OUT, OUT), (a[0], n[0], n[1], a[1], a[2]))              \
+    INVOKER(naar, (NUMBER, IN, IN, OUT), (n[0], a[0], a[1], a[2]))                              \
+    INVOKER(naarr, (NUMBER, IN, IN, OUT, OUT), (n[0], a[0], a[1], a[2], a[3]))                  \
+    INVOKER(nanr, (NUMBER, IN, NUMBER, OUT), (n[0], a[0], n[1], a[1]))                          \
+    INVOKER(nanrr, (NUMBER, IN, NUMBER, OUT, OUT), (n[0], a[0], n[1], a[1], a[2]))              \
+    INVOKER(nnar, (NUMBER, NUMBER, IN, OUT), (n[0], n[1], a[0], a[1]))                          \
+    INVOKER(nnarr, (NUMBER, NUMBER, IN, OUT, OUT), (n[0], n[1], a[0], a[1], a[2]))              \
+    INVOKER(nnnr, (NUMBER, NUMBER, NUMBER, OUT), (n[0], n[1], n[2], a[0]))                      \
+    INVOKER(nnnrr, (NUMBER, NUMBER, NUMBER, OUT, OUT), (n[0], n[1], n[2], a[0], a[1]))          \
+    INVOKER(aaaar, (IN, IN, IN, IN, OUT), (a[0], a[1], a[2], a[3], a[4]))                       \
+    INVOKER(aaaarr, (IN, IN, IN, IN, OUT, OUT), (a[0], a[1], a[2], a[3], a[4], a[5]))           \
+    INVOKER(aaanr, (IN, IN, IN, NUMBER, OUT), (a[0], a[1], a[2], n[0], a[3]))                   \
+    INVOKER(aaanrr, (IN, IN, IN, NUMBER, OUT, OUT), (a[0], a[1], a[2], n[0], a[3], a[4]))       \
+    INVOKER(aanar, (IN, IN, NUMBER, IN, OUT), (a[0], a[1], n[0], a[2], a[3]))                   \
+    INVOKER(aanarr, (IN, IN, NUMBER, IN, OUT, OUT), (a[0], a[1], n[0], a[2], a[3], a[4]))       \
+    INVOKER(aannr, (IN, IN, NUMBER, NUMBER, OUT), (a[0], a[1], n[0], n[1], a[2]))               \
+    INVOKER(aannrr, (IN, IN, NUMBER, NUMBER, OUT, OUT), (a[0], a[1], n[0], n[1], a[2], a[3]))   \
+    INVOKER(anaar, (IN, NUMBER, IN, IN, OUT), (a[0], n[0], a[1], a[2], a[3]))                   \
+    INVOKER(anaarr, (IN, NUMBER, IN, IN, OUT, OUT), (a[0], n[0], a[1], a[2], a[3], a[4]))       \
+    INVOKER(ananr, (IN, NUMBER, IN, NUMBER, OUT), (a[0], n[0], a[1], n[1], a[2]))               \
+    INVOKER(ananrr, (IN, NUMBER, IN, NUMBER, OUT, OUT), (a[0], n[0], a[1], n[1], a[2], a[3]))   \
+    INVOKER(annar, (IN, NUMBER, NUMBER, IN, OUT), (a[0], n[0], n[1], a[1], a[2]))               \
+    INVOKER(annarr, (IN, NUMBER, NUMBER, IN, OUT, OUT), (a[0], n[0], n[1], a[1], a[2], a[3]))   \
+    INVOKER(annnr, (IN, NUMBER, NUMBER, NUMBER, OUT), (a[0], n[0], n[1], n[2], a[1]))           \
+    INVOKER(annnrr, (IN, NUMBER, NUMBER, NUMBER, OUT, OUT), (a[0], n[0], n[1], n[2], a[1], a[2]))\
+    INVOKER(naaar, (NUMBER, IN, IN, IN, OUT), (n[0], a[0], a[1], a[2], a[3]))                   \
+    INVOKER(naaarr, (NUMBER, IN, IN, IN, OUT, OUT), (n[0], a[0], a[1], a[2], a[3], a[4]))       \
+    INVOKER(naanr, (NUMBER, IN, IN, NUMBER, OUT), (n[0], a[0], a[1], n[1], a[2]))               \
+    INVOKER(naanrr, (NUMBER, IN, IN, NUMBER, OUT, OUT), (n[0], a[0], a[1], n[1], a[2], a[3]))   \
+    INVOKER(nanar, (NUMBER, IN, NUMBER, IN, OUT), (n[0], a[0], n[1], a[1], a[2]))               \
+    INVOKER(nanarr, (NUMBER, IN, NUMBER, IN, OUT, OUT), (n[0], a[0], n[1], a[1], a[2], a[3]))   \
+    INVOKER(nannr, (NUMBER, IN, NUMBER, NUMBER, OUT), (n[0], a[0], n[1], n[2], a[1]))           \
+    INVOKER(nannrr, (NUMBER, IN, NUMBER, NUMBER, OUT, OUT), (n[0], a[0], n[1], n[2], a[1], a[2]))\
+    INVOKER(nnaar, (NUMBER, NUMBER, IN, IN, OUT), (n[0], n[1], a[0], a[1], a[2]))               \
+    INVOKER(nnaarr, (NUMBER, NUMBER, IN, IN, OUT, OUT), (n[0], n[1], a[0], a[1], a[2], a[3]))   \
+    INVOKER(nnanr, (NUMBER, NUMBER, IN, NUMBER, OUT), (n[0], n[1], a[0], n[2], a[1]))           \
+    INVOKER(nnanrr, (NUMBER, NUMBER, IN, NUMBER, OUT, OUT), (n[0], n[1], a[0], n[2], a[1], a[2]))\
+    INVOKER(nnnar, (NUMBER, NUMBER, NUMBER, IN, OUT), (n[0], n[1], n[2], a[0], a[1]))           \
+    INVOKER(nnnarr, (NUMBER, NUMBER, NUMBER, IN, OUT, OUT), (n[0], n[1], n[2], a[0], a[1], a[2]))\
+    INVOKER(nnnnr, (NUMBER, NUMBER, NUMBER, NUMBER, OUT), (n[0], n[1], n[2], n[3], a[0]))       \
+    INVOKER(nnnnrr, (NUMBER, NUMBER, NUMBER, NUMBER, OUT, OUT), (n[0], n[1], n[2], n[3], a[0], a[1]))
+#define INVOKER(kinds, types, arguments)                                                        \
+    static void invoke_##kinds(Function function, double *const *a, const double *n)            \
+    {                                                                                           \
+        (void)n;                                                                                \
+        ((void (*) types)function)arguments;                                                    \
+    }
+INVOKERS(INVOKER)
+#undef INVOKER
 
 static const struct {
     const char *kinds;
     Invoke invoke;
 } INVOKERS[] = {
-    {"ar", invoke_ar},
-    {"arr", invoke_arr},
-    {"nr", invoke_nr},
-    {"nrr", invoke_nrr},
-    {"aar", invoke_aar},
-    {"aarr", invoke_aarr},
-    {"anr", invoke_anr},
-    {"anrr", invoke_anrr},
-    {"nar", invoke_nar},
-    {"narr", invoke_narr},
-    {"nnr", invoke_nnr},
-    {"nnrr", invoke_nnrr},
-    {"aaar", invoke_aaar},
-    {"aaarr", invoke_aaarr},
-    {"aanr", invoke_aanr},
-    {"aanrr", invoke_aanrr},
-    {"anar", invoke_anar},
-    {"anarr", invoke_anarr},
-    {"annr", invoke_annr},
-    {"annrr", invoke_annrr},
-    {"naar", invoke_naar},
-    {"naarr", invoke_naarr},
-    {"nanr", invoke_nanr},
-    {"nanrr", invoke_nanrr},
-    {"nnar", invoke_nnar},
-    {"nnarr", invoke_nnarr},
-    {"nnnr", invoke_nnnr},
-    {"nnnrr", invoke_nnnrr},
-    {"aaaar", invoke_aaaar},
-    {"aaaarr", invoke_aaaarr},
-    {"aaanr", invoke_aaanr},
-    {"aaanrr", invoke_aaanrr},
-    {"aanar", invoke_aanar},
-    {"aanarr", invoke_aanarr},
-    {"aannr", invoke_aannr},
-    {"aannrr", invoke_aannrr},
-    {"anaar", invoke_anaar},
-    {"anaarr", invoke_anaarr},
-    {"ananr", invoke_ananr},
-    {"ananrr", invoke_ananrr},
-    {"annar", invoke_annar},
-    {"annarr", invoke_annarr},
-    {"annnr", invoke_annnr},
-    {"annnrr", invoke_annnrr},
-    {"naaar", invoke_naaar},
-    {"naaarr", invoke_naaarr},
-    {"naanr", invoke_naanr},
-    {"naanrr", invoke_naanrr},
-    {"nanar", invoke_nanar},
-    {"nanarr", invoke_nanarr},
-    {"nannr", invoke_nannr},
-    {"nannrr", invoke_nannrr},
-    {"nnaar", invoke_nnaar},
-    {"nnaarr", invoke_nnaarr},
-    {"nnanr", invoke_nnanr},
-    {"nnanrr", invoke_nnanrr},
-    {"nnnar", invoke_nnnar},
-    {"nnnarr", invoke_nnnarr},
-    {"nnnnr", invoke_nnnnr},
-    {"nnnnrr", invoke_nnnnrr},
+#define INVOKER(kinds, types, arguments) {#kinds, invoke_##kinds},
+    INVOKERS(INVOKER)
+#undef INVOKER
 };
 
 /* What numpy promises about arrays (ndarraytypes.h), so that building this needs no numpy. `prepare` checks it. */
@@ -496,23 +146,29 @@ static PyTypeObject *scalar_type;
 static PyObject *double_type, *float_type;
 static NewArray new_array;
 static PyObject *word_out, *word_in_python, *word_kind;
+
+/* Python's operators on two values, the call of a value, and the operators on one, as C and Python name them. */
+#define BINARY(OPERATOR)                                                                        \
+    OPERATOR(multiply, "*")                                                                     \
+    OPERATOR(xor, "^")                                                                          \
+    OPERATOR(and, "&")                                                                          \
+    OPERATOR(or, "|")                                                                           \
+    OPERATOR(add, "+")                                                                          \
+    OPERATOR(subtract, "-")                                                                     \
+    OPERATOR(true_divide, "/")                                                                  \
+    OPERATOR(rshift, ">>")
+#define UNARY(OPERATOR)                                                                         \
+    OPERATOR(invert, "~")                                                                       \
+    OPERATOR(negative, "-")
+#define SYMBOL(name, text) SYMBOL_##name,
+#define ONE_OPERAND(name, text) 1,
+#define TWO_OPERANDS(name, text) 2,
+#define TEXT(name, text) text,
+
+enum { BINARY(SYMBOL) SYMBOL_call, UNARY(SYMBOL) N_SYMBOLS };
+
+static const Py_ssize_t N_OPERANDS[] = {BINARY(TWO_OPERANDS) 2, UNARY(ONE_OPERAND)};
 static PyObject *symbols[N_SYMBOLS];
-
-enum {
-    SYMBOL_MULTIPLY,
-    SYMBOL_XOR,
-    SYMBOL_AND,
-    SYMBOL_OR,
-    SYMBOL_ADD,
-    SYMBOL_SUBTRACT,
-    SYMBOL_TRUE_DIVIDE,
-    SYMBOL_RSHIFT,
-    SYMBOL_CALL,
-    SYMBOL_INVERT,
-    SYMBOL_NEGATIVE,
-};
-
-static const Py_ssize_t N_OPERANDS[] = { 2, 2, 2, 2, 2, 2, 2, 2, 2, 1, 1 };
 
 /* Arguments that are taken as they are: numbers, and arrays of one shape in C order. */
 
@@ -820,55 +476,18 @@ static PyObject *operate_one(int symbol, PyObject *a)
     return PyObject_CallFunctionObjArgs(kind->operate, symbols[symbol], a, NULL);
 }
 
-static PyObject *value_multiply(PyObject *a, PyObject *b)
-{
-    return operate_two(SYMBOL_MULTIPLY, a, b);
-}
-
-static PyObject *value_xor(PyObject *a, PyObject *b)
-{
-    return operate_two(SYMBOL_XOR, a, b);
-}
-
-static PyObject *value_and(PyObject *a, PyObject *b)
-{
-    return operate_two(SYMBOL_AND, a, b);
-}
-
-static PyObject *value_or(PyObject *a, PyObject *b)
-{
-    return operate_two(SYMBOL_OR, a, b);
-}
-
-static PyObject *value_add(PyObject *a, PyObject *b)
-{
-    return operate_two(SYMBOL_ADD, a, b);
-}
-
-static PyObject *value_subtract(PyObject *a, PyObject *b)
-{
-    return operate_two(SYMBOL_SUBTRACT, a, b);
-}
-
-static PyObject *value_true_divide(PyObject *a, PyObject *b)
-{
-    return operate_two(SYMBOL_TRUE_DIVIDE, a, b);
-}
-
-static PyObject *value_rshift(PyObject *a, PyObject *b)
-{
-    return operate_two(SYMBOL_RSHIFT, a, b);
-}
-
-static PyObject *value_invert(PyObject *a)
-{
-    return operate_one(SYMBOL_INVERT, a);
-}
-
-static PyObject *value_negative(PyObject *a)
-{
-    return operate_one(SYMBOL_NEGATIVE, a);
-}
+#define VALUE_BINARY(name, text)                                                                \
+    static PyObject *value_##name(PyObject *a, PyObject *b)                                     \
+    {                                                                                           \
+        return operate_two(SYMBOL_##name, a, b);                                                \
+    }
+#define VALUE_UNARY(name, text)                                                                 \
+    static PyObject *value_##name(PyObject *a)                                                  \
+    {                                                                                           \
+        return operate_one(SYMBOL_##name, a);                                                   \
+    }
+BINARY(VALUE_BINARY)
+UNARY(VALUE_UNARY)
 
 static PyObject *value_vectorcall(PyObject *self, PyObject *const *args, size_t nargsf, PyObject *names)
 {
@@ -876,11 +495,11 @@ static PyObject *value_vectorcall(PyObject *self, PyObject *const *args, size_t 
     if (names != NULL && PyTuple_GET_SIZE(names) > 0)
         return PyErr_Format(PyExc_TypeError, "%s takes no keyword arguments", Py_TYPE(self)->tp_name);
     if (n == 1)
-        return operate_two(SYMBOL_CALL, self, args[0]);
+        return operate_two(SYMBOL_call, self, args[0]);
     PyObject *all = PyTuple_New(n + 2);
     if (all == NULL)
         return NULL;
-    PyTuple_SET_ITEM(all, 0, Py_NewRef(symbols[SYMBOL_CALL]));
+    PyTuple_SET_ITEM(all, 0, Py_NewRef(symbols[SYMBOL_call]));
     PyTuple_SET_ITEM(all, 1, Py_NewRef(self));
     for (Py_ssize_t k = 0; k < n; k++)
         PyTuple_SET_ITEM(all, k + 2, Py_NewRef(args[k]));
@@ -1080,16 +699,9 @@ static PyType_Slot value_slots[] = {
     {Py_sq_length, value_length},
     {Py_sq_item, value_item},
     {Py_bf_getbuffer, value_buffer},
-    {Py_nb_multiply, value_multiply},
-    {Py_nb_xor, value_xor},
-    {Py_nb_and, value_and},
-    {Py_nb_or, value_or},
-    {Py_nb_add, value_add},
-    {Py_nb_subtract, value_subtract},
-    {Py_nb_true_divide, value_true_divide},
-    {Py_nb_rshift, value_rshift},
-    {Py_nb_invert, value_invert},
-    {Py_nb_negative, value_negative},
+#define OPERATOR_SLOT(name, text) {Py_nb_##name, value_##name},
+    BINARY(OPERATOR_SLOT)
+    UNARY(OPERATOR_SLOT)
     {0, NULL},
 };
 
@@ -1742,7 +1354,7 @@ static struct PyModuleDef definition = {
 /* The name carries a digest of this text, which is known only when it is compiled. */
 PyMODINIT_FUNC INIT(void)
 {
-    static const char *const texts[] = { "*", "^", "&", "|", "+", "-", "/", ">>", "()", "~", "-" };
+    static const char *const texts[] = {BINARY(TEXT) "()", UNARY(TEXT)};
     PyObject *module = PyModule_Create(&definition);
     PyObject *call = PyType_FromSpec(&call_spec), *value = PyType_FromSpec(&value_spec);
     int failed = module == NULL || call == NULL || value == NULL || PyModule_AddObjectRef(module, "Call", call) < 0 ||
