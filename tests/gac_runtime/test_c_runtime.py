@@ -228,7 +228,7 @@ def test_a_c_program_with_standalone_modules(tmp_path: Path) -> None:
     assert run.returncode == 0, run.stderr[:2000]
     printed = subprocess.run([tmp_path / "main"], capture_output=True, text=True, check=True).stdout
     found = np.array(printed.split(), float)
-    moved = np.arange(60.0).reshape(20, 3) + [1, 2, 3]
+    moved = np.arange(60.0).reshape(20, 3) + np.array([1, 2, 3])
     np.testing.assert_array_equal(found[:60].reshape(20, 3), moved)
     np.testing.assert_array_equal(found[60:63], (moved[19] + [1, 2, 3]) / 2)
     assert found[63:] == pytest.approx([0.6, 5])
