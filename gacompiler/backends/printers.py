@@ -30,7 +30,7 @@ INFIX: Mapping[Op, tuple[str, int]] = {
 """The operations between their operands, and how they bind; all group from the left."""
 
 MACROS = frozenset(Op) - {*LEAVES, *INFIX, Op.NEGATE}
-"""The operations that are calls: in C of macros of ``gac_runtime.h`` whose names are those of operations in capitals."""
+"""The operations that are calls: in C of macros of ``gac_runtime.h``, named like the operations in capitals."""
 
 _EXACT_INTEGER = 2**53
 
