@@ -1,0 +1,418 @@
+"""Compile generated C files into the libraries that their modules load, each on its own and only once.
+
+The runtime (``gac_runtime.c``) is compiled into object files that the user's cache keeps. A module's file is compiled
+alone and linked with them into ``_build`` beside it, or into the cache where that folder cannot be written. Nothing is
+half-written: files are made under a temporary name and renamed, and a lock keeps two processes from building the same.
+
+This file ships with generated modules and imports nothing of the compiler.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import os
+import re
+import shlex
+import shutil
+import stat
+import subprocess
+import sys
+import sysconfig
+import tempfile
+import threading
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+from pathlib import Path
+
+from .cache import CacheError, RuntimeProblem, cache_folder
+from .extension_file import FLAGS as EXTENSION_FLAGS
+from .extension_file import FOLDER, SOURCE, extension_name, extension_path
+
+FLAGS = ("-std=c17", "-fPIC", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math")
+"""No flag depends on the machine: the loops carry code for wide vectors and choose when they are loaded. With
+-fno-trapping-math comparisons may be made where their branch is not taken; without, gcc makes no vectors of some
+loops."""
+
+GCC_FLAGS = ("-O1", "-fexpensive-optimizations", "-ftree-loop-vectorize", "-fvect-cost-model=dynamic", "-fpeel-loops")
+"""What vectorised straight-line code profits from: as fast as with -O3, and compiled in two thirds of the time. By the
+second, gcc clears the upper halves of registers after a loop: without, what ran next took twice as long where it was
+compiled for SSE, as scipy's transforms are."""
+
+OTHER_FLAGS = ("-O3",)
+"""What other compilers take instead."""
+
+COMPILERS = ("cc", "gcc", "clang")
+
+RUNTIME = "gac_runtime"
+"""The folder of this file wherever modules use it."""
+
+STEM = "calls"
+"""The name of the extension; its file has a digest besides."""
+
+RUNTIME_FILES = ("gac_runtime.h", "gac_runtime.c")
+
+_SMALL = 40_000
+"""A text of fewer characters is compiled in one go; others once for each precision, side by side."""
+
+_PATIENCE = 1.0
+"""Seconds after which a line says what is being built."""
+
+
+class BuildError(RuntimeProblem):
+    """A compiler failed, or a file cannot be read or written."""
+
+
+def is_wanted() -> bool:
+    """Whether GAC_BACKEND leaves it open what runs kernels, or asks for C."""
+    return os.environ.get("GAC_BACKEND", "") in ("", "c")
+
+
+def find_compiler() -> tuple[str, ...] | None:
+    """The command of the C compiler: ``$CC`` if set, else the first of cc, gcc, clang that is there."""
+    wanted = shlex.split(os.environ.get("CC", ""))
+    if wanted:
+        return tuple(wanted) if shutil.which(wanted[0]) else None
+    return next(((name,) for name in COMPILERS if shutil.which(name)), None)
+
+
+def no_compiler() -> str:
+    """Why `find_compiler` finds none, in words."""
+    wanted = os.environ.get("CC", "").strip()
+    if wanted:
+        return f"no C compiler: $CC is {wanted!r}, which is no program on the PATH; set it to one, or unset it"
+    names = ", ".join(COMPILERS)
+    return f"no C compiler: $CC is not set and none of {names} is on the PATH; install one, or run on numba as it is"
+
+
+@cache
+def _version(compiler: tuple[str, ...]) -> str:
+    return _run([*compiler, "--version"]).stdout
+
+
+def compiler_flags(compiler: tuple[str, ...]) -> tuple[str, ...]:
+    """`FLAGS` and those of the optimiser, of which gcc takes its own."""
+    return (*FLAGS, *(GCC_FLAGS if "Free Software Foundation" in _version(compiler) else OTHER_FLAGS))
+
+
+def processors() -> int:
+    """How many processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+# Where things are.
+
+
+def runtime_folder(c_file: Path) -> Path:
+    """The runtime that a module is compiled with: the one beside it, or the one that this file is part of."""
+    beside = c_file.parent / RUNTIME
+    return beside if (beside / RUNTIME_FILES[0]).is_file() else Path(__file__).parent
+
+
+@cache
+def _texts(folder: Path, names: tuple[str, ...]) -> tuple[str, ...]:
+    return tuple(_read(folder / name) for name in names)
+
+
+def _read(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise BuildError(str(path), error.strerror or str(error), "a generated C file") from error
+
+
+def _digest(*texts: str) -> str:
+    return hashlib.sha256("\0".join(texts).encode()).hexdigest()[:16]
+
+
+def library_name(module: str, c_text: str, runtime: Path | None = None) -> str:
+    """The file name of a library: it changes with the text, the runtime and the flags, so it is never stale."""
+    texts = _texts(runtime or Path(__file__).parent, RUNTIME_FILES)
+    return f"{module}-{_digest(c_text, *texts, *FLAGS, *GCC_FLAGS, *OTHER_FLAGS)}.so"
+
+
+def library_path(c_file: Path) -> Path:
+    """Where the library of a C file belongs, beside it."""
+    return c_file.parent / FOLDER / library_name(c_file.stem, _read(c_file), runtime_folder(c_file))
+
+
+def cached_path(c_file: Path) -> Path | None:
+    """Where the library of a C file belongs in the user's cache; None without a compiler, on whose version it depends.
+
+    Raises
+    ------
+    CacheError
+        When the cache cannot be used, or not safely.
+    """
+    compiler = find_compiler()
+    if compiler is None:
+        return None
+    name = library_path(c_file).stem
+    return cache_folder() / "libraries" / f"{name}-{_digest(_version(compiler), *compiler)}.so"
+
+
+def built_library(c_file: Path) -> Path | None:
+    """The library of a C file if it is built, beside the file or in the user's cache."""
+    beside = library_path(c_file)
+    if beside.exists():
+        return beside
+    with contextlib.suppress(CacheError):
+        cached = cached_path(c_file)
+        if cached is not None and cached.exists():
+            return cached
+    return None
+
+
+def _is_open(folder: Path) -> bool:
+    """Whether a library may be built into a folder: it can be written, and not by everybody."""
+    while not folder.exists() and folder != folder.parent:
+        folder = folder.parent
+    return os.access(folder, os.W_OK) and not (os.name == "posix" and folder.stat().st_mode & stat.S_IWOTH)
+
+
+# Building.
+
+
+def build_module(c_file: Path) -> Path | None:
+    """The library of a generated C file, which is built if it is not there.
+
+    Parameters
+    ----------
+    c_file : Path
+        Its header is beside it, and the runtime, or that of this file is taken.
+
+    Returns
+    -------
+    Path or None
+        The library, beside the file or in the user's cache; None where it is not built and there is no compiler.
+
+    Raises
+    ------
+    BuildError
+        When the compiler fails, or neither folder can be written.
+
+    Notes
+    -----
+    A line on stderr says what is being built when that takes more than a second.
+    """
+    found = built_library(c_file)
+    if found is not None or find_compiler() is None:
+        return found
+    beside = library_path(c_file)
+    target = beside if _is_open(beside.parent) else cached_path(c_file)
+    assert target is not None
+    with _lock(target.name):
+        if not target.exists():
+            with _announced(c_file.stem):
+                build({c_file: target})
+    return target
+
+
+def build_modules(c_files: Sequence[Path], *, force: bool = False) -> list[Path | None]:
+    """The libraries of many C files beside them, built on all processors where they are not there; see `build_module`.
+
+    The extension that calls kernels is built beside them, if the headers of Python are there.
+    """
+    targets = [library_path(c_file) for c_file in c_files]
+    wanted = {source: target for source, target in zip(c_files, targets, strict=True) if force or not target.exists()}
+    has_compiler = find_compiler() is not None
+    if has_compiler and wanted:
+        build(wanted)
+    if has_compiler:
+        for folder in dict.fromkeys(source.parent for source in c_files):
+            build_extension(folder)
+    return [target if has_compiler or target.exists() else None for target in targets]
+
+
+def build(targets: dict[Path, Path]) -> None:
+    """Compile files in parallel, the longest first, link each with the runtime and move it to its place.
+
+    Raises
+    ------
+    BuildError
+        When one fails; the others are built.
+    """
+    compiler = find_compiler()
+    if compiler is None:
+        raise BuildError("C compiler", no_compiler(), "one that can be run")
+    scratch: dict[Path, Path] = {}
+    try:
+        jobs = []
+        for source, target in targets.items():
+            scratch[source] = _scratch(source.stem, target.parent)
+            text = _read(source)
+            can_be_halved = all(f"#ifndef ONLY_{only}" in text for only in ("F32", "F64"))
+            halves = ("f64", "f32") if can_be_halved and len(text) >= _SMALL else ("all",)
+            jobs += [(len(text), source, scratch[source] / f"{half}.o") for half in halves]
+        jobs.sort(key=lambda job: -job[0])
+        commands = [_compile(compiler, source, part, runtime_folder(source)) for _, source, part in jobs]
+        folders = {runtime_folder(source): folder for source, folder in scratch.items()}
+        with ThreadPoolExecutor(processors()) as threads:
+            # The runtime comes first: every library waits for it.
+            runtimes = {
+                runtime: [threads.submit(_runtime_object, compiler, runtime, half, folder) for half in ("f64", "f32")]
+                for runtime, folder in folders.items()
+            }
+            runs = list(threads.map(_run, commands))
+        failures: list[BuildError] = []
+        for source, target in targets.items():
+            library = scratch[source] / "library.so"
+            try:
+                for command, run, job in zip(commands, runs, jobs, strict=True):
+                    if job[1] == source:
+                        _check(command, run, source)
+                objects = [part for _, owner, part in jobs if owner == source]
+                objects += [future.result() for future in runtimes[runtime_folder(source)]]
+                link = [*compiler, "-shared", *map(str, objects), "-o", str(library), "-lm"]
+                _check(link, _run(link), source)
+            except BuildError as error:
+                failures.append(error)
+                continue
+            os.replace(library, target)
+            _remove_stale(target, rf"{re.escape(source.stem)}-[0-9a-f]{{16}}\.so")
+        if failures:
+            raise failures[0]
+    finally:
+        for folder in scratch.values():
+            shutil.rmtree(folder, ignore_errors=True)
+
+
+def _compile(compiler: tuple[str, ...], source: Path, target: Path, runtime: Path) -> list[str]:
+    """The command that compiles a file for the precision that its target is named after, or for both."""
+    only = f"-DONLY_{target.stem.rpartition('-')[2].upper()}"
+    # "gac_runtime/gac_runtime.h" is found in the folder of the file, or else where this file's own package is.
+    return [*compiler, *compiler_flags(compiler), f"-I{runtime.parent}", only, "-c", str(source), "-o", str(target)]
+
+
+def _runtime_object(compiler: tuple[str, ...], runtime: Path, half: str, scratch: Path) -> Path:
+    """The runtime for one precision, from the user's cache; or made there, or in `scratch` where there is no cache."""
+    key = _digest(*_texts(runtime, RUNTIME_FILES), _version(compiler), *compiler, *compiler_flags(compiler))
+    name = f"gac_runtime-{key}-{half}.o"
+    try:
+        folder = cache_folder() / "runtime"
+        folder.mkdir(exist_ok=True)
+    except (CacheError, OSError):
+        folder = scratch
+    target = folder / name
+    with _lock(name):
+        if not target.exists():
+            own = _scratch(RUNTIME, folder)
+            try:
+                command = _compile(compiler, runtime / RUNTIME_FILES[1], own / name, runtime)
+                _check(command, _run(command), runtime / RUNTIME_FILES[1])
+                os.replace(own / name, target)
+            finally:
+                shutil.rmtree(own, ignore_errors=True)
+    return target
+
+
+# The extension.
+
+_extensions: dict[str, Path] = {}
+"""What this process has built, by file name: another folder gets a copy."""
+
+
+def build_extension(folder: Path) -> Path | None:
+    """Compile the extension for modules in `folder` unless it is there.
+
+    Returns
+    -------
+    Path or None
+        None where this Python has no headers, or where there is no compiler.
+    """
+    include, target, compiler = Path(sysconfig.get_path("include")), extension_path(folder), find_compiler()
+    if compiler is None or sys.implementation.name != "cpython" or not (include / "Python.h").is_file():
+        return None
+    if target.exists():
+        return target
+    scratch = _scratch(STEM, target.parent)
+    try:
+        built = scratch / target.name
+        known = _extensions.get(target.name)
+        if known is not None and known.exists():
+            shutil.copyfile(known, built)
+        else:
+            source = SOURCE
+            undefined = ["-undefined", "dynamic_lookup"] if sys.platform == "darwin" else []
+            options = [*EXTENSION_FLAGS, f"-DINIT=PyInit_{extension_name()}", f"-I{include}", "-shared", *undefined]
+            command = [*compiler, *options, str(source), "-o", str(built)]
+            _check(command, _run(command), source)
+        os.replace(built, target)
+        _extensions[target.name] = target
+    finally:
+        shutil.rmtree(scratch, ignore_errors=True)
+    suffix = target.name.removeprefix(extension_name())
+    _remove_stale(target, rf"{STEM}_[0-9a-f]{{16}}{re.escape(suffix)}")
+    return target
+
+
+# Files and processes.
+
+
+def _scratch(stem: str, folder: Path) -> Path:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        return Path(tempfile.mkdtemp(prefix=f".{stem}-", dir=folder))
+    except OSError as error:
+        raise BuildError(
+            str(folder), error.strerror or str(error), "a folder that can be written", "choose another with -o"
+        ) from error
+
+
+def _remove_stale(target: Path, pattern: str) -> None:
+    """Remove what an earlier text was built into; the names of all that is built from it match `pattern`."""
+    for path in target.parent.iterdir():
+        if path != target and re.fullmatch(pattern, path.name):
+            path.unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def _lock(name: str) -> Iterator[None]:
+    """Keep other processes from building the same; where there are no locks, whoever comes last replaces the file."""
+    try:
+        import fcntl
+
+        folder = cache_folder() / "locks"
+        folder.mkdir(exist_ok=True)
+        handle = os.open(folder / f"{name}.lock", os.O_RDWR | os.O_CREAT, 0o600)
+    except (ImportError, OSError, CacheError):
+        yield
+        return
+    try:
+        # The lock goes with the process, however that ends.
+        fcntl.flock(handle, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(handle)
+
+
+@contextlib.contextmanager
+def _announced(name: str) -> Iterator[None]:
+    """Say on stderr what is being built if that takes long."""
+    timer = threading.Timer(_PATIENCE, print, [f"gac: building {name} (once)"], {"file": sys.stderr, "flush": True})
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
+
+
+def _run(command: list[str]) -> subprocess.CompletedProcess[str]:
+    try:
+        return subprocess.run(command, capture_output=True, text=True, errors="replace")
+    except OSError as error:
+        raise BuildError(command[0], error.strerror or str(error), "a C compiler") from error
+
+
+def _check(command: list[str], run: subprocess.CompletedProcess[str], c_file: Path) -> None:
+    if run.returncode == 0:
+        return
+    # gcc's last line, "collect2: error: ld returned 1", only says that the linker said something above.
+    lines = [line for line in run.stderr.splitlines() if line.strip() and not line.startswith("collect2:")]
+    telling = (line for line in lines if re.search(r"error|multiple definition|undefined|cannot find|No space", line))
+    first = next(telling, lines[0] if lines else f"status {run.returncode}")
+    raise BuildError(
+        str(c_file), f"{command[0]} failed: {first.strip()}", "a file that compiles", f"run {shlex.join(command)}"
+    )

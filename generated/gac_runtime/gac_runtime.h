@@ -1,0 +1,996 @@
+/* The runtime that generated C modules share: what a module's .c includes.
+
+   A generated module is `my_kernels.c` and `my_kernels.h`; a C program compiles it together with the runtime,
+
+       cc -std=c17 -O2 -ffp-contract=off my_program.c my_kernels.c gac_runtime/gac_runtime.c -lm
+
+   and includes `my_kernels.h` only. With -ffp-contract=off every operation is rounded once, as the operation counts and
+   error bounds of the headers assume.
+
+   A module consists of plain functions, one for each kernel, and of the lists and macros below that make loops over
+   batches from them. Everything that depends on the precision is written once: a file includes itself with REAL defined
+   as double and then as float. Names of the runtime begin with `gac_`; macros without that prefix are the vocabulary in
+   which the bodies of kernels are written.
+
+   Limits: a part of an element has at most GAC_MOST_AXES axes. Kernels may have any number of parts; forms for uniform
+   arguments are found among the first GAC_FLAGS arguments. */
+
+#ifndef REAL
+#ifndef GAC_RUNTIME_H
+#define GAC_RUNTIME_H
+
+/* The version of this interface; a module states the one that it was generated for. */
+#define GAC_RUNTIME_INTERFACE 1
+
+#include <float.h>
+#include <math.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#if defined(__GNUC__)
+#define INLINE inline __attribute__((always_inline))
+#define GAC_HELPER static inline __attribute__((always_inline, unused))
+#else
+#define INLINE inline
+#define GAC_HELPER static inline
+#endif
+
+/* Functions of the runtime are not seen outside of the library that they are linked into; in a file that has the whole
+   runtime in it, not outside of that. */
+#if defined(GAC_STANDALONE)
+#define GAC_SHARED static
+#elif defined(__GNUC__) && !defined(_WIN32)
+#define GAC_SHARED __attribute__((visibility("hidden")))
+#else
+#define GAC_SHARED
+#endif
+
+/* Elements are independent: an output is an input of the same element, or of none. */
+#if defined(__clang__)
+#define ANY_ORDER _Pragma("clang loop vectorize(assume_safety)")
+#define NOT_UNROLLED _Pragma("clang loop unroll(disable)")
+#elif defined(__GNUC__)
+#define ANY_ORDER _Pragma("GCC ivdep")
+#define NOT_UNROLLED _Pragma("GCC unroll 1")
+#else
+#define ANY_ORDER
+#define NOT_UNROLLED
+#endif
+
+/* The widest vectors of the machine that runs the loops: on x86-64 a loop is compiled for AVX2 (v3) and for AVX-512
+   (v4), and machines that have neither run one element after the other; elsewhere it is compiled once. Defining
+   GAC_ONE_WIDTH selects the latter everywhere. */
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(_WIN32) && !defined(GAC_ONE_WIDTH)
+#if __GNUC__ >= 12 && !defined(__clang__)
+#define ON_v3 __attribute__((target("arch=x86-64-v3")))
+#define ON_v4 __attribute__((target("arch=x86-64-v4")))
+#define HAS_v3 __builtin_cpu_supports("x86-64-v3")
+#define HAS_v4 __builtin_cpu_supports("x86-64-v4")
+#define NAMES_MACHINES
+#else
+#define ON_v3 __attribute__((target("avx2,fma,bmi2")))
+#define ON_v4 __attribute__((target("avx2,fma,bmi2,avx512f,avx512bw,avx512dq,avx512vl")))
+#define FINDS(feature) __builtin_cpu_supports(feature)
+#if defined(__AVX2__) && defined(__FMA__) && defined(__BMI2__)
+#define HAS_v3 1
+#else
+#define HAS_v3 (FINDS("avx2") && FINDS("fma") && FINDS("bmi2"))
+#endif
+#define HAS_v4 (HAS_v3 && FINDS("avx512f") && FINDS("avx512bw") && FINDS("avx512dq") && FINDS("avx512vl"))
+#endif
+#endif
+#ifdef ON_v3
+#define GAC_FOR(level, function, name)                                                      \
+    ON_##level static void name(intptr_t n, char **args, const intptr_t *strides)            \
+    {                                                                                       \
+        function(n, args, strides);                                                         \
+    }
+#define LOOP(name) GAC_FOR(v3, NAME(name), NAME(name##_v3))
+#define LOOPS(name) GAC_FOR(v3, NAME(name), NAME(name##_v3)) GAC_FOR(v4, NAME(name), NAME(name##_v4))
+#define WIDTH(name) {NAME(name##_v3), NAME(name##_v3)}
+#define WIDTHS(name) {NAME(name##_v3), NAME(name##_v4)}
+#define CHOSEN (HAS_v4 ? 1 : HAS_v3 ? 0 : -1)
+#else
+#define LOOP(name)
+#define LOOPS(name)
+#define WIDTH(name) {NAME(name)}
+#define WIDTHS(name) {NAME(name)}
+#define CHOSEN 0
+#endif
+
+/* A plain function whose body is a function of its own, for loops, because it computes sines or other transcendental
+   functions: these round products and sums together, which is an instruction of machines with AVX2 and a call on
+   others. */
+#ifdef ON_v3
+#define FUSED(name, parameters, within) ON_v3 static void NAME(name##_v3) parameters { NAME(name##_within) within; }
+#define RUN(name, arguments, within)        \
+    do {                                    \
+        if (HAS_v3)                         \
+            NAME(name##_v3) arguments;      \
+        else                                \
+            NAME(name##_within) within;     \
+    } while (0)
+#else
+#define FUSED(name, parameters, within)
+#define RUN(name, arguments, within) NAME(name##_within) within
+#endif
+
+/* Loops run over whole vectors: a block is padded to a multiple of LANES elements. A block in which an argument is too
+   large for the sines of a loop is computed once more, in pieces of CHUNK elements. Elements in C order go through rows
+   of SPAN. TILE elements fill 32 bytes, which every machine with vectors transposes alike. */
+#define LANES 16
+#define PADDED(n) (((n) + LANES - 1) & -LANES)
+#define CHUNK 64
+#define SPAN 32
+#define TILE PRECISION(4, 8)
+
+/* A vector of neighbours in memory, where the compiler transposes vectors of 32 bytes well. */
+#if defined(__has_builtin) && (defined(ON_v3) || defined(__clang__))
+#if __has_builtin(__builtin_shufflevector)
+#define SHUFFLE __builtin_shufflevector
+#define VECTOR(n) __attribute__((vector_size((n) * sizeof(REAL)), aligned(sizeof(REAL)), may_alias))
+#endif
+#endif
+
+#define GAC_MOST_AXES 5
+#define GAC_FLAGS 32
+
+/* An argument or a result: how many numbers it has, along which axes, and which is the first of its strides. */
+struct gac_part {
+    int size, rank, first, shape[GAC_MOST_AXES];
+};
+
+typedef void gac_loop(intptr_t n, char **args, const intptr_t *strides);
+typedef void gac_function(void);
+
+/* A form of a kernel for batches in which the `same` arguments (a bit each) are the same for at least `least` elements:
+   `n_prepared` numbers that depend on them are computed once, and replace the first of them. */
+struct gac_form {
+    unsigned same;
+    intptr_t least, n_prepared;
+    void (*start)(char **args, const intptr_t *strides, void *prepared);
+    gac_loop *block[2], *dense[2];
+    int together;
+};
+
+/* The loops of a kernel, over rows and in C order, which takes `together` elements at a time; its plain function and
+   how that is called; its parts, the numbers and strides that they have together, and its forms. A kernel that
+   `repeats` reads its inputs again after it has written: its outputs cannot overlap them. A `busy` one computes
+   transcendental functions. */
+struct gac_kernel {
+    gac_loop *block[2], *dense[2];
+    int together;
+    gac_function *function;
+    void (*call)(gac_function *function, void **parts);
+    int n_inputs, n_parts, n_cores, n_numbers, n_forms, repeats, busy;
+    const struct gac_part *parts;
+    const struct gac_form *forms;
+};
+
+/* Run a kernel over a batch. What has unit stride, or is hoisted, is used where it is, and so is a whole batch in C
+   order if there is a loop for it; everything else goes through rows, in blocks. */
+GAC_SHARED void gac_batch_f64(const struct gac_kernel *kernel, char **args, intptr_t n, const intptr_t *steps);
+GAC_SHARED void gac_batch_f32(const struct gac_kernel *kernel, char **args, intptr_t n, const intptr_t *steps);
+
+/* Words as wide as a number; a condition as a mask, because conditions that occur often would become branches. */
+#define WORD PRECISION(uint64_t, uint32_t)
+#define FUNCTION(name) PRECISION(name, name##f)
+#define GAC(name) PRECISION(gac_##name##_f64, gac_##name##_f32)
+#define SIGN_BIT PRECISION(63, 31)
+#define SIGN ((WORD)1 << SIGN_BIT)
+#define WHERE(condition) ((WORD)0 - (WORD)(condition))
+
+/* The operations of kernels. Minimum and maximum are NaN where either operand is NaN. */
+#define SQRT(x) FUNCTION(sqrt)(x)
+#define SIN(x) GAC(sin)(x, far)
+#define COS(x) GAC(cos)(x, far)
+#define ATAN2(y, x) GAC(atan2)(y, x)
+#define ACOS(x) GAC(acos)(x)
+#define EXP(x) GAC(exp)(x)
+#define LOG(x) GAC(log)(x)
+#define ABS(x) FUNCTION(fabs)(x)
+#define MINIMUM(a, b) GAC(select)(WHERE((a) < (b)) | WHERE((a) != (a)), a, b)
+#define MAXIMUM(a, b) GAC(select)(WHERE((a) > (b)) | WHERE((a) != (a)), a, b)
+#define LESS(a, b) ((REAL)((a) < (b)))
+#define LESS_EQUAL(a, b) ((REAL)((a) <= (b)))
+#define EQUAL(a, b) ((REAL)((a) == (b)))
+#define SELECT(condition, a, b) GAC(select)(WHERE((condition) != 0), a, b)
+
+/* A product and a sum that are rounded once, together. */
+#define FMA(a, b, c) FUNCTION(fma)(a, b, c)
+
+/* Constants of the transcendental functions: a number so large that the last bits of its sum with a number up to half a
+   million are that number, and pi/2 and log(2) as sums, each part the nearest to what the ones before leave. */
+#define SHIFT PRECISION(6755399441055744.0, 12582912.0f)
+#define QUARTER_0 PRECISION(1.5707963267948966, 1.5707963705062866f)
+#define QUARTER_1 PRECISION(6.123233995736766e-17, -4.371138828673793e-08f)
+#define QUARTER_2 PRECISION(-1.4973849048591698e-33, -1.7151245100058819e-15f)
+#define QUARTER_INVERSE PRECISION(0.6366197723675814, 0.6366197466850281f)
+#define LOG_0 PRECISION(0.6931471805599453, 0.6931471824645996f)
+#define LOG_1 PRECISION(2.3190468138462996e-17, -1.9046542121259336e-09f)
+#define LOG_INVERSE PRECISION(1.4426950408889634, 1.4426950216293335f)
+
+#define FRACTION_BITS PRECISION(52, 23)
+#define BIAS PRECISION(1023, 127)
+
+/* Sines and cosines of larger arguments are the C library's. A multiple of pi/2 up to there has 16 bits, so that three
+   parts of pi/2 are enough. */
+#define GAC_FARTHEST 65536
+
+/* Polynomials, each in two halves that processors compute side by side; backends/approximations.py computes their
+   coefficients. */
+static INLINE double gac_sin_polynomial_f64(double z)
+{
+    const double y = z * z;
+    const double even = fma(y, fma(y, -2.5051131845003624e-08, -0.00019841269836758574), -0.16666666666666666);
+    const double odd = fma(y, fma(y, 1.5918129294866608e-10, 2.755731610255244e-06), 0.008333333333330948);
+    return fma(z, odd, even);
+}
+
+static INLINE double gac_cos_polynomial_f64(double z)
+{
+    const double y = z * z;
+    const double even = fma(y, fma(y, 2.08761462684032e-09, 2.480158729876569e-05), 0.041666666666666664);
+    const double odd = fma(y, fma(y, -1.1382632425521717e-11, -2.7557317271729793e-07), -0.0013888888888887398);
+    return fma(z, odd, even);
+}
+
+static INLINE double gac_exp_polynomial_f64(double z)
+{
+    const double y = z * z;
+    const double even = fma(y, fma(y, fma(y, fma(y, 2.7620075879983367e-07, 2.4801521322368692e-05),
+        0.0013888888917196719), 0.041666666666624164), 0.5000000000000001);
+    const double odd = fma(y, fma(y, fma(y, fma(y, 2.5100375832561234e-08, 2.7557268480310024e-06),
+        0.00019841269863040545), 0.008333333333330065), 0.16666666666666669);
+    return fma(z, odd, even);
+}
+
+static INLINE double gac_log_polynomial_f64(double z)
+{
+    const double y = z * z;
+    const double even = fma(y, fma(y, fma(y, 0.14616449685043406, 0.18182889125261723), 0.28571428625975487),
+        0.666666666666667);
+    const double odd = fma(y, fma(y, 0.15331721600556042, 0.2222221113479508), 0.39999999999899505);
+    return fma(z, odd, even);
+}
+
+static INLINE double gac_atan_polynomial_f64(double z)
+{
+    const double y = z * z;
+    const double even = fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, -2.8373324902198374e-05,
+        -3.504433556095341e-05), -0.00010789905799306997), -0.0002713884068435811), -0.000712529877324769),
+        -0.0019209389488175712), -0.005394792734515503), -0.016172974900145312), -0.054814840604579904),
+        -0.2591604972657936);
+    const double odd = fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, 1.806195461861215e-05,
+        2.2095024431396628e-05), 6.77580169120214e-05), 0.00016895422802807932), 0.0004387712318266148),
+        0.0011650648417818904), 0.0031991751955030576), 0.009243096224092707), 0.029135862645225958),
+        0.11081482513071414);
+    return fma(z, odd, even);
+}
+
+static INLINE double gac_asin_polynomial_f64(double z)
+{
+    const double y = z * z;
+    const double even = fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, 0.028757851367421566, 0.01740087944269402),
+        0.01032281435018578), 0.013971212973552933), 0.02237217294214989), 0.04464285714635543),
+        0.16666666666666669);
+    const double odd = fma(y, fma(y, fma(y, fma(y, fma(y, -0.014851887071247204, 0.005457506718640358),
+        0.011479177415184906), 0.017352392720869973), 0.030381944138531247), 0.07499999999998433);
+    return fma(z, odd, even);
+}
+
+static INLINE float gac_sin_polynomial_f32(float z)
+{
+    const float y = z * z;
+    const float even = fmaf(y, (float)-0.00019587890710681677, (float)-0.166666641831398);
+    const float odd = (float)0.008332747966051102;
+    return fmaf(z, odd, even);
+}
+
+static INLINE float gac_cos_polynomial_f32(float z)
+{
+    const float y = z * z;
+    const float even = fmaf(y, (float)2.454794230288826e-05, (float)0.0416666641831398);
+    const float odd = (float)-0.001388830249197781;
+    return fmaf(z, odd, even);
+}
+
+static INLINE float gac_exp_polynomial_f32(float z)
+{
+    const float y = z * z;
+    const float even = fmaf(y, fmaf(y, (float)0.0013926175888627768, (float)0.041666556149721146), (float)0.5);
+    const float odd = fmaf(y, (float)0.008363173343241215, (float)0.16666577756404877);
+    return fmaf(z, odd, even);
+}
+
+static INLINE float gac_log_polynomial_f32(float z)
+{
+    const float y = z * z;
+    const float even = fmaf(y, (float)0.29579949378967285, (float)0.6666668653488159);
+    const float odd = (float)0.3998878002166748;
+    return fmaf(z, odd, even);
+}
+
+static INLINE float gac_atan_polynomial_f32(float z)
+{
+    const float y = z * z;
+    const float even = fmaf(y, fmaf(y, fmaf(y, fmaf(y, (float)-0.0023869972210377455, (float)-0.00530332000926137),
+        (float)-0.01617945171892643), (float)-0.054814718663692474), (float)-0.25916048884391785);
+    const float odd = fmaf(y, fmaf(y, fmaf(y, (float)0.00395978195592761, (float)0.009093896485865116),
+        (float)0.029146425426006317), (float)0.11081462353467941);
+    return fmaf(z, odd, even);
+}
+
+static INLINE float gac_asin_polynomial_f32(float z)
+{
+    const float y = z * z;
+    const float even = fmaf(y, fmaf(y, (float)0.017149237915873528, (float)0.04459940269589424),
+        (float)0.1666666567325592);
+    const float odd = fmaf(y, fmaf(y, (float)0.03369084745645523, (float)0.031100662425160408),
+        (float)0.07500094175338745);
+    return fmaf(z, odd, even);
+}
+
+/* Statements M(k, ...) for k from 0 to a power of two. */
+#define GAC_TIMES_1(M, k, ...) M(k, __VA_ARGS__)
+#define GAC_TIMES_2(M, k, ...) GAC_TIMES_1(M, k, __VA_ARGS__) GAC_TIMES_1(M, (k) + 1, __VA_ARGS__)
+#define GAC_TIMES_4(M, k, ...) GAC_TIMES_2(M, k, __VA_ARGS__) GAC_TIMES_2(M, (k) + 2, __VA_ARGS__)
+#define GAC_TIMES_8(M, k, ...) GAC_TIMES_4(M, k, __VA_ARGS__) GAC_TIMES_4(M, (k) + 4, __VA_ARGS__)
+#define GAC_TIMES_16(M, k, ...) GAC_TIMES_8(M, k, __VA_ARGS__) GAC_TIMES_8(M, (k) + 8, __VA_ARGS__)
+#define GAC_TIMES_32(M, k, ...) GAC_TIMES_16(M, k, __VA_ARGS__) GAC_TIMES_16(M, (k) + 16, __VA_ARGS__)
+#define GAC_TIMES_64(M, k, ...) GAC_TIMES_32(M, k, __VA_ARGS__) GAC_TIMES_32(M, (k) + 32, __VA_ARGS__)
+#define GAC_TIMES_128(M, k, ...) GAC_TIMES_64(M, k, __VA_ARGS__) GAC_TIMES_64(M, (k) + 64, __VA_ARGS__)
+#define GAC_TIMES_256(M, k, ...) GAC_TIMES_128(M, k, __VA_ARGS__) GAC_TIMES_128(M, (k) + 128, __VA_ARGS__)
+#define GAC_TIMES_512(M, k, ...) GAC_TIMES_256(M, k, __VA_ARGS__) GAC_TIMES_256(M, (k) + 256, __VA_ARGS__)
+#define GAC_TIMES_1024(M, k, ...) GAC_TIMES_512(M, k, __VA_ARGS__) GAC_TIMES_512(M, (k) + 512, __VA_ARGS__)
+
+/* How the parts of an element are loaded from any strides, and stored. GAC_AXIS(n, power) is for parts of `n` numbers
+   along one axis, GAC_AXES(shape, n, power, inner, size) for `n` parts of the shape `inner`, which has `size` numbers;
+   `power` is a power of two not below `n`. Every load is a statement, since compilers vectorise only loops without
+   another inside. */
+#define GAC_AXIS(length, power)                                                     \
+    GAC_HELPER void GAC(load_##length)(REAL *x, const char *a, const intptr_t *c)    \
+    {                                                                               \
+        GAC_TIMES_##power(GAC_LOAD_NUMBER, 0, length)                               \
+    }                                                                               \
+    GAC_HELPER void GAC(store_##length)(char *a, const intptr_t *c, const REAL *x)   \
+    {                                                                               \
+        GAC_TIMES_##power(GAC_STORE_NUMBER, 0, length)                              \
+    }
+#define GAC_AXES(shape, length, power, inner, size)                                 \
+    GAC_HELPER void GAC(load_##shape)(REAL *x, const char *a, const intptr_t *c)     \
+    {                                                                               \
+        GAC_TIMES_##power(GAC_LOAD_INNER, 0, length, inner, size)                   \
+    }                                                                               \
+    GAC_HELPER void GAC(store_##shape)(char *a, const intptr_t *c, const REAL *x)    \
+    {                                                                               \
+        GAC_TIMES_##power(GAC_STORE_INNER, 0, length, inner, size)                  \
+    }
+#define GAC_LOAD_NUMBER(k, n)     \
+    if ((k) < n)                  \
+        x[k] = *(const REAL *)(a + (k) * c[0]);
+#define GAC_STORE_NUMBER(k, n)    \
+    if ((k) < n)                  \
+        *(REAL *)(a + (k) * c[0]) = x[k];
+#define GAC_LOAD_INNER(k, n, inner, size)  \
+    if ((k) < n)                           \
+        GAC(load_##inner)(x + (k) * (size), a + (k) * c[0], c + 1);
+#define GAC_STORE_INNER(k, n, inner, size) \
+    if ((k) < n)                           \
+        GAC(store_##inner)(a + (k) * c[0], c + 1, x + (k) * (size));
+
+/* The loops of a kernel are made from the list of its parts: a macro of the names of macros for an array, a number and
+   a result, and of what separates them,
+
+       #define PARTS_f(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND NUMBER(1, 1) AND OUT(2, 1, 2x3, 6, 2, 2, 3)
+
+   where each has its place among the parts and that of its first stride, and arrays and results besides the name of
+   their shape, how many numbers and axes they have, and the lengths of those. */
+#define GAC_COMMA ,
+#define GAC_NONE(...)
+
+/* Of an element, components become local variables, and pass through the plain function. */
+#define GAC_VARIABLE(k, at, shape, size, ...) REAL x##k[size];
+#define GAC_VARIABLE_NUMBER(k, at) REAL x##k[1];
+#define GAC_PASSED(k, ...) x##k
+#define GAC_PASSED_NUMBER(k, at) x##k[0]
+#define GAC_PASS(parts) parts(GAC_PASSED, GAC_PASSED_NUMBER, GAC_PASSED, GAC_COMMA)
+#define GAC_ELEMENT(parts, order, call)                                             \
+    parts(GAC_VARIABLE, GAC_VARIABLE_NUMBER, GAC_VARIABLE, )                        \
+    parts(GAC_LOAD_##order, GAC_LOAD_##order##_NUMBER, GAC_NONE, )                  \
+    call;                                                                           \
+    parts(GAC_NONE, GAC_NONE, GAC_STORE_##order, )
+
+#define GAC_HEAD(name) static INLINE void NAME(name)(intptr_t n, char **args, const intptr_t *strides)
+#define GAC_PREPARED(first) const REAL *prepared = (const REAL *)args[first];
+
+/* Rows: every component at unit stride over the elements of a block. */
+#define GAC_CORE(k, at, rank) (rank) > k ? strides[(at) + k] : 0
+#define GAC_CORES(at, rank)                                                                                     \
+    {                                                                                                           \
+        GAC_CORE(0, at, rank), GAC_CORE(1, at, rank), GAC_CORE(2, at, rank), GAC_CORE(3, at, rank),             \
+        GAC_CORE(4, at, rank)                                                                                   \
+    }
+#define GAC_ROWS(k, at, shape, size, rank, ...)                                     \
+    char *const a##k = args[k];                                                     \
+    const intptr_t c##k[GAC_MOST_AXES] = GAC_CORES(at, rank);
+#define GAC_ROWS_NUMBER(k, at) char *const a##k = args[k];
+#define GAC_LOAD_ROWS(k, at, shape, ...) GAC(load_##shape)(x##k, a##k + i * w, c##k);
+#define GAC_LOAD_ROWS_NUMBER(k, at) x##k[0] = *(const REAL *)(a##k + i * w);
+#define GAC_STORE_ROWS(k, at, shape, ...) GAC(store_##shape)(a##k + i * w, c##k, x##k);
+#define GAC_BLOCK(name, parts, setup, call)                                         \
+    GAC_HEAD(name)                                                                  \
+    {                                                                               \
+        const intptr_t w = sizeof(REAL);                                            \
+        (void)strides;                                                              \
+        setup                                                                       \
+        parts(GAC_ROWS, GAC_ROWS_NUMBER, GAC_ROWS, )                                \
+        ANY_ORDER                                                                   \
+        for (intptr_t i = 0; i < PADDED(n); ++i) {                                  \
+            GAC_ELEMENT(parts, ROWS, call)                                          \
+        }                                                                           \
+    }                                                                               \
+    LOOPS(name)
+
+/* The same of a function with sines or cosines, which only notes that an argument was too large; the other one does
+   such elements. */
+#define GAC_BLOCK_TWICE(name, parts, setup, call, again)                            \
+    GAC_HEAD(name)                                                                  \
+    {                                                                               \
+        const intptr_t w = sizeof(REAL);                                            \
+        (void)strides;                                                              \
+        setup                                                                       \
+        parts(GAC_ROWS, GAC_ROWS_NUMBER, GAC_ROWS, )                                \
+        for (intptr_t first = 0; first < n; first += CHUNK) {                       \
+            const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);    \
+            WORD far = 0;                                                           \
+            ANY_ORDER                                                               \
+            for (intptr_t i = first; i < last; ++i) {                               \
+                GAC_ELEMENT(parts, ROWS, call)                                      \
+            }                                                                       \
+            for (intptr_t i = first; far && i < last; ++i) {                        \
+                GAC_ELEMENT(parts, ROWS, again)                                     \
+            }                                                                       \
+        }                                                                           \
+    }                                                                               \
+    LOOPS(name)
+
+/* C order, in tiles: vectors of as many elements as fill 32 bytes. The inner loop is one step of vectors, which stay in
+   registers; wider ones would need more steps to transpose and gain nothing. */
+#define GAC_TILES(k, at, shape, size, ...)                                          \
+    REAL *const a##k = (REAL *)args[k];                                             \
+    _Alignas(64) REAL r##k[(size) * TILE];
+#define GAC_TILES_NUMBER(k, at) GAC_TILES(k, at, 1, 1, 0)
+#define GAC_READ_TILE(k, at, shape, size, ...) GAC(load_tile_##size)(r##k, TILE, a##k + first * (size));
+#define GAC_READ_TILE_NUMBER(k, at) GAC_READ_TILE(k, at, 1, 1, 0)
+#define GAC_LOAD_TILES(k, at, shape, size, ...) GAC(load_##size)(x##k, (const char *)(r##k + i), &step);
+#define GAC_LOAD_TILES_NUMBER(k, at) x##k[0] = r##k[i];
+#define GAC_STORE_TILES(k, at, shape, size, ...) GAC(store_##size)((char *)(r##k + i), &step, x##k);
+#define GAC_WRITE_TILE(k, at, shape, size, ...) GAC(store_tile_##size)(a##k + first * (size), r##k, TILE);
+#define GAC_IN_TILES(name, parts, setup, call)                                      \
+    GAC_HEAD(name)                                                                  \
+    {                                                                               \
+        const intptr_t step = TILE * sizeof(REAL);                                  \
+        (void)strides;                                                              \
+        setup                                                                       \
+        parts(GAC_TILES, GAC_TILES_NUMBER, GAC_TILES, )                             \
+        for (intptr_t first = 0; first < n; first += TILE) {                        \
+            parts(GAC_READ_TILE, GAC_READ_TILE_NUMBER, GAC_NONE, )                  \
+            ANY_ORDER                                                               \
+            for (intptr_t i = 0; i < TILE; ++i) {                                   \
+                GAC_ELEMENT(parts, TILES, call)                                     \
+            }                                                                       \
+            parts(GAC_NONE, GAC_NONE, GAC_WRITE_TILE, )                             \
+        }                                                                           \
+    }                                                                               \
+    LOOP(name)
+
+/* C order, where compilers transpose elements as they read them; results go through rows of a few elements. Results of
+   neighbours are never written side by side: compilers that make one vector of the sums and differences of an element
+   may fuse them with products, whatever they are told of contraction (gcc 12 does). */
+#define GAC_DIRECT(k, at, shape, size, ...) REAL *const a##k = (REAL *)args[k];
+#define GAC_DIRECT_NUMBER(k, at) REAL *const a##k = (REAL *)args[k];
+#define GAC_DIRECT_ROWS(k, at, shape, size, ...)                                    \
+    REAL *const a##k = (REAL *)args[k];                                             \
+    _Alignas(64) REAL r##k[(size) * LANES];
+#define GAC_LOAD_DIRECT(k, at, shape, size, ...) GAC(load_##size)(x##k, (char *)a##k + (first + i) * (size) * w, &w);
+#define GAC_LOAD_DIRECT_NUMBER(k, at) x##k[0] = a##k[first + i];
+#define GAC_STORE_DIRECT(k, at, shape, size, ...) GAC(store_##size)((char *)(r##k + i), &step, x##k);
+#define GAC_WRITE_ROWS(k, at, shape, size, ...) GAC(store_few)(a##k + first * (size), r##k, size, LANES, LANES);
+#define GAC_IN_ORDER(name, parts, setup, call)                                      \
+    GAC_HEAD(name)                                                                  \
+    {                                                                               \
+        const intptr_t w = sizeof(REAL), step = LANES * w;                          \
+        (void)strides;                                                              \
+        setup                                                                       \
+        parts(GAC_DIRECT, GAC_DIRECT_NUMBER, GAC_DIRECT_ROWS, )                     \
+        for (intptr_t first = 0; first < n; first += LANES) {                       \
+            ANY_ORDER                                                               \
+            for (intptr_t i = 0; i < LANES; ++i) {                                  \
+                GAC_ELEMENT(parts, DIRECT, call)                                    \
+            }                                                                       \
+            parts(GAC_NONE, GAC_NONE, GAC_WRITE_ROWS, )                             \
+        }                                                                           \
+    }                                                                               \
+    LOOPS(name)
+
+/* The loops of a kind: of PLAIN functions, BUSY ones (transcendental functions) and those with sines or cosines
+   (TURNS); in C order there are none (NO), direct ones or such in tiles. */
+#define GAC_BLOCK_PLAIN(f) GAC_BLOCK(f##_block, PARTS_##f, , NAME(f)(GAC_PASS(PARTS_##f)))
+#define GAC_BLOCK_BUSY(f) GAC_BLOCK(f##_block, PARTS_##f, , NAME(f##_within)(GAC_PASS(PARTS_##f)))
+#define GAC_BLOCK_TURNS(f)                                                                                      \
+    GAC_BLOCK_TWICE(f##_block, PARTS_##f, , NAME(f##_within)(GAC_PASS(PARTS_##f), &far), NAME(f)(GAC_PASS(PARTS_##f)))
+#define GAC_DENSE_NO(f)
+#define GAC_DENSE_DIRECT(f) GAC_IN_ORDER(f##_dense, PARTS_##f, , NAME(f)(GAC_PASS(PARTS_##f)))
+#define GAC_DENSE_TILES(f) GAC_IN_TILES(f##_dense, PARTS_##f, , NAME(f)(GAC_PASS(PARTS_##f)))
+
+#define GAC_FORM_PLAIN(f, m, setup)                                                                             \
+    GAC_BLOCK(f##_block_##m, PARTS_##f##_##m, setup, NAME(f##_apply_##m)(prepared, GAC_PASS(PARTS_##f##_##m)))
+#define GAC_FORM_TURNS(f, m, setup)                                                                             \
+    GAC_BLOCK_TWICE(f##_block_##m, PARTS_##f##_##m, setup,                                                      \
+        NAME(f##_apply_##m)(prepared, GAC_PASS(PARTS_##f##_##m), &far),                                         \
+        NAME(f##_apply_##m)(prepared, GAC_PASS(PARTS_##f##_##m), NULL))
+#define GAC_FORM_NO(f, m, setup)
+#define GAC_FORM_DIRECT(f, m, setup)                                                                            \
+    GAC_IN_ORDER(f##_dense_##m, PARTS_##f##_##m, setup, NAME(f##_apply_##m)(prepared, GAC_PASS(PARTS_##f##_##m)))
+#define GAC_FORM_TILES(f, m, setup)                                                                             \
+    GAC_IN_TILES(f##_dense_##m, PARTS_##f##_##m, setup, NAME(f##_apply_##m)(prepared, GAC_PASS(PARTS_##f##_##m)))
+
+#define GAC_TABLE_NO(name) {NULL, NULL}, 0
+#define GAC_TABLE_DIRECT(name) WIDTHS(name), LANES
+#define GAC_TABLE_TILES(name) WIDTH(name), TILE
+
+/* What prepares a form, from the arguments that are the same for the whole batch: the first of its parts in SAME. */
+#define GAC_LOAD_ONCE(k, at, shape, size, rank, ...)                                \
+    const intptr_t c##k[GAC_MOST_AXES] = GAC_CORES(at, rank);                       \
+    GAC(load_##shape)(x##k, args[k], c##k);
+#define GAC_LOAD_ONCE_NUMBER(k, at) x##k[0] = *(const REAL *)args[k];
+#define GAC_STORE_ONCE(...)
+#define GAC_PREPARE_PLAIN(f, m) NAME(f##_prepare_##m)(GAC_PASS(SAME_##f##_##m), prepared)
+#define GAC_PREPARE_TURNS(f, m) NAME(f##_prepare_##m)(GAC_PASS(SAME_##f##_##m), prepared, NULL)
+
+/* GAC_FORM(kernel, form, first, preparing, applying, dense): the loops of a form, whose prepared numbers take the place
+   of the argument `first`. */
+#define GAC_FORM(f, m, first, preparing, applying, dense)                                                       \
+    static void NAME(f##_start_##m)(char **args, const intptr_t *strides, void *prepared)                        \
+    {                                                                                                           \
+        (void)strides;                                                                                          \
+        GAC_ELEMENT(SAME_##f##_##m, ONCE, GAC_PREPARE_##preparing(f, m))                                        \
+    }                                                                                                           \
+    GAC_FORM_##applying(f, m, GAC_PREPARED(first))                                                              \
+    GAC_FORM_##dense(f, m, GAC_PREPARED(first))
+
+/* GAC_USE(kernel, form, dense, same, least, n_prepared): a form in the table of its kernel. */
+#define GAC_USE(f, m, dense, same, least, n_prepared)                                                           \
+    {                                                                                                           \
+        same, least, n_prepared, NAME(f##_start_##m), WIDTHS(f##_block_##m), GAC_TABLE_##dense(f##_dense_##m)   \
+    }
+
+/* GAC_KERNEL(kernel, kind, dense): the loops of a kernel, and the function that runs it over a batch; the forms that it
+   has follow in GAC_KERNEL_AND_FORMS. */
+#define GAC_PART(k, at, shape, size, rank, ...) {size, rank, at, {__VA_ARGS__}}
+#define GAC_PART_NUMBER(k, at) {1, 0, at, {0}}
+#define GAC_TYPE(...) const REAL *
+#define GAC_TYPE_NUMBER(...) REAL
+#define GAC_TYPE_RESULT(...) REAL *
+#define GAC_POINTER(k, ...) x[k]
+#define GAC_POINTER_NUMBER(k, at) *(const REAL *)x[k]
+#define GAC_ONE(...) 1
+#define GAC_ZERO(...) 0
+#define GAC_SIZE(k, at, shape, size, ...) (size)
+#define GAC_RANK(k, at, shape, size, rank, ...) (rank)
+#define GAC_IS_BUSY_PLAIN 0
+#define GAC_IS_BUSY_BUSY 1
+#define GAC_IS_BUSY_TURNS 1
+#define GAC_REPEATS_PLAIN 0
+#define GAC_REPEATS_BUSY 0
+#define GAC_REPEATS_TURNS 1
+#define GAC_LOOPS(f, kind, dense)                                                                               \
+    GAC_BLOCK_##kind(f)                                                                                         \
+    GAC_DENSE_##dense(f)                                                                                        \
+    static void NAME(f##_call)(gac_function *function, void **x)                                                \
+    {                                                                                                           \
+        ((void (*)(PARTS_##f(GAC_TYPE, GAC_TYPE_NUMBER, GAC_TYPE_RESULT, GAC_COMMA)))function)(                 \
+            PARTS_##f(GAC_POINTER, GAC_POINTER_NUMBER, GAC_POINTER, GAC_COMMA));                                \
+    }
+#define GAC_DESCRIBED(f, kind, dense, n_forms, forms)                                                           \
+    static const struct gac_part parts[] = {PARTS_##f(GAC_PART, GAC_PART_NUMBER, GAC_PART, GAC_COMMA)};         \
+    static const struct gac_kernel kernel = {                                                                   \
+        WIDTHS(f##_block), GAC_TABLE_##dense(f##_dense), (gac_function *)NAME(f), NAME(f##_call),               \
+        PARTS_##f(GAC_ONE, GAC_ONE, GAC_ZERO, +), PARTS_##f(GAC_ONE, GAC_ONE, GAC_ONE, +),                      \
+        PARTS_##f(GAC_RANK, GAC_ZERO, GAC_RANK, +), PARTS_##f(GAC_SIZE, GAC_ONE, GAC_SIZE, +),                  \
+        n_forms, GAC_REPEATS_##kind, GAC_IS_BUSY_##kind, parts, forms,                                          \
+    };
+#define GAC_KERNEL(f, kind, dense)                                                                              \
+    GAC_LOOPS(f, kind, dense)                                                                                   \
+    void NAME(f##_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)                         \
+    {                                                                                                           \
+        GAC_DESCRIBED(f, kind, dense, 0, NULL)                                                                  \
+        GAC(batch)(&kernel, args, dimensions[0], steps);                                                        \
+    }
+#define GAC_KERNEL_AND_FORMS(f, kind, dense, ...)                                                               \
+    GAC_LOOPS(f, kind, dense)                                                                                   \
+    void NAME(f##_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)                         \
+    {                                                                                                           \
+        static const struct gac_form forms[] = {__VA_ARGS__};                                                   \
+        GAC_DESCRIBED(f, kind, dense, sizeof forms / sizeof forms[0], forms)                                    \
+        GAC(batch)(&kernel, args, dimensions[0], steps);                                                        \
+    }
+
+/* GAC_TILE(n): a tile of TILE elements of `n` numbers in C order, to rows and back, for `n` up to GAC_TILE_NUMBERS.
+   Most vectors are read in halves, the lower from the first half of the elements and the upper from as far on in the
+   others: then both halves need the same permutation, which stays within halves, where processors permute fastest. Four
+   neighbours in double precision are a vector and are read as one. The statements are there for every size; what
+   remains are those whose conditions, which are constants, hold. */
+#define GAC_TILE_NUMBERS 32
+#define GAC_TILE(length) GAC_TILE_FUNCTIONS(REAL, length)
+#ifdef SHUFFLE
+#define GAC_TILE_FUNCTIONS(real, length) GAC_TILE_OF(real, length)
+#define GAC_TILE_OF(real, length)                                                       \
+    GAC_HELPER void GAC(load_tile_##length)(REAL *x, intptr_t row, REAL *a)              \
+    {                                                                                   \
+        enum { size = length };                                                         \
+        GAC_LOAD_TILE_##real                                                            \
+    }                                                                                   \
+    GAC_HELPER void GAC(store_tile_##length)(REAL *a, REAL *x, intptr_t row)             \
+    {                                                                                   \
+        enum { size = length };                                                         \
+        GAC_STORE_TILE_##real                                                           \
+    }
+#define COLUMN(k) (*(GAC(tile) *)(x + (k) * row))
+#define HALF(a, k) (((GAC(half) *)(a))[k])
+#define WHOLE(offset) (*(GAC(tile) *)(a + (offset)))
+#define UPPER(offset) (a + (offset) + TILE / 2 * size)
+#define JOINED(v, w) PRECISION(SHUFFLE(v, w, 0, 1, 2, 3), SHUFFLE(v, w, 0, 1, 2, 3, 4, 5, 6, 7))
+#define LOWERS(v, w) PRECISION(SHUFFLE(v, w, 0, 1, 4, 5), SHUFFLE(v, w, 0, 1, 2, 3, 8, 9, 10, 11))
+#define UPPERS(v, w) PRECISION(SHUFFLE(v, w, 2, 3, 6, 7), SHUFFLE(v, w, 4, 5, 6, 7, 12, 13, 14, 15))
+#define READ(offset) JOINED(HALF(a + (offset), 0), HALF(UPPER(offset), 0))
+#define WRITE(offset, v) HALF(a + (offset), 0) = HALF(&v, 0), HALF(UPPER(offset), 0) = HALF(&v, 1)
+#define WRITE_BOTH(offset, v, w) WHOLE(offset) = LOWERS(v, w), WHOLE((offset) + TILE / 2 * size) = UPPERS(v, w)
+
+/* A vector of which each half has the named places of the halves of two others, counted one after the other. */
+#define DOUBLES(v, w, i, j) SHUFFLE(v, w, i, 4 + (j), 2 + (i), 6 + (j))
+#define FLOATS(v, w, i, j, k, l) \
+    SHUFFLE(v, w, FAR(i), FAR(j), FAR(k), FAR(l), 4 + FAR(i), 4 + FAR(j), 4 + FAR(k), 4 + FAR(l))
+#define FAR(place) ((place) < 4 ? (place) : (place) + 4)
+
+/* Doubles: four numbers of four elements are permuted at once; one or two that are left come from halves. */
+#define GAC_LOAD_TILE_double                                                                                    \
+    if (size == 1) {                                                                                            \
+        COLUMN(0) = WHOLE(0);                                                                                   \
+    } else if (size == 2) {                                                                                     \
+        const GAC(tile) a0 = READ(0), a1 = READ(2);                                                             \
+        COLUMN(0) = DOUBLES(a0, a1, 0, 0);                                                                      \
+        COLUMN(1) = DOUBLES(a0, a1, 1, 1);                                                                      \
+    } else if (size == 3) {                                                                                     \
+        const GAC(tile) a0 = READ(0), a1 = READ(2);                                                             \
+        COLUMN(0) = DOUBLES(a0, a1, 0, 1);                                                                      \
+        const GAC(tile) a2 = READ(4);                                                                           \
+        COLUMN(1) = DOUBLES(a0, a2, 1, 0);                                                                      \
+        COLUMN(2) = DOUBLES(a1, a2, 0, 1);                                                                      \
+    } else {                                                                                                    \
+        GAC_TIMES_8(GAC_LOAD_DOUBLES, 0, )                                                                      \
+    }
+#define GAC_LOAD_DOUBLES(block, ...)                                                                            \
+    if (4 * (block) + 3 <= size) {                                                                              \
+        enum { done = 4 * (block), first = done + 4 <= size ? done : size - 4 };                                \
+        const GAC(tile) a0 = WHOLE(first), a1 = WHOLE(size + first);                                            \
+        const GAC(tile) b0 = DOUBLES(a0, a1, 0, 0), b1 = DOUBLES(a0, a1, 1, 1);                                 \
+        const GAC(tile) a2 = WHOLE(2 * size + first), a3 = WHOLE(3 * size + first);                             \
+        const GAC(tile) b2 = DOUBLES(a2, a3, 0, 0), b3 = DOUBLES(a2, a3, 1, 1);                                 \
+        if (first == done)                                                                                      \
+            COLUMN(first) = SHUFFLE(b0, b2, 0, 1, 4, 5);                                                        \
+        COLUMN(first + 1) = SHUFFLE(b1, b3, 0, 1, 4, 5);                                                        \
+        COLUMN(first + 2) = SHUFFLE(b0, b2, 2, 3, 6, 7);                                                        \
+        COLUMN(first + 3) = SHUFFLE(b1, b3, 2, 3, 6, 7);                                                        \
+    } else if (4 * (block) < size) {                                                                            \
+        const GAC(tile) a0 = READ(size - 2), a1 = READ(2 * size - 2);                                           \
+        if (4 * (block) + 2 == size)                                                                            \
+            COLUMN(size - 2) = DOUBLES(a0, a1, 0, 0);                                                           \
+        COLUMN(size - 1) = DOUBLES(a0, a1, 1, 1);                                                               \
+    }
+
+/* Two elements are `size` halves, of which two that are neighbours in memory are written as one vector. */
+#define GAC_STORE_TILE_double                                                                                   \
+    if (size == 1) {                                                                                            \
+        WHOLE(0) = COLUMN(0);                                                                                   \
+    } else {                                                                                                    \
+        GAC_TIMES_16(GAC_STORE_DOUBLES, 0, )                                                                    \
+    }
+#define GAC_HALVES(k) \
+    DOUBLES(COLUMN(2 * (k) % size), COLUMN((2 * (k) + 1) % size), 2 * (k) / size & 1, (2 * (k) + 1) / size & 1)
+#define GAC_STORE_DOUBLES(pair, ...)                                                                            \
+    if (2 * (pair) < size) {                                                                                    \
+        const GAC(tile) v = GAC_HALVES(2 * (pair));                                                             \
+        if (2 * (pair) + 1 < size) {                                                                            \
+            const GAC(tile) w = GAC_HALVES(2 * (pair) + 1);                                                     \
+            WRITE_BOTH(4 * (pair), v, w);                                                                       \
+        } else {                                                                                                \
+            WRITE(4 * (pair), v);                                                                               \
+        }                                                                                                       \
+    }
+
+/* Floats: four elements are `size` halves. Four numbers of each are permuted at once, the last four before what is
+   left. */
+#define GAC_LOAD_TILE_float                                                                                     \
+    if (size == 1) {                                                                                            \
+        COLUMN(0) = WHOLE(0);                                                                                   \
+    } else if (size == 2) {                                                                                     \
+        const GAC(tile) a0 = READ(0), a1 = READ(4);                                                             \
+        COLUMN(0) = FLOATS(a0, a1, 0, 2, 4, 6);                                                                 \
+        COLUMN(1) = FLOATS(a0, a1, 1, 3, 5, 7);                                                                 \
+    } else if (size == 3) {                                                                                     \
+        const GAC(tile) a1 = READ(4), a2 = READ(8), b0 = FLOATS(a1, a2, 2, 3, 5, 6);                            \
+        const GAC(tile) a0 = READ(0), b1 = FLOATS(a0, a1, 1, 2, 4, 5);                                          \
+        COLUMN(0) = FLOATS(a0, b0, 0, 3, 4, 6);                                                                 \
+        COLUMN(1) = FLOATS(b1, b0, 0, 2, 5, 7);                                                                 \
+        COLUMN(2) = FLOATS(b1, a2, 1, 3, 4, 7);                                                                 \
+    } else {                                                                                                    \
+        GAC_TIMES_8(GAC_LOAD_FLOATS, 0, )                                                                       \
+    }
+#define GAC_LOAD_FLOATS(block, ...)                                                                             \
+    if (4 * (block) < size) {                                                                                   \
+        enum { done = 4 * (block), first = done + 4 <= size ? done : size - 4 };                                \
+        const GAC(tile) a0 = READ(first), a1 = READ(size + first), b0 = FLOATS(a0, a1, 0, 4, 1, 5);             \
+        const GAC(tile) a2 = READ(2 * size + first), a3 = READ(3 * size + first), b1 = FLOATS(a2, a3, 0, 4, 1, 5); \
+        const GAC(tile) b2 = FLOATS(a0, a1, 2, 6, 3, 7), b3 = FLOATS(a2, a3, 2, 6, 3, 7);                       \
+        if (first == done)                                                                                      \
+            COLUMN(first) = FLOATS(b0, b1, 0, 1, 4, 5);                                                         \
+        if (first + 1 >= done)                                                                                  \
+            COLUMN(first + 1) = FLOATS(b0, b1, 2, 3, 6, 7);                                                     \
+        if (first + 2 >= done)                                                                                  \
+            COLUMN(first + 2) = FLOATS(b2, b3, 0, 1, 4, 5);                                                     \
+        COLUMN(first + 3) = FLOATS(b2, b3, 2, 3, 6, 7);                                                         \
+    }
+
+/* The halves of an element are written from its first to its last, two as one vector where they are neighbours in
+   memory; the last half of an element waits in `kept` for the first of the next. */
+#define GAC_STORE_TILE_float                                                                                    \
+    if (size == 1) {                                                                                            \
+        WHOLE(0) = COLUMN(0);                                                                                   \
+    } else if (size == 2) {                                                                                     \
+        const GAC(tile) a0 = FLOATS(COLUMN(0), COLUMN(1), 0, 4, 1, 5), a1 = FLOATS(COLUMN(0), COLUMN(1), 2, 6, 3, 7); \
+        WRITE_BOTH(0, a0, a1);                                                                                  \
+    } else if (size == 3) {                                                                                     \
+        const GAC(tile) b0 = FLOATS(COLUMN(0), COLUMN(1), 0, 2, 4, 6), b2 = FLOATS(COLUMN(2), COLUMN(0), 0, 2, 5, 7); \
+        const GAC(tile) b1 = FLOATS(COLUMN(1), COLUMN(2), 1, 3, 5, 7);                                          \
+        const GAC(tile) a0 = FLOATS(b0, b2, 0, 2, 4, 6), a1 = FLOATS(b1, b0, 0, 2, 5, 7);                       \
+        WRITE_BOTH(0, a0, a1);                                                                                  \
+        const GAC(tile) a2 = FLOATS(b2, b1, 1, 3, 5, 7);                                                        \
+        WRITE(8, a2);                                                                                           \
+    } else {                                                                                                    \
+        enum { n_halves = (size + 3) / 4, is_whole = size % 4 == 0, last = is_whole ? n_halves : n_halves - 1 };  \
+        GAC(tile) b0[8], b1[8], halves[10], kept = {0};                                                         \
+        GAC_TIMES_8(GAC_TURN_FLOATS, 0, 0)                                                                      \
+        GAC_STORE_ELEMENT(0)                                                                                    \
+        GAC_STORE_ELEMENT(1)                                                                                    \
+        GAC_TIMES_8(GAC_TURN_FLOATS, 0, 2)                                                                      \
+        GAC_STORE_ELEMENT(2)                                                                                    \
+        GAC_STORE_ELEMENT(3)                                                                                    \
+        if (!is_whole)                                                                                          \
+            WRITE(4 * size - 4, kept);                                                                          \
+    }
+#define GAC_TURN_FLOATS(block, place)                                                                           \
+    if (4 * (block) < size) {                                                                                   \
+        enum { first = 4 * (block) + 4 <= size ? 4 * (block) : size - 4 };                                      \
+        b0[block] = FLOATS(COLUMN(first), COLUMN(first + 1), place, 4 + place, 1 + place, 5 + place);           \
+        b1[block] = FLOATS(COLUMN(first + 2), COLUMN(first + 3), place, 4 + place, 1 + place, 5 + place);       \
+    }
+#define GAC_STORE_ELEMENT(k)                                                                                    \
+    {                                                                                                           \
+        enum { element = k, has_kept = is_whole ? element * n_halves % 2 : element > 0 };                       \
+        GAC_TIMES_8(GAC_TAKE_HALF, 0, element % 2 * 2)                                                          \
+        if (has_kept)                                                                                           \
+            WRITE_BOTH(element * size - 4, kept, halves[0]);                                                    \
+        GAC_TIMES_4(GAC_STORE_HALVES, 0, )                                                                      \
+        if (!is_whole)                                                                                          \
+            kept = halves[n_halves - 1];                                                                        \
+    }
+#define GAC_TAKE_HALF(block, place)                                                                             \
+    if (4 * (block) < size)                                                                                     \
+        halves[block] = FLOATS(b0[block], b1[block], place, 1 + place, 4 + place, 5 + place);
+#define GAC_STORE_HALVES(pair, ...)                                                                             \
+    {                                                                                                           \
+        enum { h = has_kept + 2 * (pair), is_last = h + 1 == (int)last, are_two = h + 1 < (int)last };            \
+        if (are_two)                                                                                             \
+            WRITE_BOTH(element * size + 4 * h, halves[h], halves[h + 1]);                                       \
+        else if (is_last && is_whole)                                                                           \
+            kept = halves[h];                                                                                   \
+        else if (is_last)                                                                                       \
+            WRITE(element * size + 4 * h, halves[h]);                                                           \
+    }
+#else
+#define GAC_TILE_FUNCTIONS(real, length)                                                \
+    GAC_HELPER void GAC(load_tile_##length)(REAL *x, intptr_t row, const REAL *a)        \
+    {                                                                                   \
+        for (intptr_t k = 0; k < length; ++k)                                           \
+            for (intptr_t i = 0; i < TILE; ++i)                                         \
+                x[k * row + i] = a[i * length + k];                                     \
+    }                                                                                   \
+    GAC_HELPER void GAC(store_tile_##length)(REAL *a, const REAL *x, intptr_t row)       \
+    {                                                                                   \
+        for (intptr_t k = 0; k < length; ++k)                                           \
+            for (intptr_t i = 0; i < TILE; ++i)                                         \
+                a[i * length + k] = x[k * row + i];                                     \
+    }
+#endif
+
+/* Both precisions. */
+#define REAL double
+#define PRECISION(of_double, of_float) of_double
+#include "gac_runtime.h"
+#undef REAL
+#undef PRECISION
+#define REAL float
+#define PRECISION(of_double, of_float) of_float
+#include "gac_runtime.h"
+#undef REAL
+#undef PRECISION
+
+#endif
+#else
+
+/* For each precision. */
+
+#ifdef SHUFFLE
+typedef REAL GAC(four) VECTOR(4);
+typedef REAL GAC(tile) VECTOR(TILE);
+typedef REAL GAC(half) VECTOR(TILE / 2);
+#endif
+
+static INLINE WORD GAC(bits_of)(REAL x)
+{
+    WORD bits;
+    memcpy(&bits, &x, sizeof bits);
+    return bits;
+}
+
+static INLINE REAL GAC(of_bits)(WORD bits)
+{
+    REAL x;
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
+
+static INLINE REAL GAC(select)(WORD where, REAL a, REAL b)
+{
+    return GAC(of_bits)((GAC(bits_of)(a) & where) | (GAC(bits_of)(b) & ~where));
+}
+
+/* Transcendental functions without branches, so that loops over them are vectorised: at most 2 ulp from the exact
+   values. */
+
+/* How many quarter turns an angle has, modulo 4, and what is left, up to an eighth of a turn: the first difference is
+   exact, so what the three parts of a quarter turn leave is rounded where it is small. */
+static INLINE WORD GAC(quarters_of)(REAL x, REAL *rest)
+{
+    const REAL shifted = FMA(x, QUARTER_INVERSE, SHIFT), k = SHIFT - shifted;
+    *rest = FMA(k, QUARTER_2, FMA(k, QUARTER_1, FMA(k, QUARTER_0, x)));
+    return GAC(bits_of)(shifted);
+}
+
+static INLINE REAL GAC(sin_of_rest)(REAL x)
+{
+    const REAL z = x * x;
+    return FMA(x * z, GAC(sin_polynomial)(z), x);
+}
+
+static INLINE REAL GAC(cos_of_rest)(REAL x)
+{
+    const REAL z = x * x;
+    return FMA(z, FMA(z, GAC(cos_polynomial)(z), (REAL)-0.5), 1);
+}
+
+/* Beyond GAC_FARTHEST the C library's; a caller that has a place for it is told so instead. */
+static INLINE REAL GAC(sin)(REAL x, WORD *far)
+{
+    REAL rest;
+    const WORD n = GAC(quarters_of)(FUNCTION(fabs)(x), &rest);
+    const WORD is_far = WHERE(FUNCTION(fabs)(x) > GAC_FARTHEST), sign = (GAC(bits_of)(x) ^ n << (SIGN_BIT - 1)) & SIGN;
+    const REAL s = GAC(sin_of_rest)(rest), c = GAC(cos_of_rest)(rest);
+    const REAL y = GAC(of_bits)(GAC(bits_of)(GAC(select)(WHERE(n & 1), c, s)) ^ sign);
+    if (far == NULL)
+        return is_far ? FUNCTION(sin)(x) : y;
+    *far |= is_far;
+    return y;
+}
+
+static INLINE REAL GAC(cos)(REAL x, WORD *far)
+{
+    REAL rest;
+    const WORD n = GAC(quarters_of)(FUNCTION(fabs)(x), &rest);
+    const WORD is_far = WHERE(FUNCTION(fabs)(x) > GAC_FARTHEST), sign = (n + 1) << (SIGN_BIT - 1) & SIGN;
+    const REAL s = GAC(sin_of_rest)(rest), c = GAC(cos_of_rest)(rest);
+    const REAL y = GAC(of_bits)(GAC(bits_of)(GAC(select)(WHERE(n & 1), s, c)) ^ sign);
+    if (far == NULL)
+        return is_far ? FUNCTION(cos)(x) : y;
+    *far |= is_far;
+    return y;
+}
+
+/* The power of 2 comes in two factors, so that the largest and the smallest results are reached. */
+static INLINE REAL GAC(exp)(REAL x)
+{
+    const REAL most = PRECISION(710, 89), least = PRECISION(-746, -105);
+    const REAL y = GAC(select)(WHERE(x > most), most, GAC(select)(WHERE(x < least), least, x));
+    const REAL shifted = FMA(y, LOG_INVERSE, SHIFT), k = SHIFT - shifted;
+    const REAL z = FMA(k, LOG_1, FMA(k, LOG_0, y)), above = FMA(z * z, GAC(exp_polynomial)(z), z);
+    const WORD n = GAC(bits_of)(shifted) - GAC(bits_of)(SHIFT), half = ((n + 2 * BIAS) >> 1) - BIAS;
+    const REAL a = GAC(of_bits)((half + BIAS) << FRACTION_BITS), b = GAC(of_bits)((n - half + BIAS) << FRACTION_BITS);
+    return FMA(above, a, a) * b;
+}
+
+static INLINE REAL GAC(log)(REAL x)
+{
+    /* x = 2^k (1 + f), 1 + f between the roots of 1/2 and 2; numbers below the normal ones are scaled first. */
+    const WORD tiny = WHERE(x < PRECISION(DBL_MIN, FLT_MIN)), fraction = ((WORD)1 << FRACTION_BITS) - 1;
+    const WORD root = PRECISION(0x3FE6A09E667F3BCD, 0x3F3504F3), one = (WORD)BIAS << FRACTION_BITS;
+    const REAL y = x * GAC(select)(tiny, (WORD)1 << (FRACTION_BITS + 2), 1);
+    const WORD n = GAC(bits_of)(y) + (one - root);
+    const REAL shift = (WORD)1 << FRACTION_BITS, bias = GAC(select)(tiny, BIAS + FRACTION_BITS + 2, BIAS);
+    const REAL k = GAC(of_bits)((n >> FRACTION_BITS) + GAC(bits_of)(shift)) - (shift + bias);
+    const REAL f = GAC(of_bits)((n & fraction) + root) - 1, half = f * f / 2, s = f / (2 + f), z = s * s;
+    const REAL low = FMA(s, FMA(z, GAC(log_polynomial)(z), half), k * LOG_1);
+    const REAL finite = FMA(k, LOG_0, f - (half - low));
+    const REAL other = GAC(select)(WHERE(x == 0), -INFINITY, GAC(select)(WHERE(x > 0), x, NAN));
+    return GAC(select)(WHERE(x > 0) & WHERE(x < INFINITY), finite, other);
+}
+
+static INLINE REAL GAC(atan2)(REAL y, REAL x)
+{
+    const REAL u = FUNCTION(fabs)(x), v = FUNCTION(fabs)(y);
+    const WORD swapped = WHERE(v > u), left = WHERE(GAC(bits_of)(x) >> SIGN_BIT);
+    const REAL most = GAC(select)(swapped, v, u), least = GAC(select)(swapped, u, v);
+    /* Two infinities have the ratio 1, two zeros 0. */
+    const REAL same = GAC(select)(WHERE(u > 0), 1, 0), t = GAC(select)(WHERE(u == v), same, least / most);
+    const REAL z = t * t, angle = FMA(t * z, GAC(atan_polynomial)(z - (REAL)0.5), t);
+    const REAL quarters = GAC(select)(swapped, 1, GAC(select)(left, 2, 0));
+    const REAL turned = GAC(of_bits)(GAC(bits_of)(angle) ^ ((left ^ swapped) & SIGN));
+    const REAL whole = FMA(quarters, QUARTER_0, FMA(quarters, QUARTER_1, turned));
+    return GAC(of_bits)(GAC(bits_of)(whole) ^ (GAC(bits_of)(y) & SIGN));
+}
+
+static INLINE REAL GAC(acos)(REAL x)
+{
+    const REAL u = FUNCTION(fabs)(x);
+    const WORD large = WHERE(u > (REAL)0.5);
+    const REAL z = GAC(select)(large, (1 - u) / 2, x * x), s = GAC(select)(large, FUNCTION(sqrt)(z), x);
+    const REAL more = s * (z * GAC(asin_polynomial)(z));
+    const REAL middle = QUARTER_0 - (s - (QUARTER_1 - more));
+    const REAL right = 2 * (s + more), left = 2 * QUARTER_0 - (right - 2 * QUARTER_1);
+    return GAC(select)(large, GAC(select)(WHERE(x < 0), left, right), middle);
+}
+
+/* A component of a part without axes. */
+static INLINE void GAC(load_scalar)(REAL *x, const char *a, const intptr_t *c)
+{
+    (void)c;
+    *x = *(const REAL *)a;
+}
+
+static INLINE void GAC(store_scalar)(char *a, const intptr_t *c, const REAL *x)
+{
+    (void)c;
+    *(REAL *)a = *x;
+}
+
+/* From rows, `row` numbers long, to `n` elements of at most three numbers in C order. */
+static INLINE void GAC(store_few)(REAL *a, const REAL *x, intptr_t size, intptr_t row, intptr_t n)
+{
+    if (size == 1) {
+        memcpy(a, x, n * sizeof(REAL));
+    } else if (size == 2) {
+        for (intptr_t i = 0; i < n; ++i) {
+            a[2 * i] = x[i];
+            a[2 * i + 1] = x[row + i];
+        }
+    } else {
+        for (intptr_t i = 0; i < n; ++i) {
+            a[3 * i] = x[i];
+            a[3 * i + 1] = x[row + i];
+            a[3 * i + 2] = x[2 * row + i];
+        }
+    }
+}
+#endif
