@@ -4,7 +4,8 @@ The runtime (``gac_runtime.c``) is compiled into object files that the user's ca
 alone and linked with them into ``_build`` beside it, or into the cache where that folder cannot be written. Nothing is
 half-written: files are made under a temporary name and renamed, and a lock keeps two processes from building the same.
 
-This file ships with generated modules and imports nothing of the compiler.
+It ships with generated modules and imports nothing of the compiler. Keys, locks and commands depend on each other, so
+they are one file.
 """
 
 from __future__ import annotations
@@ -149,7 +150,7 @@ def cached_path(c_file: Path) -> Path | None:
     if compiler is None:
         return None
     name = library_path(c_file).stem
-    return cache_folder() / "libraries" / f"{name}-{_digest(_version(compiler), *compiler)}.so"
+    return cache_folder("libraries") / f"{name}-{_digest(_version(compiler), *compiler)}.so"
 
 
 def built_library(c_file: Path) -> Path | None:
@@ -190,7 +191,9 @@ def build_module(c_file: Path) -> Path | None:
     Raises
     ------
     BuildError
-        When the compiler fails, or neither folder can be written.
+        When the compiler fails.
+    CacheError
+        When the folder of the file cannot be written, or by everybody, and the cache cannot be used either.
 
     Notes
     -----
@@ -290,9 +293,8 @@ def _runtime_object(compiler: tuple[str, ...], runtime: Path, half: str, scratch
     key = _digest(*_texts(runtime, RUNTIME_FILES), _version(compiler), *compiler, *compiler_flags(compiler))
     name = f"gac_runtime-{key}-{half}.o"
     try:
-        folder = cache_folder() / "runtime"
-        folder.mkdir(exist_ok=True)
-    except (CacheError, OSError):
+        folder = cache_folder("runtime")
+    except CacheError:
         folder = scratch
     target = folder / name
     with _lock(name):
@@ -373,9 +375,7 @@ def _lock(name: str) -> Iterator[None]:
     try:
         import fcntl
 
-        folder = cache_folder() / "locks"
-        folder.mkdir(exist_ok=True)
-        handle = os.open(folder / f"{name}.lock", os.O_RDWR | os.O_CREAT, 0o600)
+        handle = os.open(cache_folder("locks") / f"{name}.lock", os.O_RDWR | os.O_CREAT, 0o600)
     except (ImportError, OSError, CacheError):
         yield
         return

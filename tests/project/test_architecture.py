@@ -55,7 +55,6 @@ ALLOWED: dict[str, set[str]] = {
 EXCEPTIONS: dict[str, set[str]] = {
     "algebra/coefficients.py": {"numpy", "mpmath", "sympy"},
     "backends/approximations.py": {"mpmath"},
-    "backends/c_functions.py": {"mpmath"},
     "rings/symbolic.py": {"sympy"},
     "robots/descriptions.py": {"algorithms.kinematics"},
 }
