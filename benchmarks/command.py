@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from gacompiler.generate import load_spec
+from gacompiler.generation.spec_files import load_spec
 
 from . import by_hand, features, generation, kernels, pages
 from .affinity import processors, use_one_processor

@@ -9,7 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from gacompiler.backends.module import ModuleSource
-from gacompiler.generate import kernel_source, load_spec, own_specs, render
+from gacompiler.generation.checked_in import own_specs
+from gacompiler.generation.rendering import render
+from gacompiler.generation.sources import kernel_source
+from gacompiler.generation.spec_files import load_spec
 from gacompiler.passes.pipeline import compile_kernel
 
 QUICK_MODULES = ("vga2",)

@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 
 from gacompiler.frontend.kernel import Kernel
-from gacompiler.generate import load_spec
+from gacompiler.generation.spec_files import load_spec
 
 ROOT = Path(__file__).parent.parent
 FOLDER = ROOT / "tests" / "support" / "known"

@@ -10,7 +10,7 @@ from .backends import c_source, python_source
 from .backends.module import ModuleSource
 from .errors import KernelError
 from .frontend.latex import latex_of, symbol
-from .generate import kernel_source
+from .generation.sources import kernel_source
 from .ir.cost import WEIGHTS
 from .ir.program import Line, Operand
 from .ir.scalar import Op

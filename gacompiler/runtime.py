@@ -17,7 +17,9 @@ from .backends import build_extension, build_library, find_compiler, no_compiler
 from .backends.module import ModuleSource
 from .errors import BackendError, KernelError
 from .frontend.kernel import Kernel
-from .generate import kernel_source, render, write
+from .generation.files import write
+from .generation.rendering import render
+from .generation.sources import kernel_source
 from .passes.pipeline import compile_kernel
 
 BACKENDS = ("c", "numba", "arrays")

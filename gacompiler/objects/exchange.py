@@ -17,7 +17,7 @@ import numpy as np
 from ..algebra.algebra import Algebra
 from ..algebra.multivector import Multivector
 from ..errors import AlgebraError, LayoutError
-from ..generate import write
+from ..generation.files import write
 from .arrays import MultivectorArray, of_rows
 from .operators import layout_of
 from .plain_data import packed, unpacked

@@ -23,7 +23,7 @@ import numpy as np
 
 from ..algebra.algebra import Algebra
 from ..errors import AlgebraError, LayoutError
-from ..generate import write
+from ..generation.files import write
 from .arrays import MultivectorArray
 from .exchange import Matrix, algebra_of, change_of_basis, dense_of, of_dense
 from .scene import COLOURS, shapes_of

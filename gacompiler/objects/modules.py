@@ -20,7 +20,7 @@ import os, sys
 spec, target = sys.argv[1:3]
 sys.path[:] = sys.argv[3:]
 from pathlib import Path
-from gacompiler.generate import load_spec
+from gacompiler.generation.spec_files import load_spec
 from gacompiler.runtime import compile
 try:
     (kernel,) = load_spec(Path(spec)).kernels

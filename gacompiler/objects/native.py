@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 from ..backends import find_compiler
 from ..backends.c import kernel_text
 from ..gac_runtime.extension_file import extension_path, load
-from ..generate import generated_folder
+from ..generation.checked_in import generated_folder
 from ..ir.program import Program
 from ..runtime import cache_folder
 from .background import QUEUE, Job

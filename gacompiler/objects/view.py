@@ -86,7 +86,7 @@ def view(
 
 
 def _write(figure: Any, file: Path) -> None:
-    from ..generate import write
+    from ..generation.files import write
 
     write({file.name: figure.to_html(include_plotlyjs=True, full_html=True)}, file.parent)
 

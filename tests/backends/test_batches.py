@@ -15,7 +15,8 @@ import pytest
 
 from gacompiler.backends import runtime_files
 from gacompiler.backends.build import compiler_flags, find_compiler
-from gacompiler.generate import own_specs, write
+from gacompiler.generation.checked_in import own_specs
+from gacompiler.generation.files import write
 
 ROOT = Path(__file__).parents[2]
 

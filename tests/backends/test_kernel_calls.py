@@ -12,7 +12,7 @@ import pytest
 
 from gacompiler import compile, kernel
 from gacompiler.algebra.catalog import CATALOG, PGA3
-from gacompiler.generate import own_specs
+from gacompiler.generation.checked_in import own_specs
 from generated import cga3, pga3
 
 MODULES = [path.stem for path in own_specs()]

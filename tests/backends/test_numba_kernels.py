@@ -28,7 +28,7 @@ from backend_programs import (
 
 from gacompiler.backends import find_compiler
 from gacompiler.gac_runtime.jit.kernels import Loops
-from gacompiler.generate import load_spec
+from gacompiler.generation.spec_files import load_spec
 from gacompiler.runtime import load_module
 
 Array = np.ndarray[Any, Any]

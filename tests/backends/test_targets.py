@@ -26,7 +26,10 @@ from target_drivers import Array, Call, Dialect, Found, size
 from gacompiler.backends import body_is_intact, build_library, library_path
 from gacompiler.backends.module import ModuleSource
 from gacompiler.cli import main
-from gacompiler.generate import TARGETS, compile_spec, generated_folder, load_spec, own_specs, render, render_targets
+from gacompiler.generation.checked_in import generated_folder, own_specs
+from gacompiler.generation.compiling import compile_spec
+from gacompiler.generation.rendering import TARGETS, render, render_targets
+from gacompiler.generation.spec_files import load_spec
 from gacompiler.ir.program import Argument, Line, Program, Result
 from gacompiler.ir.scalar import Op
 
@@ -398,7 +401,7 @@ def test_text(target: str, name: str) -> None:
 
 def test_text_does_not_depend_on_the_hash_seed() -> None:
     code = (
-        "from backend_programs import *; from gacompiler.generate import *; import hashlib; "
+        "from backend_programs import *; from gacompiler.generation.rendering import *; import hashlib; "
         "texts = render_targets(module_source('one', *PROGRAMS), TARGETS); "
         "print(hashlib.sha256(''.join(texts.values()).encode()).hexdigest())"
     )

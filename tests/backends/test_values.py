@@ -21,7 +21,9 @@ from one_element import load_ways, outcome
 
 from gacompiler.backends.module import KernelSource, LayoutText, ModuleSource
 from gacompiler.backends.values import value_types
-from gacompiler.generate import compile_spec, kernel_source, load_spec
+from gacompiler.generation.compiling import compile_spec
+from gacompiler.generation.sources import kernel_source
+from gacompiler.generation.spec_files import load_spec
 from gacompiler.passes.pipeline import compile_kernel
 
 SPEC = '''

@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from gacompiler.cli import main
-from gacompiler.generate import generated_folder
+from gacompiler.generation.checked_in import generated_folder
 
 SPEC = '''
 from gacompiler import kernel, sandwich
@@ -59,7 +59,7 @@ def test_check_compares_and_proves(monkeypatch: pytest.MonkeyPatch, tmp_path: Pa
     assert result.exit_code == 0 and "3 files are what the specs give\n10 kernels are proved" in result.output
     for path in generated_folder().glob("projective2.*"):
         (tmp_path / path.name).write_text(path.read_text().replace(" + ", " - ", 1))
-    monkeypatch.setattr("gacompiler.cli.generated_folder", lambda: tmp_path)
+    monkeypatch.setattr("gacompiler.cli.checking.generated_folder", lambda: tmp_path)
     result = run("check", "projective2")
     assert result.exit_code == 1 and "3 files differ" in result.output and "make generated" in result.output
 

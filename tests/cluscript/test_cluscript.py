@@ -28,7 +28,10 @@ from gacompiler.backends.module import ModuleSource
 from gacompiler.cli import main
 from gacompiler.cluscript import NAMES, Script, ScriptError
 from gacompiler.errors import SpecError
-from gacompiler.generate import kernel_source, load_spec, render, write
+from gacompiler.generation.files import write
+from gacompiler.generation.rendering import render
+from gacompiler.generation.sources import kernel_source
+from gacompiler.generation.spec_files import load_spec
 from gacompiler.passes.pipeline import compile_kernel
 from gacompiler.passes.record import Compilation
 from gacompiler.runtime import load_module

@@ -11,7 +11,10 @@ from pathlib import Path
 import pytest
 
 from gacompiler.errors import BackendError, SpecError
-from gacompiler.generate import compare, compile_spec, load_spec, render, write
+from gacompiler.generation.compiling import compile_spec
+from gacompiler.generation.files import compare, write
+from gacompiler.generation.rendering import render
+from gacompiler.generation.spec_files import load_spec
 
 SPEC = '''
 """Two kernels."""
@@ -39,7 +42,8 @@ def spec_file(tmp_path: Path) -> Path:
 
 def test_text_does_not_depend_on_hash_seed(spec_file: Path) -> None:
     program = (
-        "import sys; from pathlib import Path; from gacompiler.generate import *; "
+        "import sys; from pathlib import Path; from gacompiler.generation.compiling import compile_spec; "
+        "from gacompiler.generation.rendering import render; from gacompiler.generation.spec_files import load_spec; "
         "print(sorted(render(compile_spec(load_spec(Path(sys.argv[1])))).items()))"
     )
     texts = set()

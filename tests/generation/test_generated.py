@@ -7,15 +7,12 @@ from pathlib import Path
 import pytest
 
 from gacompiler.backends import body_is_intact
-from gacompiler.generate import (
-    compare,
-    compile_kernels,
-    generated_folder,
-    load_spec,
-    own_specs,
-    render,
-    source_of,
-)
+from gacompiler.generation.checked_in import generated_folder, own_specs
+from gacompiler.generation.compiling import compile_kernels
+from gacompiler.generation.files import compare
+from gacompiler.generation.rendering import render
+from gacompiler.generation.sources import source_of
+from gacompiler.generation.spec_files import load_spec
 from gacompiler.prove import verify_module
 from gacompiler.runtime import load_module
 

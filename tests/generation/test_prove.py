@@ -14,7 +14,9 @@ from gacompiler.algebra.catalog import PGA3
 from gacompiler.backends import c_programs, c_source, python_programs, python_source
 from gacompiler.backends.module import ModuleSource
 from gacompiler.errors import BackendError, ProofError
-from gacompiler.generate import kernel_source, load_spec, own_specs
+from gacompiler.generation.checked_in import own_specs
+from gacompiler.generation.sources import kernel_source
+from gacompiler.generation.spec_files import load_spec
 from gacompiler.passes.pipeline import compile_kernel
 from gacompiler.passes.record import Compilation
 from gacompiler.prove import measured_error, verify_kernel

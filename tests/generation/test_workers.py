@@ -14,8 +14,10 @@ from click.testing import CliRunner
 
 from gacompiler.cli import main
 from gacompiler.errors import BackendError, GacError, KernelError, SpecError
-from gacompiler.generate import Progress, Spec, compile_spec, load_spec, render
-from gacompiler.workers import each_spec
+from gacompiler.generation.compiling import Progress, compile_spec
+from gacompiler.generation.rendering import render
+from gacompiler.generation.spec_files import Spec, load_spec
+from gacompiler.generation.workers import each_spec
 
 SPEC = '''
 from gacompiler import kernel, {operation}

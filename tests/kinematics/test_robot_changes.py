@@ -16,7 +16,10 @@ import pytest
 
 from algorithms.kinematics import Body, DescriptionError, MissingInertiaError, Robot, Status
 from algorithms.kinematics.denavit_hartenberg import Joint
-from gacompiler.generate import compile_spec, load_spec, render, write
+from gacompiler.generation.compiling import compile_spec
+from gacompiler.generation.files import write
+from gacompiler.generation.rendering import render
+from gacompiler.generation.spec_files import load_spec
 from gacompiler.robots.descriptions import robot_spec
 from gacompiler.runtime import load_module
 from generated import pga3, ur5

@@ -11,7 +11,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from gacompiler.cli import main
-from gacompiler.generate import load_spec
+from gacompiler.generation.spec_files import load_spec
 from gacompiler.runtime import load_module
 
 PROGRAM = '''

@@ -22,7 +22,9 @@ from gacompiler.backends.build import build_library, find_compiler
 from gacompiler.backends.module import ModuleSource
 from gacompiler.errors import BackendError, ProofError
 from gacompiler.frontend.kernel import Kernel
-from gacompiler.generate import kernel_source, load_spec, own_specs
+from gacompiler.generation.checked_in import own_specs
+from gacompiler.generation.sources import kernel_source
+from gacompiler.generation.spec_files import load_spec
 from gacompiler.ir.cost import cost
 from gacompiler.ir.program import Program
 from gacompiler.ir.uniform import MOST, Uniform, joined, split

@@ -11,7 +11,7 @@ from click.testing import CliRunner
 from gacompiler import kernel
 from gacompiler.algebra.catalog import VGA3
 from gacompiler.cli import main
-from gacompiler.generate import load_spec
+from gacompiler.generation.spec_files import load_spec
 from gacompiler.inspect import stage_text, why
 from gacompiler.ir.cost import Cost
 from gacompiler.passes.pipeline import compile_kernel

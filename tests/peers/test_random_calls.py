@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gacompiler.generate import own_specs
+from gacompiler.generation.checked_in import own_specs
 
 pytestmark = pytest.mark.peers
 

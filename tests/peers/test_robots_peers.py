@@ -11,7 +11,10 @@ import numpy as np
 import pytest
 
 from algorithms.kinematics import Robot
-from gacompiler.generate import compile_spec, load_spec, render, write
+from gacompiler.generation.compiling import compile_spec
+from gacompiler.generation.files import write
+from gacompiler.generation.rendering import render
+from gacompiler.generation.spec_files import load_spec
 from gacompiler.robots.descriptions import robot_spec
 from gacompiler.runtime import load_module
 from generated import pga3

@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from gacompiler.backends import library_name, runtime_files
-from gacompiler.generate import generated_folder, write
+from gacompiler.generation.checked_in import generated_folder
+from gacompiler.generation.files import write
 
 pytestmark = pytest.mark.peers
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from scalar_loops import scalar_loops
 
-from gacompiler.generate import generated_folder
+from gacompiler.generation.checked_in import generated_folder
 
 pytestmark = pytest.mark.peers
 

@@ -21,7 +21,13 @@ from algorithms.kinematics.named import TABLES
 from gacompiler.robots.descriptions import robot_spec
 
 ROOT = Path(__file__).parents[2]
-STARTS = ("gacompiler.generate", "gacompiler.robots", "gacompiler.robots.descriptions", "gacompiler.specs")
+STARTS = (
+    "gacompiler.generation.compiling",
+    "gacompiler.generation.rendering",
+    "gacompiler.robots",
+    "gacompiler.robots.descriptions",
+    "gacompiler.specs",
+)
 """What writes text, and what it is written from; what these import belongs to it, inside functions too."""
 
 _SUMS = "dot vdot inner matmul einsum tensordot linalg sum nansum mean std var cumsum cumprod prod"

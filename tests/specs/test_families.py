@@ -10,7 +10,8 @@ import pytest
 from gacompiler import Family, kernel
 from gacompiler.algebra.catalog import PGA2, PGA3
 from gacompiler.errors import GacError, KernelError, SpecError
-from gacompiler.generate import load_spec, own_specs
+from gacompiler.generation.checked_in import own_specs
+from gacompiler.generation.spec_files import load_spec
 
 FAMILY = '''
 from gacompiler import Family

@@ -10,7 +10,7 @@ from importlib import import_module
 import pytest
 from toolkit_page import PAGE, ROOT, entries, module, page
 
-from gacompiler.generate import load_spec
+from gacompiler.generation.spec_files import load_spec
 
 PRODUCTS = {
     "geometric_product", "outer_product", "regressive_product", "inner_product", "commutator", "reverse",

@@ -17,7 +17,7 @@ import pytest
 
 from gacompiler.backends import build_library, c_header, c_source, library_path, python_source, runtime_files
 from gacompiler.backends.module import KernelSource, LayoutText, ModuleSource
-from gacompiler.generate import write as write_files
+from gacompiler.generation.files import write as write_files
 from gacompiler.ir.cost import cost
 from gacompiler.ir.interpret import interpret
 from gacompiler.ir.program import Argument, Line, Program, Result

@@ -13,8 +13,9 @@ from pathlib import Path
 from threading import Event, Thread
 from typing import TypeVar
 
-from .errors import BackendError
-from .generate import Progress, Spec, load_spec
+from ..errors import BackendError
+from .compiling import Progress
+from .spec_files import Spec, load_spec
 
 T = TypeVar("T")
 

@@ -10,11 +10,11 @@ from contextlib import contextmanager
 from pathlib import Path
 from types import ModuleType
 
-from .errors import SpecError
-from .frontend.kernel import Kernel
+from ..errors import SpecError
+from ..frontend.kernel import Kernel
 
 _PACKAGE = "gacompiler.specs."
-_FOLDER = Path(__file__).parent / "specs"
+_FOLDER = Path(__file__).parents[1] / "specs"
 
 
 @contextmanager

@@ -1,0 +1,132 @@
+"""Commands that prove generated modules: ``gac check`` and ``gac verify``."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ..backends import runtime_files
+from ..backends.python import RUNTIME
+from ..errors import StaleError
+from ..generation.checked_in import generated_folder, own_specs
+from ..generation.compiling import Progress, compile_kernels
+from ..generation.files import compare
+from ..generation.rendering import render
+from ..generation.sources import source_of
+from ..generation.spec_files import Spec
+from ..generation.workers import each_spec
+from ..passes.record import Compilation
+from ..prove import Verdict, verify_module
+from ..runtime import load_module
+from .arguments import compiled_kernels, find_spec, is_own, own_modules
+from .framework import algebra_option, command, jobs_option, json_option
+from .output import near, print_table, progress_bar
+
+
+@command("gac check", "gac check pga3", "gac check --prove")
+@click.argument("names", nargs=-1)
+@click.option("--prove", is_flag=True, help="Also prove the files, as `gac verify` does.")
+@jobs_option
+def check(names: tuple[str, ...], prove: bool, jobs: int) -> None:
+    """Compare generated/ with what the specs give now; print the differences and exit 1 if there are any."""
+    folder = generated_folder()
+    found = own_modules(names)
+    work = partial(_rendered_and_proved, folder=folder if prove else None)
+    with progress_bar(sum(len(spec.kernels) for spec in found)) as advance:
+        results = each_spec(work, found, advance, jobs)
+    files = runtime_files() | {name: text for texts, _ in results for name, text in texts.items()}
+    verdicts = [verdict for _, rows in results for verdict in rows]
+    diffs = compare(files, folder)
+    known = {f"{path.stem}.{ending}" for path in own_specs() for ending in ("py", "c", "h")} | {"__init__.py"}
+    known |= set(runtime_files())
+    paths = [*folder.glob("*.*"), *(folder / RUNTIME).rglob("*.*")]
+    names_found = {path.relative_to(folder).as_posix() for path in paths if path.suffix in (".py", ".c", ".h")}
+    orphans = sorted(names_found - known)
+    for diff in diffs:
+        click.echo(diff)
+    if diffs or orphans:
+        stale = f"{len(diffs)} files differ" + (f", no spec makes {' '.join(orphans)}" if orphans else "")
+        raise StaleError(str(folder), stale, remedy="run `make generated`, or delete what no spec makes")
+    click.echo(f"{near(folder)}: {len(files)} files are what the specs give")
+    if prove:
+        _end_with(verdicts)
+        click.echo(f"{len(verdicts)} kernels are proved")
+
+
+@command(
+    "gac verify my_kernels.py          the files in out/, if they are there",
+    "gac verify pga3",
+    "gac verify my_kernels.py -o build",
+)
+@click.argument("specs", nargs=-1)
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    default=None,
+    help="Folder of the generated files [default: out].",
+)
+@click.option("--all", "own", is_flag=True, help="Every module under generated/.")
+@json_option
+@algebra_option
+def verify(specs: tuple[str, ...], output: Path | None, own: bool, as_json: bool, algebra: str | None) -> None:
+    """Prove the generated files on disk: read them back and compare every kernel with its definition.
+
+    Exact rational points that satisfy the relations decide; what runs is then measured in ulp. Exit status 1 if any
+    kernel is not proved.
+    """
+    found = own_modules(()) if own else [find_spec(spec, algebra) for spec in specs]
+    if not found:
+        raise click.UsageError("name at least one spec, or give --all")
+    rows: list[tuple[str, Verdict]] = []
+    for spec in found:
+        folder = output or (generated_folder() if is_own(spec) else Path("out"))
+        rows += _verdicts(spec, compiled_kernels(spec), folder)
+    if as_json:
+        click.echo(json.dumps([{"module": m, **_verdict(v)} for m, v in rows], indent=2))
+    else:
+        print_table(
+            ["kernel", "proved", "points", "error/ulp", "runs on", "difference"],
+            [
+                [f"{m}.{v.kernel}", _proved(v), str(v.points), f"{v.error:.1f}", v.runs_on, v.python or v.c]
+                for m, v in rows
+            ],
+        )
+    _end_with(rows)
+
+
+def _rendered_and_proved(
+    spec: Spec, progress: Progress, folder: Path | None
+) -> tuple[dict[str, str], list[tuple[str, Verdict]]]:
+    """The files of a spec, and what is known of those in a folder if one is given."""
+    records = compile_kernels(spec, progress)
+    return render(source_of(spec, records)), _verdicts(spec, records, folder) if folder else []
+
+
+def _verdicts(spec: Spec, records: Sequence[Compilation], folder: Path) -> list[tuple[str, Verdict]]:
+    """What is known of the files of a spec on disk, and of what runs, by module."""
+    path = folder / f"{spec.name}.py"
+    module = load_module(path, f"_gac_verify_{spec.name}") if path.is_file() else None
+    return [(spec.name, verdict) for verdict in verify_module(folder, spec.name, records, module)]
+
+
+def _end_with(rows: Sequence[tuple[str, Verdict]]) -> None:
+    """Exit with status 1 if any kernel is not proved."""
+    failed = [f"{m}.{v.kernel}" for m, v in rows if not v.is_proved]
+    if failed:
+        click.echo(f"{len(failed)} of {len(rows)} kernels are not proved: {' '.join(failed)}", err=True)
+        sys.exit(1)
+
+
+def _verdict(verdict: Verdict) -> dict[str, Any]:
+    return {name: getattr(verdict, name) for name in Verdict.__slots__} | {"proved": verdict.is_proved}
+
+
+def _proved(verdict: Verdict) -> str:
+    return ("exactly" if verdict.is_rational else "to 40 digits") if verdict.is_proved else "NO"

@@ -1,0 +1,76 @@
+"""What all commands share: help with examples, ``--debug``, errors in one line, common options."""
+
+from __future__ import annotations
+
+import sys
+import traceback
+from typing import Any
+
+import click
+from rich.console import Console
+
+from ..backends.build import processors
+from ..errors import GacError
+from .output import plain
+
+_DEBUG = "gacompiler.debug"
+"""Where the root's context notes that ``--debug`` was given, before a command's name or after it."""
+
+
+def _wants_traceback(context: click.Context, _: click.Parameter, wanted: bool) -> None:
+    if wanted:
+        context.find_root().meta[_DEBUG] = True
+
+
+def _debug_option() -> click.Option:
+    about = "Print the traceback of an error too."
+    return click.Option(["--debug"], is_flag=True, expose_value=False, callback=_wants_traceback, help=about)
+
+
+class Command(click.Command):
+    """A command with ``--debug``."""
+
+    def __init__(self, *arguments: Any, **named: Any) -> None:
+        super().__init__(*arguments, **named)
+        self.params.append(_debug_option())
+
+
+class Commands(click.Group):
+    """The commands, with ``--debug`` before their names too; an error of the package is one line and exit status 1."""
+
+    def __init__(self, *arguments: Any, **named: Any) -> None:
+        super().__init__(*arguments, **named)
+        self.params.append(_debug_option())
+
+    def invoke(self, context: click.Context) -> Any:
+        """Run a command."""
+        try:
+            return super().invoke(context)
+        except GacError as error:
+            if context.meta.get(_DEBUG):
+                traceback.print_exception(error)
+            Console(stderr=True, highlight=False, soft_wrap=True).print(f"[red]gac: error:[/] {plain(str(error))}")
+            sys.exit(1)
+
+
+def command(*lines: str, name: str | None = None) -> Any:
+    """Declare a command; `lines` are the examples that its help shows."""
+    return click.command(name, cls=Command, epilog=examples(*lines))
+
+
+def examples(*lines: str) -> str:
+    """The end of a help text."""
+    return "\b\nExamples:\n" + "\n".join(f"  {line}" for line in lines)
+
+
+algebra_option = click.option(
+    "--algebra", "algebra", default=None, help="Of scripts (.clu): cga, 3dpga, ..., or a folder with definition.csv."
+)
+json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON instead of a table.")
+jobs_option = click.option(
+    "-j",
+    "--jobs",
+    type=click.IntRange(min=1),
+    default=processors,
+    help="Modules compiled at a time [default: the number of processors].",
+)

@@ -1,0 +1,137 @@
+"""Commands that write generated modules: ``gac generate``, ``build`` and ``robot``."""
+
+from __future__ import annotations
+
+import compileall
+from pathlib import Path
+
+import click
+from rich.console import Console
+
+from ..backends import build_library, no_compiler, runtime_files
+from ..errors import SpecError
+from ..generation.checked_in import generated_folder
+from ..generation.compiling import compile_spec
+from ..generation.files import write
+from ..generation.rendering import TARGETS, render, render_targets
+from ..generation.spec_files import load_spec
+from ..generation.workers import each_spec
+from ..robots.descriptions import robot_spec
+from .arguments import own_modules
+from .framework import algebra_option, command, jobs_option
+from .output import near, progress_bar
+
+
+@command(
+    "gac generate my_kernels.py -o out",
+    "gac generate my_kernels.py --target rust --target cuda   out/my_kernels.rs and .cu, no C",
+    "gac generate --all           the modules under generated/",
+    "gac generate --all pga3 cga3",
+    "gac generate horizon.clu --algebra cga3   a script of Gaalop's language",
+)
+@click.argument("specs", nargs=-1)
+@click.option(
+    "-o", "--output", type=click.Path(path_type=Path), default=None, help="Folder to write to [default: out]."
+)
+@click.option("--all", "own", is_flag=True, help="Regenerate the modules under generated/ (or those named).")
+@click.option("--no-build", is_flag=True, help="Do not compile the C.")
+@click.option(
+    "--target",
+    "targets",
+    type=click.Choice(["c", *TARGETS]),
+    multiple=True,
+    default=("c",),
+    show_default=True,
+    help="A language to write; may be given again. c is C with the Python module; the others are one file for a spec.",
+)
+@jobs_option
+@algebra_option
+def generate(
+    specs: tuple[str, ...],
+    output: Path | None,
+    own: bool,
+    no_build: bool,
+    targets: tuple[str, ...],
+    jobs: int,
+    algebra: str | None,
+) -> None:
+    """Write a module (.py, .c, .h) for each spec file, and compile its C if a compiler is there.
+
+    Other languages are written as one file, with functions of one element and over batches; what they are given is
+    described at its top. A module under generated/ goes to out/ in these.
+    """
+    if not specs and not own:
+        raise click.UsageError("name at least one spec file, or give --all")
+    others = [target for target in TARGETS if target in targets]
+    elsewhere = output or Path("out")
+    found = own_modules(specs) if own else [load_spec(Path(spec), algebra=algebra) for spec in specs]
+    with progress_bar(sum(len(spec.kernels) for spec in found)) as advance:
+        modules = each_spec(compile_spec, found, advance, jobs)
+    in_others = [render_targets(module, others) for module in modules]
+    in_c = [render(module) for module in modules] if "c" in targets else []
+    for spec, files in zip(found, in_others, strict=True):
+        for name, text in files.items():
+            unchanged = "" if write({name: text}, elsewhere) else ", unchanged"
+            click.echo(f"{near(elsewhere / name)}: {len(spec.kernels)} kernels{unchanged}")
+    folder = generated_folder() if own and output is None else elsewhere
+    if in_c:
+        write(runtime_files(), folder)
+    for spec, files in zip(found, in_c, strict=False):
+        changed = write(files, folder)
+        built = None if no_build else build_library(folder / f"{spec.name}.c")
+        state = f"{len(spec.kernels)} kernels" + (", unchanged" if not changed else "")
+        click.echo(f"{near(folder / spec.name)}.py .c .h: {state}" + (f", built {built.name}" if built else ""))
+    if in_c and not no_build and build_library(folder / f"{found[0].name}.c") is None:
+        click.echo(f"note: {no_compiler()}", err=True)
+
+
+@command("gac build             the modules under generated/", "gac build out")
+@click.argument("folder", required=False, type=click.Path(path_type=Path))
+@click.option("--force", is_flag=True, help="Compile again even where a library is current.")
+def build(folder: Path | None, force: bool) -> None:
+    """Compile the C files of a folder of generated modules."""
+    place = folder or generated_folder()
+    sources = sorted(place.glob("*.c"))
+    if not sources:
+        raise SpecError(str(place), "no generated C file in it", remedy="run `gac generate` first")
+    for source in sources:
+        if Console(stderr=True).is_terminal:
+            click.echo(f"{near(source)} ...", err=True)
+        compileall.compile_file(source.with_suffix(".py"), quiet=2)  # reading the text is most of an import
+        library = build_library(source, force=force)
+        if library is None:
+            click.echo(f"note: {no_compiler()}", err=True)
+            return
+        click.echo(f"{near(source)}: {library.name}, {library.stat().st_size / 1e6:.2f} MB")
+
+
+@command(
+    "gac robot panda.urdf -o out",
+    "gac robot panda.urdf --tip panda_link8 --lock panda_finger_joint1 --lock panda_finger_joint2",
+    "gac robot ur5                one that algorithms.kinematics knows by name",
+)
+@click.argument("robot")
+@click.option("-o", "--output", type=click.Path(path_type=Path), default=Path("out"), show_default=True)
+@click.option("--name", help="Of the module [default: the robot's].")
+@click.option("--tip", help="The link that is the end effector [default: the one most joints away].")
+@click.option("--lock", multiple=True, help="A joint that is held at 0; may be given again.")
+@click.option("--no-build", is_flag=True, help="Do not compile the C.")
+def robot(robot: str, output: Path, name: str | None, tip: str | None, lock: tuple[str, ...], no_build: bool) -> None:
+    """Write a module (.py, .c, .h) for one robot, a URDF file or a name, with its constants folded.
+
+    Its kernels are forward, jacobian, inverse_dynamics and mass_matrix, each over the vector of all joints. The spec is
+    kept in specs/ beside them, for `gac show` and `gac verify`.
+    """
+    module, text = robot_spec(robot, name, tip, lock)
+    path = output / "specs" / f"{module}.py"
+    write({path.name: text}, path.parent)
+    spec = load_spec(path, f"gac robot {robot}")
+    with progress_bar(len(spec.kernels)) as advance:
+        files = render(compile_spec(spec, advance))
+    write(files, output)
+    built = None if no_build else build_library(output / f"{module}.c")
+    click.echo(
+        f"{near(output / module)}.py .c .h: {len(spec.kernels)} kernels" + (f", built {built.name}" if built else "")
+    )
+    if built is None and not no_build:
+        click.echo(f"note: {no_compiler()}", err=True)

@@ -1,0 +1,50 @@
+"""Commands that write specs: ``gac new`` and ``gac record``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from ..algebra.catalog import CATALOG
+from ..errors import SpecError
+from ..generation.files import write
+from ..generation.spec_files import load_spec
+from .framework import command
+
+
+@command("gac new my_kernels", "gac new my_kernels --algebra CGA3")
+@click.argument("name")
+@click.option("--algebra", type=click.Choice(list(CATALOG)), default="PGA3", show_default=True)
+def new(name: str, algebra: str) -> None:
+    """Write a commented starter spec NAME.py in this folder."""
+    stem = name.removesuffix(".py")
+    if not stem.isidentifier():
+        raise SpecError(name, "cannot name a module", "letters, digits and _")
+    path = Path(f"{stem}.py")
+    if path.exists():
+        raise SpecError(str(path), "exists already", remedy="choose another name")
+    template = Path(__file__).parent.parent / "backends" / "templates" / "spec.py.txt"
+    first = next(layout.name for layout in CATALOG[algebra].layouts.values() if layout.size > 1)
+    write({path.name: template.read_text().replace("ALGEBRA", algebra).replace("LAYOUT", first)}, path.parent)
+    click.echo(f"{path}: edit it, then run `gac generate {path}`")
+
+
+@command(
+    "gac record arm.py -o arm_kernels.py        then: gac generate arm_kernels.py",
+    "gac record arm.py -o arm_kernels.py -- --steps 100    what follows -- is for the program",
+)
+@click.argument("script", type=click.Path(path_type=Path))
+@click.argument("arguments", nargs=-1, type=click.UNPROCESSED)
+@click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="The spec to write.")
+@click.option("--force", is_flag=True, help="Write over a spec that is there.")
+def record(script: Path, arguments: tuple[str, ...], output: Path, force: bool) -> None:
+    """Run a program that uses numeric objects, and write a spec of exactly the kernels that it used."""
+    from ..objects.recording import record as recorded
+
+    if output.suffix != ".py" or not output.stem.isidentifier():
+        raise SpecError(str(output), "cannot name a spec", "a name of letters, digits and _ that ends in .py")
+    if output.exists() and not force:
+        raise SpecError(str(output), "exists already", remedy="choose another name, or give --force")
+    write({output.name: recorded(script, arguments)}, output.parent)
+    click.echo(f"{output}: {len(load_spec(output).kernels)} kernels; run `gac generate {output}`")

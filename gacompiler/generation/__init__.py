@@ -1,0 +1,1 @@
+"""From spec files to the modules under ``generated``: loading, compiling, printing, writing."""

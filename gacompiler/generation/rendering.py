@@ -1,0 +1,39 @@
+"""Printing modules as the text of their files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
+
+from ..backends import c_header, c_source, python_source
+from ..backends.cuda import cuda_source
+from ..backends.javascript import javascript_source
+from ..backends.module import ModuleSource
+from ..backends.opencl import opencl_source
+from ..backends.rust import rust_source
+
+TARGETS: Mapping[str, tuple[str, Callable[[ModuleSource], str]]] = {
+    "rust": ("rs", rust_source),
+    "javascript": ("mjs", javascript_source),
+    "cuda": ("cu", cuda_source),
+    "opencl": ("cl", opencl_source),
+}
+"""Languages other than C and Python: the ending of the file and the printer."""
+
+
+def render(module: ModuleSource) -> dict[str, str]:
+    """The files of a module: name -> text."""
+    return {
+        f"{module.name}.py": python_source(module),
+        f"{module.name}.c": c_source(module),
+        f"{module.name}.h": c_header(module),
+    }
+
+
+def render_targets(module: ModuleSource, targets: Iterable[str]) -> dict[str, str]:
+    """The files of a module in other languages, `TARGETS`: name -> text."""
+    files = {}
+    for target in targets:
+        ending, source = TARGETS[target]
+        files[f"{module.name}.{ending}"] = source(replace(module, command=f"{module.command} --target {target}"))
+    return files

@@ -1,0 +1,102 @@
+"""Spec files: loading them, and collecting their kernels."""
+
+from __future__ import annotations
+
+import ast
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+
+from ..backends import taken_names
+from ..cluscript import load_script
+from ..errors import GacError, SpecError
+from ..frontend.kernel import Kernel
+from .spec_contents import check_names, digest_of, imports_beside, kernels_of, place_of_failure
+
+
+@dataclass(frozen=True, slots=True)
+class Spec:
+    """A file of kernels.
+
+    Attributes
+    ----------
+    name : str
+        The name of the module that is generated from it.
+    command : str
+        The command that generates it, as the generated files say.
+    summary : str
+    digest : str
+        Of the text of the file.
+    kernels : tuple of Kernel
+        In the order of their definition.
+    path : Path
+    algebra : str, optional
+        Of a script: the name of its algebra.
+    """
+
+    name: str
+    command: str
+    summary: str
+    digest: str
+    kernels: tuple[Kernel, ...]
+    path: Path
+    algebra: str | None = None
+
+
+def load_spec(path: Path, command: str | None = None, algebra: str | None = None) -> Spec:
+    """Run a spec file and collect its kernels, in the order of their definition.
+
+    They are those that it defines, and those that it assigns to their own names, as from a `Family`; what it imports
+    is none of them.
+
+    A file ``.clu`` is a script of Gaalop's language in the named `algebra`, and one kernel.
+
+    Raises
+    ------
+    SpecError
+        When the file is missing, is not Python, fails, or defines no kernel.
+    """
+    if not path.is_file():
+        raise SpecError(
+            str(path), "no such file", "a Python file with @kernel functions", "write one with `gac new NAME`"
+        )
+    text = path.read_text()
+    digest = digest_of(path, text)
+    if path.suffix == ".clu":
+        script = load_script(path, algebra)
+        command = f"gac generate {path.name}" + (f" --algebra {algebra}" if algebra else "")
+        return Spec(script.name, command, f"The script {path.name}.", digest, (script,), path, algebra)
+    module = _executed(path, text)
+    tree = ast.parse(text)
+    kernels = kernels_of(module, tree)
+    if not kernels:
+        raise SpecError(str(path), "no kernel in it", "at least one function under @kernel(...)")
+    for kernel in kernels:
+        if kernel.name in taken_names():
+            raise SpecError(kernel.where, "its name belongs to the generated module itself", remedy="rename it")
+    check_names(path, tree, kernels)
+    summary = (module.__doc__ or f"Kernels of {path.name}.").strip()
+    return Spec(path.stem, command or f"gac generate {path.name}", summary, digest, kernels, path)
+
+
+def _executed(path: Path, text: str) -> ModuleType:
+    """A spec file as a module, which can import the files beside it."""
+    try:
+        code = compile(text, str(path), "exec")
+    except SyntaxError as error:
+        raise SpecError(f"{path}:{error.lineno}:{error.offset}", f"syntax error: {error.msg}") from error
+    name = path.stem
+    if not name.isidentifier():
+        raise SpecError(str(path), f"{name!r} cannot name a module", "letters, digits and _", "rename the file")
+    module = ModuleType(f"_gac_spec_{name}")
+    module.__file__ = str(path)
+    try:
+        with imports_beside(path, text):
+            exec(code, module.__dict__)
+    except GacError as error:
+        if str(path) in str(error):
+            raise
+        raise error.at(place_of_failure(path, text, error))  # noqa: B904
+    except Exception as error:
+        raise SpecError(place_of_failure(path, text, error), f"{type(error).__name__}: {error}") from error
+    return module
