@@ -4,6 +4,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from . import frontend
+from . import load_time as load_time  # notes a time before the rest is loaded
 from . import robots as robots
 from .algebra.algebra import Algebra as Algebra
 from .algebra.layout import SCALAR as SCALAR

@@ -12,19 +12,14 @@ import numpy as np
 
 from .backends import Read, as_printed, body_is_intact, c_programs, python_programs
 from .errors import ProofError
+from .frontend.kernel import trace
+from .generation.compiled import Compiled
 from .ir.interpret import Tape
 from .ir.program import Program
 from .ir.uniform import joined
-from .passes.accuracy import ERROR_POINTS, measured_error, ulps, without_rounding
+from .passes.accuracy import ERROR_POINTS, ulps, without_rounding
 from .passes.prove import Truth, disagreement, program_reader, read, truths
-from .passes.record import Compilation
 from .passes.samples import sample
-
-
-def rounding_error(record: Compilation) -> str:
-    """The largest error of the program in double precision, in ulp of its largest result, for readers."""
-    worst, n = measured_error(record.program, record.kernel)
-    return f"{worst:.1f} ulp, {n} inputs"
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +58,7 @@ LARGEST_ERROR = 1e6
 """Ulp; a wrong sign in what runs gives 1e15."""
 
 
-def verify_module(folder: Path, name: str, records: Sequence[Compilation], module: Any = None) -> list[Verdict]:
+def verify_module(folder: Path, name: str, records: Sequence[Compiled], module: Any = None) -> list[Verdict]:
     """Read a generated module's files back and compare every kernel with its definition.
 
     Where the imported `module` is given, what it computes is measured too.
@@ -84,11 +79,12 @@ def verify_module(folder: Path, name: str, records: Sequence[Compilation], modul
 
 
 def verify_kernel(
-    record: Compilation, python: Mapping[str, Read], c: Mapping[str, Read], run: Any = None, backend: str = ""
+    record: Compiled, python: Mapping[str, Read], c: Mapping[str, Read], run: Any = None, backend: str = ""
 ) -> Verdict:
     """Compare one kernel's texts with its definition at exact points, and measure what `run` computes in double."""
-    known = truths(record)
-    name = record.kernel.name
+    kernel, program = record.kernel, record.source.program
+    known = truths(kernel, trace(kernel).expressions, record.slots, program)
+    name = kernel.name
     error, runs_on = float("nan"), ""
     if run is not None:
         error, runs_on = _error_of(run, record), backend
@@ -103,14 +99,15 @@ def verify_kernel(
     )
 
 
-def _difference(found: Read, record: Compilation, known: Sequence[Truth]) -> str:
+def _difference(found: Read, record: Compiled, known: Sequence[Truth]) -> str:
     """How what was read differs from the definition, in the kernel itself or in one of its forms."""
-    difference = _from_program(found.program, record.program, known)
-    if not difference and len(found.forms) != len(record.uniform):
-        return f"has {len(found.forms)} forms, expected {len(record.uniform)}"
-    for form, own in zip(found.forms, record.uniform, strict=False):
+    program, forms = record.source.program, record.source.uniform
+    difference = _from_program(found.program, program, known)
+    if not difference and len(found.forms) != len(forms):
+        return f"has {len(found.forms)} forms, expected {len(forms)}"
+    for form, own in zip(found.forms, forms, strict=False):
         if not difference:
-            difference = _from_program(joined(form, found.program), joined(own, record.program), known)
+            difference = _from_program(joined(form, found.program), joined(own, program), known)
             difference = difference and f"the form for the same {', '.join(form.same)}: {difference}"
     return difference
 
@@ -133,9 +130,9 @@ def _from_program(text: Program, program: Program, known: Sequence[Truth]) -> st
     )
 
 
-def _error_of(run: Any, record: Compilation) -> float:
+def _error_of(run: Any, record: Compiled) -> float:
     """Largest error in ulp of a generated function on random elements, against the program without rounding."""
-    program, random = record.program, Random(6)
+    program, random = record.source.program, Random(6)
     points = [sample(record.kernel, random, near_one=True) for _ in range(ERROR_POINTS)]
     arrays = [
         np.array([[float(point[name]) for name in a.components] for point in points]).reshape((len(points), *a.shape))

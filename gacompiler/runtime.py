@@ -6,21 +6,19 @@ import contextlib
 import copyreg
 import hashlib
 import importlib.util
-import os
 import sys
-import tempfile
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 from .backends import build_extension, build_library, find_compiler, no_compiler
-from .backends.module import ModuleSource
+from .cache_folder import cache_folder, cache_part
 from .errors import BackendError, KernelError
 from .frontend.kernel import Kernel
+from .generation.cache import open_cache
+from .generation.compiling import render_spec
 from .generation.files import write
-from .generation.rendering import render
-from .generation.sources import kernel_source
-from .passes.pipeline import compile_kernel
+from .generation.spec_files import Spec
 
 BACKENDS = ("c", "numba", "arrays")
 
@@ -73,15 +71,16 @@ def compile(kernel: Kernel, backend: str | None = None) -> Any:
 
 
 def _compile(kernel: Kernel, backend: str) -> Any:
-    source = kernel_source(compile_kernel(kernel))
-    files = render(ModuleSource(kernel.name, kernel.summary or kernel.name, "gacompiler.compile", "", (source,)))
+    no_file = Path()
+    spec = Spec(kernel.name, "gacompiler.compile", kernel.summary or kernel.name, "", (kernel,), no_file)
+    files = render_spec(spec, cache=open_cache())
     digest = hashlib.sha256("".join(files.values()).encode()).hexdigest()[:16]
     write(files, _folder(kernel.name, digest))
     return _loaded(kernel, digest, backend)
 
 
 def _folder(name: str, digest: str) -> Path:
-    return cache_folder() / f"{name}-{digest}"
+    return cache_part("modules") / f"{name}-{digest}"
 
 
 def _loaded(kernel: Kernel, digest: str, backend: str) -> Any:
@@ -134,18 +133,3 @@ def load_module(path: Path, name: str, backend: str | None = None) -> ModuleType
     if backend is not None:
         module.backend = backend  # type: ignore[attr-defined]
     return module
-
-
-def cache_folder() -> Path:
-    """Where compiled kernels are kept; a temporary folder where nothing else can be written."""
-    chosen = os.environ.get("GAC_CACHE")
-    base = Path(chosen) if chosen else Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "gacompiler"
-    try:
-        base.mkdir(parents=True, exist_ok=True)
-        if os.access(base, os.W_OK):
-            return base
-    except OSError:
-        pass
-    if chosen:
-        raise BackendError(chosen, "cannot be written", "a folder that can", "set GAC_CACHE to another")
-    return Path(tempfile.mkdtemp(prefix="gacompiler-"))

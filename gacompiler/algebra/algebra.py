@@ -103,6 +103,11 @@ class Algebra(Immutable):
         return f"Algebra({self.name}: {' '.join(self.vectors)})"
 
     @property
+    def spellings(self) -> tuple[str, ...]:
+        """The blades that were asked to be printed otherwise than in ascending order."""
+        return self._spellings
+
+    @property
     def dimension(self) -> int:
         """Number of basis vectors."""
         return len(self.vectors)

@@ -1,15 +1,19 @@
-"""The specs and kernels that arguments of commands name."""
+"""The specs and kernels that arguments of commands name, compiled and printed."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 from ..errors import SpecError
 from ..frontend.kernel import Kernel
+from ..generation.cache import Cache
 from ..generation.checked_in import own_specs
-from ..generation.compiling import compile_kernels
+from ..generation.compiled import Compiled
+from ..generation.compiling import compile_kernels, render_spec, rendered_before
 from ..generation.spec_files import Spec, load_spec
-from ..passes.record import Compilation
+from ..generation.workers import each_spec
 from .output import progress_bar
 
 
@@ -47,7 +51,21 @@ def find_kernel(target: str, algebra: str | None = None) -> Kernel:
     return kernels[name]
 
 
-def compiled_kernels(spec: Spec) -> list[Compilation]:
+def compiled_kernels(spec: Spec, cache: Cache | None) -> list[Compiled]:
     """Every kernel of a spec, compiled."""
     with progress_bar(len(spec.kernels)) as advance:
-        return compile_kernels(spec, advance)
+        return compile_kernels(spec, advance, cache)
+
+
+def rendered(specs: Sequence[Spec], jobs: int, cache: Cache | None) -> list[dict[str, str]]:
+    """The files of the modules of specs; processes are started for those that the cache does not have."""
+    with progress_bar(sum(len(spec.kernels) for spec in specs)) as advance:
+        files = [rendered_before(spec, cache) for spec in specs]
+        for spec, known in zip(specs, files, strict=True):
+            for kernel in spec.kernels if known is not None else ():
+                advance(f"{spec.name}.{kernel.name}")
+        missing = [k for k, known in enumerate(files) if known is None]
+        made = each_spec(partial(render_spec, cache=cache), [specs[k] for k in missing], advance, jobs)
+    for k, texts in zip(missing, made, strict=True):
+        files[k] = texts
+    return [texts for texts in files if texts is not None]

@@ -14,18 +14,18 @@ import click
 from ..backends import runtime_files
 from ..backends.python import RUNTIME
 from ..errors import StaleError
+from ..generation.cache import Cache
 from ..generation.checked_in import generated_folder, own_specs
-from ..generation.compiling import Progress, compile_kernels
+from ..generation.compiled import Compiled
+from ..generation.compiling import Progress, compile_kernels, source_of
 from ..generation.files import compare
 from ..generation.rendering import render
-from ..generation.sources import source_of
 from ..generation.spec_files import Spec
 from ..generation.workers import each_spec
-from ..passes.record import Compilation
 from ..prove import Verdict, verify_module
 from ..runtime import load_module
-from .arguments import compiled_kernels, find_spec, is_own, own_modules
-from .framework import algebra_option, command, jobs_option, json_option
+from .arguments import compiled_kernels, find_spec, is_own, own_modules, rendered
+from .framework import algebra_option, cache_option, command, jobs_option, json_option
 from .output import near, print_table, progress_bar
 
 
@@ -33,15 +33,20 @@ from .output import near, print_table, progress_bar
 @click.argument("names", nargs=-1)
 @click.option("--prove", is_flag=True, help="Also prove the files, as `gac verify` does.")
 @jobs_option
-def check(names: tuple[str, ...], prove: bool, jobs: int) -> None:
+@cache_option
+def check(names: tuple[str, ...], prove: bool, jobs: int, cache: Cache | None) -> None:
     """Compare generated/ with what the specs give now; print the differences and exit 1 if there are any."""
     folder = generated_folder()
     found = own_modules(names)
-    work = partial(_rendered_and_proved, folder=folder if prove else None)
-    with progress_bar(sum(len(spec.kernels) for spec in found)) as advance:
-        results = each_spec(work, found, advance, jobs)
-    files = runtime_files() | {name: text for texts, _ in results for name, text in texts.items()}
-    verdicts = [verdict for _, rows in results for verdict in rows]
+    verdicts: list[tuple[str, Verdict]] = []
+    if prove:
+        with progress_bar(sum(len(spec.kernels) for spec in found)) as advance:
+            results = each_spec(partial(_rendered_and_proved, folder=folder, cache=cache), found, advance, jobs)
+        texts = [files for files, _ in results]
+        verdicts = [verdict for _, rows in results for verdict in rows]
+    else:
+        texts = rendered(found, jobs, cache)
+    files = runtime_files() | {name: text for each in texts for name, text in each.items()}
     diffs = compare(files, folder)
     known = {f"{path.stem}.{ending}" for path in own_specs() for ending in ("py", "c", "h")} | {"__init__.py"}
     known |= set(runtime_files())
@@ -74,8 +79,11 @@ def check(names: tuple[str, ...], prove: bool, jobs: int) -> None:
 )
 @click.option("--all", "own", is_flag=True, help="Every module under generated/.")
 @json_option
+@cache_option
 @algebra_option
-def verify(specs: tuple[str, ...], output: Path | None, own: bool, as_json: bool, algebra: str | None) -> None:
+def verify(
+    specs: tuple[str, ...], output: Path | None, own: bool, as_json: bool, cache: Cache | None, algebra: str | None
+) -> None:
     """Prove the generated files on disk: read them back and compare every kernel with its definition.
 
     Exact rational points that satisfy the relations decide; what runs is then measured in ulp. Exit status 1 if any
@@ -87,7 +95,7 @@ def verify(specs: tuple[str, ...], output: Path | None, own: bool, as_json: bool
     rows: list[tuple[str, Verdict]] = []
     for spec in found:
         folder = output or (generated_folder() if is_own(spec) else Path("out"))
-        rows += _verdicts(spec, compiled_kernels(spec), folder)
+        rows += _verdicts(spec, compiled_kernels(spec, cache), folder)
     if as_json:
         click.echo(json.dumps([{"module": m, **_verdict(v)} for m, v in rows], indent=2))
     else:
@@ -102,18 +110,18 @@ def verify(specs: tuple[str, ...], output: Path | None, own: bool, as_json: bool
 
 
 def _rendered_and_proved(
-    spec: Spec, progress: Progress, folder: Path | None
+    spec: Spec, progress: Progress, folder: Path, cache: Cache | None
 ) -> tuple[dict[str, str], list[tuple[str, Verdict]]]:
-    """The files of a spec, and what is known of those in a folder if one is given."""
-    records = compile_kernels(spec, progress)
-    return render(source_of(spec, records)), _verdicts(spec, records, folder) if folder else []
+    """The files of a spec, and what is known of those in a folder."""
+    compiled = compile_kernels(spec, progress, cache)
+    return render(source_of(spec, compiled)), _verdicts(spec, compiled, folder)
 
 
-def _verdicts(spec: Spec, records: Sequence[Compilation], folder: Path) -> list[tuple[str, Verdict]]:
+def _verdicts(spec: Spec, compiled: Sequence[Compiled], folder: Path) -> list[tuple[str, Verdict]]:
     """What is known of the files of a spec on disk, and of what runs, by module."""
     path = folder / f"{spec.name}.py"
     module = load_module(path, f"_gac_verify_{spec.name}") if path.is_file() else None
-    return [(spec.name, verdict) for verdict in verify_module(folder, spec.name, records, module)]
+    return [(spec.name, verdict) for verdict in verify_module(folder, spec.name, compiled, module)]
 
 
 def _end_with(rows: Sequence[tuple[str, Verdict]]) -> None:

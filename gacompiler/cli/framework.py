@@ -11,6 +11,7 @@ from rich.console import Console
 
 from ..backends.build import processors
 from ..errors import GacError
+from ..generation.cache import Cache, open_cache
 from .output import plain
 
 _DEBUG = "gacompiler.debug"
@@ -74,3 +75,17 @@ jobs_option = click.option(
     default=processors,
     help="Modules compiled at a time [default: the number of processors].",
 )
+
+
+def _opened(_: click.Context, __: click.Parameter, unwanted: bool) -> Cache | None:
+    return None if unwanted else open_cache()
+
+
+cache_option = click.option(
+    "--no-cache",
+    "cache",
+    is_flag=True,
+    callback=_opened,
+    help="Compile every kernel anew; without this, what was compiled before comes from `gac cache`.",
+)
+"""Gives the command the user's cache, or None."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import compileall
+from functools import partial
 from pathlib import Path
 
 import click
@@ -10,15 +11,16 @@ from rich.console import Console
 
 from ..backends import build_library, no_compiler, runtime_files
 from ..errors import SpecError
+from ..generation.cache import Cache
 from ..generation.checked_in import generated_folder
 from ..generation.compiling import compile_spec
 from ..generation.files import write
-from ..generation.rendering import TARGETS, render, render_targets
+from ..generation.rendering import TARGETS, render_targets
 from ..generation.spec_files import load_spec
 from ..generation.workers import each_spec
 from ..robots.descriptions import robot_spec
-from .arguments import own_modules
-from .framework import algebra_option, command, jobs_option
+from .arguments import own_modules, rendered
+from .framework import algebra_option, cache_option, command, jobs_option
 from .output import near, progress_bar
 
 
@@ -45,6 +47,7 @@ from .output import near, progress_bar
     help="A language to write; may be given again. c is C with the Python module; the others are one file for a spec.",
 )
 @jobs_option
+@cache_option
 @algebra_option
 def generate(
     specs: tuple[str, ...],
@@ -53,6 +56,7 @@ def generate(
     no_build: bool,
     targets: tuple[str, ...],
     jobs: int,
+    cache: Cache | None,
     algebra: str | None,
 ) -> None:
     """Write a module (.py, .c, .h) for each spec file, and compile its C if a compiler is there.
@@ -65,11 +69,14 @@ def generate(
     others = [target for target in TARGETS if target in targets]
     elsewhere = output or Path("out")
     found = own_modules(specs) if own else [load_spec(Path(spec), algebra=algebra) for spec in specs]
-    with progress_bar(sum(len(spec.kernels) for spec in found)) as advance:
-        modules = each_spec(compile_spec, found, advance, jobs)
-    in_others = [render_targets(module, others) for module in modules]
-    in_c = [render(module) for module in modules] if "c" in targets else []
-    for spec, files in zip(found, in_others, strict=True):
+    in_others, in_c = list[dict[str, str]](), list[dict[str, str]]()
+    if "c" in targets:
+        in_c = rendered(found, jobs, cache)
+    if others:
+        with progress_bar(sum(len(spec.kernels) for spec in found)) as advance:
+            modules = each_spec(partial(compile_spec, cache=cache), found, advance, jobs)
+        in_others = [render_targets(module, others) for module in modules]
+    for spec, files in zip(found, in_others, strict=False):
         for name, text in files.items():
             unchanged = "" if write({name: text}, elsewhere) else ", unchanged"
             click.echo(f"{near(elsewhere / name)}: {len(spec.kernels)} kernels{unchanged}")
@@ -116,7 +123,16 @@ def build(folder: Path | None, force: bool) -> None:
 @click.option("--tip", help="The link that is the end effector [default: the one most joints away].")
 @click.option("--lock", multiple=True, help="A joint that is held at 0; may be given again.")
 @click.option("--no-build", is_flag=True, help="Do not compile the C.")
-def robot(robot: str, output: Path, name: str | None, tip: str | None, lock: tuple[str, ...], no_build: bool) -> None:
+@cache_option
+def robot(
+    robot: str,
+    output: Path,
+    name: str | None,
+    tip: str | None,
+    lock: tuple[str, ...],
+    no_build: bool,
+    cache: Cache | None,
+) -> None:
     """Write a module (.py, .c, .h) for one robot, a URDF file or a name, with its constants folded.
 
     Its kernels are forward, jacobian, inverse_dynamics and mass_matrix, each over the vector of all joints. The spec is
@@ -126,8 +142,7 @@ def robot(robot: str, output: Path, name: str | None, tip: str | None, lock: tup
     path = output / "specs" / f"{module}.py"
     write({path.name: text}, path.parent)
     spec = load_spec(path, f"gac robot {robot}")
-    with progress_bar(len(spec.kernels)) as advance:
-        files = render(compile_spec(spec, advance))
+    (files,) = rendered([spec], 1, cache)
     write(files, output)
     built = None if no_build else build_library(output / f"{module}.c")
     click.echo(

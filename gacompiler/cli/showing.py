@@ -11,13 +11,14 @@ from rich.console import Console
 
 from ..algebra.catalog import CATALOG, orthogonal
 from ..errors import SpecError
+from ..generation.cache import Cache
 from ..generation.checked_in import own_specs
 from ..generation.spec_files import load_spec
 from ..inspect import SHOWN, STAGES, described, latex, stage_text
 from ..inspect import why as why_text
 from ..passes.pipeline import compile_kernel
 from .arguments import compiled_kernels, find_kernel, find_spec
-from .framework import algebra_option, command, json_option
+from .framework import algebra_option, cache_option, command, json_option
 from .output import print_table
 
 
@@ -54,11 +55,12 @@ def show(target: str, stage: str | None, why: bool, as_latex: bool, algebra: str
 )
 @click.argument("spec")
 @json_option
+@cache_option
 @algebra_option
-def cost(spec: str, as_json: bool, algebra: str | None) -> None:
+def cost(spec: str, as_json: bool, cache: Cache | None, algebra: str | None) -> None:
     """Count the operations of every kernel: mul, add, div, sqrt, call, choice, fma."""
-    records = compiled_kernels(find_spec(spec, algebra))
-    counts = {record.kernel.name: record.cost.as_dict() for record in records}
+    found = compiled_kernels(find_spec(spec, algebra), cache)
+    counts = {each.kernel.name: each.source.cost.as_dict() for each in found}
     if as_json:
         click.echo(json.dumps(counts, indent=2))
         return

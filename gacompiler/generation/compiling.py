@@ -1,28 +1,116 @@
-"""Compiling the kernels of a spec."""
+"""Compiling kernels, and printing modules of them: anew, or from the cache.
+
+A kernel is found again by its description and the sources of the compiler, a printed module by its kernels and the
+sources of the printers too. Only what was proved is kept.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from ..backends.module import ModuleSource
+from ..errors import GacError
+from ..frontend.kernel import Kernel, trace
 from ..passes.pipeline import compile_kernel
-from ..passes.record import Compilation
-from .sources import source_of
+from .cache import Cache, key_of
+from .compiled import Compiled
+from .fingerprint import PROGRAM_SOURCES, TEXT_SOURCES, fingerprint
+from .kernel_key import NotDescribed, description
+from .plain import packed, unpacked
+from .rendering import render
 from .spec_files import Spec
 
 Progress = Callable[[str], None]
 """Called with the name of each kernel before it is compiled."""
 
 
-def compile_kernels(spec: Spec, progress: Progress = lambda name: None) -> list[Compilation]:
-    """Compile every kernel of a spec."""
-    records = []
-    for kernel in spec.kernels:
-        progress(f"{spec.name}.{kernel.name}")
-        records.append(compile_kernel(kernel))
-    return records
+Keys = Sequence[str | None]
+"""What the kernels of a spec are kept under; None for those that are not kept."""
 
 
-def compile_spec(spec: Spec, progress: Progress = lambda name: None) -> ModuleSource:
+def compile_definition(kernel: Kernel, cache: Cache | None = None) -> Compiled:
+    """Compile a kernel, or take what the cache has of it."""
+    return _compiled(kernel, _kernel_key(kernel) if cache else None, cache)
+
+
+def compile_kernels(spec: Spec, progress: Progress = lambda name: None, cache: Cache | None = None) -> list[Compiled]:
+    """Compile every kernel of a spec, or take what the cache has of it."""
+    return _all_compiled(spec, _keys(spec, cache), progress, cache)
+
+
+def source_of(spec: Spec, compiled: Sequence[Compiled]) -> ModuleSource:
+    """What is printed of a spec, from its compiled kernels."""
+    return ModuleSource(spec.name, spec.summary, spec.command, spec.digest, tuple(each.source for each in compiled))
+
+
+def compile_spec(spec: Spec, progress: Progress = lambda name: None, cache: Cache | None = None) -> ModuleSource:
     """Compile every kernel of a spec, as data for the printers."""
-    return source_of(spec, compile_kernels(spec, progress))
+    return source_of(spec, compile_kernels(spec, progress, cache))
+
+
+def render_spec(spec: Spec, progress: Progress = lambda name: None, cache: Cache | None = None) -> dict[str, str]:
+    """Compile every kernel of a spec, and print the files of its module: name -> text."""
+    keys = _keys(spec, cache)
+    text_key = _text_key(spec, keys)
+    known = _known_text(spec, text_key, cache)
+    if known is not None:
+        return known
+    files = render(source_of(spec, _all_compiled(spec, keys, progress, cache)))
+    if cache and text_key:
+        cache.put(text_key, files)
+        cache.prune()
+    return files
+
+
+def rendered_before(spec: Spec, cache: Cache | None) -> dict[str, str] | None:
+    """The files of a spec's module if the cache has them; nothing is compiled."""
+    return _known_text(spec, _text_key(spec, _keys(spec, cache)), cache)
+
+
+def _all_compiled(spec: Spec, keys: Keys, progress: Progress, cache: Cache | None) -> list[Compiled]:
+    found = []
+    for kernel, key in zip(spec.kernels, keys, strict=True):
+        progress(f"{spec.name}.{kernel.name}")
+        found.append(_compiled(kernel, key, cache))
+    if cache:
+        cache.prune()
+    return found
+
+
+def _compiled(kernel: Kernel, key: str | None, cache: Cache | None) -> Compiled:
+    known = cache.get(key) if cache and key else None
+    if known is not None:
+        try:
+            return unpacked(kernel, known)
+        except (GacError, LookupError, TypeError, ValueError):
+            pass  # no kernel, whoever wrote it
+    compiled = Compiled.of(compile_kernel(kernel))
+    if cache and key:
+        cache.put(key, packed(compiled))
+    return compiled
+
+
+def _keys(spec: Spec, cache: Cache | None) -> Keys:
+    return [_kernel_key(kernel) if cache else None for kernel in spec.kernels]
+
+
+def _kernel_key(kernel: Kernel) -> str | None:
+    compiler = fingerprint(PROGRAM_SOURCES)
+    try:
+        return compiler and key_of("program", compiler, description(trace(kernel)))
+    except (GacError, NotDescribed):
+        return None  # if the kernel is wrong, compiling it says how
+
+
+def _text_key(spec: Spec, keys: Keys) -> str | None:
+    printers = fingerprint(TEXT_SOURCES)
+    if printers is None or None in keys:
+        return None
+    return key_of("text", printers, spec.name, spec.summary, spec.command, spec.digest, *filter(None, keys))
+
+
+def _known_text(spec: Spec, key: str | None, cache: Cache | None) -> dict[str, str] | None:
+    found = cache.get(key) if cache and key else None
+    names = {f"{spec.name}.{ending}" for ending in ("py", "c", "h")}
+    is_whole = isinstance(found, dict) and found.keys() == names and all(isinstance(x, str) for x in found.values())
+    return found if is_whole else None

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from ..algebra.layout import Layout
-from ..backends.module import KernelSource, LayoutText, ModuleSource
+from ..backends.module import KernelSource, LayoutText
 from ..backends.operators import OPERATORS, python_operator
+from ..passes.accuracy import measured_error
 from ..passes.record import Compilation
 from ..passes.single_operation import single_operation
-from ..prove import rounding_error
 from ..rings.polynomial import PolynomialRing
-from .spec_files import Spec
 
 
 def layout_text(layout: Layout, proved: bool = True) -> LayoutText:
@@ -62,10 +59,11 @@ def kernel_source(record: Compilation) -> KernelSource:
         record.uniform,
         python_operator(*operation) if operation else None,
         kernel.result_names,
-        rounding_error(record),
+        _rounding_error(record),
     )
 
 
-def source_of(spec: Spec, records: Sequence[Compilation]) -> ModuleSource:
-    """What is printed of a spec, from its compiled kernels."""
-    return ModuleSource(spec.name, spec.summary, spec.command, spec.digest, tuple(map(kernel_source, records)))
+def _rounding_error(record: Compilation) -> str:
+    """The largest error of the program in double precision, in ulp of its largest result, for readers."""
+    worst, n = measured_error(record.program, record.kernel)
+    return f"{worst:.1f} ulp, {n} inputs"

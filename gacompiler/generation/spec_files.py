@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import hashlib
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -61,8 +62,8 @@ def load_spec(path: Path, command: str | None = None, algebra: str | None = None
             str(path), "no such file", "a Python file with @kernel functions", "write one with `gac new NAME`"
         )
     text = path.read_text()
-    digest = digest_of(path, text)
     if path.suffix == ".clu":
+        digest = hashlib.sha256(text.encode()).hexdigest()[:16]
         script = load_script(path, algebra)
         command = f"gac generate {path.name}" + (f" --algebra {algebra}" if algebra else "")
         return Spec(script.name, command, f"The script {path.name}.", digest, (script,), path, algebra)
@@ -76,6 +77,7 @@ def load_spec(path: Path, command: str | None = None, algebra: str | None = None
             raise SpecError(kernel.where, "its name belongs to the generated module itself", remedy="rename it")
     check_names(path, tree, kernels)
     summary = (module.__doc__ or f"Kernels of {path.name}.").strip()
+    digest = digest_of(path, text)
     return Spec(path.stem, command or f"gac generate {path.name}", summary, digest, kernels, path)
 
 

@@ -20,10 +20,10 @@ from typing import Any, NamedTuple
 
 from ..backends import find_compiler
 from ..backends.c import kernel_text
+from ..cache_folder import cache_folder, cache_part
 from ..gac_runtime.extension_file import extension_path, load
 from ..generation.checked_in import generated_folder
 from ..ir.program import Program
-from ..runtime import cache_folder
 from .background import QUEUE, Job
 
 FLAGS = ("-std=c17", "-O1", "-fPIC", "-shared", "-ffp-contract=off", "-fno-math-errno")
@@ -202,9 +202,7 @@ def c_text(program: Program) -> str:
 @cache
 def own_folder() -> Path:
     """The part of the cache that operations have."""
-    folder = cache_folder() / "objects"
-    folder.mkdir(parents=True, exist_ok=True)
-    return folder
+    return cache_part("objects")
 
 
 _BUILD_EXTENSION = """\

@@ -15,11 +15,14 @@ from typing import Any
 import mpmath
 
 from ..errors import InexactError, ProofError
+from ..frontend.expression import Expression
+from ..frontend.kernel import Kernel
 from ..ir.interpret import Tape
 from ..ir.program import Program
 from ..ir.scalar import RING, Op
 from ..ir.uniform import joined
 from ..rings.points import DIGITS
+from .lower import Slot
 from .record import Compilation
 from .samples import samples, to_mpmath
 
@@ -46,21 +49,37 @@ class Truth:
     is_exact: bool
 
 
-def truths(record: Compilation, seed: int = 11, n: int | None = None) -> list[Truth]:
-    """Points for a compiled kernel and what its definition gives there; points where it gives nothing are left out."""
-    kernel, decision, trace = record.kernel, record.decision, record.trace
-    assert decision is not None and trace is not None
+def truths(
+    kernel: Kernel,
+    expressions: Sequence[Expression],
+    result_slots: Sequence[Sequence[Slot]],
+    program: Program,
+    seed: int = 11,
+    n: int | None = None,
+) -> list[Truth]:
+    """Points for a kernel and what its definition gives there; points where it gives nothing are left out.
+
+    Parameters
+    ----------
+    kernel : Kernel
+    expressions : sequence of Expression
+        The definition: what the kernel's function gives on symbols.
+    result_slots : sequence of sequence of Slot
+        For each result array: which coefficient of which expression each entry is.
+    program : Program
+        How many points there are, `n`, depends by default on its operations and its length.
+    """
     random = Random(seed)
-    long = len(record.program.lines) > LONG
+    long = len(program.lines) > LONG
     if n is None:
-        n = BRANCH_POINTS if _has_branches(record.program) else FEW_POINTS if long else EXACT_POINTS
+        n = BRANCH_POINTS if _has_branches(program) else FEW_POINTS if long else EXACT_POINTS
     found: list[Truth] = []
-    grows = any(line.op is Op.EXP for line in record.program.lines)
-    for point, values in samples(kernel, trace.expressions, random, 2 * n if grows else n, long):
+    grows = any(line.op is Op.EXP for line in program.lines)
+    for point, values in samples(kernel, expressions, random, 2 * n if grows else n, long):
         with mpmath.workdps(DIGITS):  # even a minus sign rounds to the precision in force
             results = tuple(
                 tuple(_signed(values[slot.expression].terms.get(slot.blade, 0), slot.sign) for slot in slots)
-                for slots in decision.slots
+                for slots in result_slots
             )
         exact = all(isinstance(v, (int, Fraction)) for v in [*(v for r in results for v in r), *point.values()])
         inputs = tuple(tuple(point[name] for name in parameter.components) for parameter in kernel.parameters)
@@ -158,7 +177,9 @@ def prove_program(record: Compilation) -> Compilation:
         When they differ: a defect of the compiler, or a relation that the layouts declare and the points do not have.
     """
     quick = record.kernel.result_names and _has_branches(record.program)
-    known = truths(record, n=QUICK_POINTS if quick else None)
+    assert record.trace is not None and record.decision is not None
+    n = QUICK_POINTS if quick else None
+    known = truths(record.kernel, record.trace.expressions, record.decision.slots, record.program, n=n)
     programs = [record.program, *(joined(form, record.program) for form in record.uniform)]
     difference = next(filter(None, (disagreement(program_reader(program), known) for program in programs)), "")
     if difference:

@@ -1,0 +1,132 @@
+"""What a kernel is, as a text: two kernels of one text give the same program, and what is printed of them is the same.
+
+The text is made from the traced kernel, so that everything its function uses is in it: other functions, closures,
+global variables. Layouts and algebras are described in full, since users have their own under any name; functions in a
+layout are described by what they give on variables.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+from functools import cache
+from typing import Any
+
+from ..algebra.algebra import Algebra
+from ..algebra.layout import Layout
+from ..algebra.multivector import Multivector
+from ..frontend.expression import Expression, Input, topological
+from ..frontend.kernel import Trace
+from ..rings.polynomial import Polynomial, PolynomialRing
+
+
+class NotDescribed(Exception):
+    """Something in a kernel that has no exact text: a kernel that cannot be found again."""
+
+
+def description(trace: Trace) -> str:
+    """A text that is the same for kernels that are compiled alike, and for no others.
+
+    Raises
+    ------
+    NotDescribed
+        When a constant is no rational number, or a function of a layout gives no polynomial.
+    """
+    return _Writer().kernel(trace)
+
+
+class _Writer:
+    """Writes each algebra and each layout once, and refers to it by number from then on."""
+
+    def __init__(self) -> None:
+        self._numbers: dict[str, int] = {}
+        self._known: dict[int, int] = {}
+        """The numbers of objects by their identity, while the kernel that holds them is described."""
+
+    def kernel(self, trace: Trace) -> str:
+        """The whole text."""
+        definition = trace.kernel
+        order = topological(trace.expressions)
+        places = {expression: k for k, expression in enumerate(order)}
+        parameters = [(p.name, p.outer_shape, self._layout(p.layout)) for p in definition.parameters]
+        nodes = [self._node(expression, [places[a] for a in expression.arguments]) for expression in order]
+        outputs = [
+            (
+                output.name,
+                output.outer_shape,
+                [places[expression] for expression in output.expressions],
+                None if output.layout is None else self._layout(output.layout),
+            )
+            for output in trace.outputs
+        ]
+        about = (definition.name, definition.summary, definition.result_names)
+        return "\n".join([*map(repr, [about, parameters, outputs, *nodes]), *self._numbers])
+
+    def _node(self, expression: Expression, arguments: list[int]) -> tuple[Any, ...]:
+        data = expression.data
+        if isinstance(data, Input):
+            data = (data.name, data.components, self._layout(data.layout))
+        elif isinstance(data, Multivector):
+            data = _numbers(data.terms)
+        return expression.operation, arguments, data, self._algebra(expression.algebra)
+
+    def _algebra(self, algebra: Algebra) -> int:
+        if id(algebra) not in self._known:
+            metric = [[str(value) for value in row] for row in algebra.gram]
+            # The layout of a result is chosen among all that have a name.
+            named = [_layout_text(layout) for layout in algebra.layouts.values()]
+            self._add(algebra, repr(("algebra", algebra.name, algebra.vectors, metric, algebra.spellings, named)))
+        return self._known[id(algebra)]
+
+    def _layout(self, layout: Layout) -> int:
+        if id(layout) not in self._known:
+            self._add(layout, repr(("layout", self._algebra(layout.algebra), _layout_text(layout))))
+        return self._known[id(layout)]
+
+    def _add(self, described: Algebra | Layout, text: str) -> None:
+        self._known[id(described)] = self._numbers.setdefault(text, len(self._numbers))
+
+
+@cache
+def _layout_text(layout: Layout) -> str:
+    """All of a layout but its algebra."""
+    stored = [(slot.name, slot.blade, slot.sign) for slot in layout.stored]
+    fixed = [(slot.name, slot.blade, slot.sign, str(value)) for slot, value in layout.fixed]
+    return repr((layout.name, stored, fixed, layout.unit, *_functions(layout)))
+
+
+def _functions(layout: Layout) -> tuple[Any, ...]:
+    """What the functions of a layout give on variables: the implied coefficients and the relations."""
+    if not layout.implied and layout.user_relations is None:
+        return ()
+    ring = PolynomialRing()
+    variables = {name: ring.variable(name) for name in layout.blades}
+    try:
+        implied = [
+            (slot.name, slot.blade, slot.sign, _terms(ring.lift(function(variables))))
+            for slot, function in layout.implied
+        ]
+        relations: list[Any] = []
+        if layout.user_relations is not None:
+            found = layout.user_relations(layout.element(list(variables.values())))
+            for each in [found] if isinstance(found, Multivector) else found:
+                relations.append([(blade, _terms(ring.lift(value))) for blade, value in each.terms.items()])
+    except Exception as error:  # whatever the user's function raises
+        raise NotDescribed(f"the functions of {layout}") from error
+    if ring.atoms:
+        raise NotDescribed(f"the functions of {layout}")
+    return implied, relations
+
+
+def _terms(polynomial: Polynomial) -> list[tuple[Any, ...]]:
+    """The terms in their order, which the printed text keeps."""
+    return _numbers(polynomial.terms)
+
+
+def _numbers(terms: Mapping[Any, Any]) -> list[tuple[Any, ...]]:
+    found = []
+    for place, value in terms.items():
+        if not isinstance(value, (int, Fraction)):
+            raise NotDescribed(f"a constant of type {type(value).__name__}")
+        found.append((place, value.numerator, value.denominator))
+    return found

@@ -1,0 +1,92 @@
+"""Compiled kernels as plain data, lists, texts and whole numbers, and back."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+from ..backends.module import KernelSource, LayoutText
+from ..frontend.kernel import Kernel
+from ..ir.cost import cost
+from ..ir.program import Argument, Line, Operand, Program, Result
+from ..ir.scalar import Op
+from ..ir.uniform import Uniform
+from ..ir.verify import verify
+from ..passes.lower import Slot
+from .compiled import Compiled
+
+
+def packed(compiled: Compiled) -> dict[str, Any]:
+    """All of a compiled kernel but its definition."""
+    source = compiled.source
+    return {
+        "program": _packed_program(source.program),
+        "uniform": [[form.same, _packed_program(form.prepare), _packed_program(form.apply)] for form in source.uniform],
+        "layouts": [[name, _packed_layout(layout)] for name, layout in source.layouts],
+        "relations": source.relations,
+        "operator": source.operator,
+        "error": source.error,
+        "slots": [[[slot.expression, slot.blade, slot.sign] for slot in slots] for slots in compiled.slots],
+    }
+
+
+def unpacked(kernel: Kernel, data: Any) -> Compiled:
+    """The compiled kernel of a definition from what `packed` gave.
+
+    Raises
+    ------
+    GacError, LookupError, TypeError, ValueError
+        When the data is of another form.
+    """
+    program = _program(data["program"])
+    operator = data["operator"]
+    source = KernelSource(
+        program,
+        kernel.summary,
+        tuple((name, _layout(layout)) for name, layout in data["layouts"]),
+        cost(program),
+        tuple(data["relations"]),
+        tuple(Uniform(tuple(same), _program(prepare), _program(apply)) for same, prepare, apply in data["uniform"]),
+        operator and (operator[0], tuple(operator[1])),
+        kernel.result_names,
+        data["error"],
+    )
+    return Compiled(kernel, source, tuple(tuple(Slot(*slot) for slot in slots) for slots in data["slots"]))
+
+
+def _packed_program(program: Program) -> list[Any]:
+    return [
+        program.name,
+        [[argument.name, argument.shape, argument.components] for argument in program.arguments],
+        [[line.target, line.op.value, *map(_packed_operand, line.operands)] for line in program.lines],
+        [[result.name, result.shape, *map(_packed_operand, result.operands)] for result in program.results],
+    ]
+
+
+def _program(data: Any) -> Program:
+    name, arguments, lines, results = data
+    return verify(
+        Program(
+            name,
+            tuple(Argument(name, tuple(shape), tuple(components)) for name, shape, components in arguments),
+            tuple(Line(target, Op(op), tuple(map(_operand, operands))) for target, op, *operands in lines),
+            tuple(Result(name, tuple(shape), tuple(map(_operand, operands))) for name, shape, *operands in results),
+        )
+    )
+
+
+def _packed_operand(operand: Operand) -> str | list[int]:
+    return operand if isinstance(operand, str) else [operand.numerator, operand.denominator]
+
+
+def _operand(data: Any) -> Operand:
+    return data if isinstance(data, str) else Fraction(*data)
+
+
+def _packed_layout(layout: LayoutText) -> list[Any]:
+    return [layout.name, layout.blades, layout.fixed, layout.unit, layout.related, layout.implied]
+
+
+def _layout(data: Any) -> LayoutText:
+    name, blades, fixed, unit, related, implied = data
+    return LayoutText(name, tuple(blades), tuple(map(tuple, fixed)), unit, related, tuple(map(tuple, implied)))
