@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 
 from .. import __version__
-from . import checking, generating, showing, starting
+from . import caching, checking, generating, showing, starting
 from .framework import Commands, examples
 
 
@@ -35,5 +35,6 @@ for _command in (
     starting.new,
     starting.record,
     showing.classify,
+    caching.cache,
 ):
     main.add_command(_command)

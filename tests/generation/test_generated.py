@@ -7,11 +7,11 @@ from pathlib import Path
 import pytest
 
 from gacompiler.backends import body_is_intact
+from gacompiler.generation.cache import open_cache
 from gacompiler.generation.checked_in import generated_folder, own_specs
-from gacompiler.generation.compiling import compile_kernels
+from gacompiler.generation.compiling import compile_kernels, source_of
 from gacompiler.generation.files import compare
 from gacompiler.generation.rendering import render
-from gacompiler.generation.sources import source_of
 from gacompiler.generation.spec_files import load_spec
 from gacompiler.prove import verify_module
 from gacompiler.runtime import load_module
@@ -23,7 +23,7 @@ FEW = ("vga2", "projective2", "omnidirectional", "hand_eye")
 @pytest.mark.parametrize("path", [path for path in own_specs() if path.stem in FEW], ids=lambda path: path.stem)
 def test_a_module_is_what_its_spec_gives_and_is_proved(path: Path) -> None:
     spec = load_spec(path, f"gac generate --all {path.stem}")
-    records = compile_kernels(spec)
+    records = compile_kernels(spec, cache=open_cache())
     diffs = compare(render(source_of(spec, records)), generated_folder())
     assert not diffs, "".join(diffs)[:2000] + "\nrun `make generated` and commit the result"
     loaded = load_module(generated_folder() / f"{path.stem}.py", f"_proved_{path.stem}")

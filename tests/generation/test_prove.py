@@ -14,12 +14,14 @@ from gacompiler.algebra.catalog import PGA3
 from gacompiler.backends import c_programs, c_source, python_programs, python_source
 from gacompiler.backends.module import ModuleSource
 from gacompiler.errors import BackendError, ProofError
+from gacompiler.generation.cache import open_cache
 from gacompiler.generation.checked_in import own_specs
-from gacompiler.generation.sources import kernel_source
+from gacompiler.generation.compiled import Compiled
+from gacompiler.generation.compiling import compile_definition, compile_kernels
 from gacompiler.generation.spec_files import load_spec
+from gacompiler.passes.accuracy import measured_error
 from gacompiler.passes.pipeline import compile_kernel
-from gacompiler.passes.record import Compilation
-from gacompiler.prove import measured_error, verify_kernel
+from gacompiler.prove import verify_kernel
 
 N_MUTATIONS = 200
 EQUIVALENT = ("norm", "misfit_equations")
@@ -27,9 +29,9 @@ EQUIVALENT = ("norm", "misfit_equations")
 
 
 @pytest.fixture(scope="module")
-def records() -> Mapping[str, list[Compilation]]:
+def records() -> Mapping[str, list[Compiled]]:
     return {
-        path.stem: [compile_kernel(k) for k in load_spec(path).kernels]
+        path.stem: compile_kernels(load_spec(path), cache=open_cache())
         for path in own_specs()
         if path.stem in ("vga2", "projective2", "hand_eye")
     }
@@ -45,19 +47,21 @@ def _same_program(text: str, readers: Callable[[str], Mapping[str, object]]) -> 
 
 
 @pytest.mark.parametrize("ending", ["py", "c"])
-def test_random_mutations_are_caught(records: Mapping[str, list[Compilation]], ending: str) -> None:
+def test_random_mutations_are_caught(records: Mapping[str, list[Compiled]], ending: str) -> None:
     """Mutations are made where every operation matters: in kernels without branches and even functions."""
     random = Random(2026)
     smooth = [
         record
         for compiled in records.values()
         for record in compiled
-        if record.cost.choice == 0 and record.cost.mul + record.cost.add > 3 and record.kernel.name not in EQUIVALENT
+        if record.source.cost.choice == 0
+        and record.source.cost.mul + record.source.cost.add > 3
+        and record.kernel.name not in EQUIVALENT
     ]
     survivors, kinds = [], Counter[str]()
     while kinds.total() < N_MUTATIONS // 2:
         record = random.choice(smooth)
-        module = ModuleSource(record.kernel.name, "", "", "", (kernel_source(record),))
+        module = ModuleSource(record.kernel.name, "", "", "", (record.source,))
         texts = {"py": python_source(module), "c": c_source(module)}
         found: dict[str, list[Mutation]] = {}
         for mutation in mutations(texts[ending], record.kernel.name):
@@ -78,7 +82,7 @@ def test_a_missing_kernel_is_not_proved() -> None:
     def move(m, p):  # type: ignore[no-untyped-def]
         return sandwich(m, p)
 
-    record = compile_kernel(move)
+    record = compile_definition(move)
     verdict = verify_kernel(record, {}, {})
     assert not verdict.is_proved
     assert "not in" in verdict.python and "not in" in verdict.c
@@ -91,8 +95,8 @@ def test_a_wrong_library_is_found() -> None:
     def line(a, b):  # type: ignore[no-untyped-def]
         return a & b
 
-    record = compile_kernel(line)
-    module = ModuleSource("line", "", "", "", (kernel_source(record),))
+    record = compile_definition(line)
+    module = ModuleSource("line", "", "", "", (record.source,))
     python, c = python_programs(python_source(module)), c_programs(c_source(module))
     wrong = verify_kernel(record, python, c, lambda a, b: (a * 0 + 1).repeat(2, -1), "c")
     assert not wrong.python and not wrong.c and not wrong.is_proved

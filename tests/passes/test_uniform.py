@@ -23,6 +23,7 @@ from gacompiler.backends.module import ModuleSource
 from gacompiler.errors import BackendError, ProofError
 from gacompiler.frontend.kernel import Kernel
 from gacompiler.generation.checked_in import own_specs
+from gacompiler.generation.compiled import Compiled
 from gacompiler.generation.sources import kernel_source
 from gacompiler.generation.spec_files import load_spec
 from gacompiler.ir.cost import cost
@@ -145,7 +146,8 @@ def test_all_kinds_of_kernels_are_here(records: Records) -> None:
 @pytest.mark.parametrize("name", [definition.name for definition in KERNELS])
 def test_forms_are_the_definition(name: str, records: Records) -> None:
     record = records[name]
-    known = truths(record)
+    assert record.trace is not None and record.decision is not None
+    known = truths(record.kernel, record.trace.expressions, record.decision.slots, record.program)
     assert record.uniform
     assert len(record.uniform) == len({form.same for form in record.uniform}) <= len(record.program.arguments)
     for form in record.uniform:
@@ -239,7 +241,7 @@ def test_both_texts_are_read_back(name: str, records: Records) -> None:
     record = records[name]
     text = texts(record)
     python, c = python_programs(text["py"]), c_programs(text["c"])
-    assert verify_kernel(record, python, c).is_proved
+    assert verify_kernel(Compiled.of(record), python, c).is_proved
     for read in (python[name], c[name]):
         assert len(read.forms) == len(record.uniform)
         for form, other in zip(record.uniform, read.forms, strict=True):
@@ -497,11 +499,11 @@ def texts(record: Compilation) -> dict[str, str]:
     return {"py": python_source(module), "c": c_source(module)}
 
 
-def is_found(record: Compilation, whole: Mapping[str, str], ending: str, changed: str) -> bool:
+def is_found(compiled: Compiled, whole: Mapping[str, str], ending: str, changed: str) -> bool:
     """Whether a changed text is refused, or read as something else than the definition."""
     both = dict(whole) | {ending: changed}
     try:
-        return not verify_kernel(record, python_programs(both["py"]), c_programs(both["c"])).is_proved
+        return not verify_kernel(compiled, python_programs(both["py"]), c_programs(both["c"])).is_proved
     except (BackendError, ProofError):
         return True
 
@@ -511,7 +513,7 @@ def is_found(record: Compilation, whole: Mapping[str, str], ending: str, changed
 def test_changes_of_a_form_in_the_text_are_found(name: str, ending: str, records: Records) -> None:
     """Changes of every kind, in the functions that prepare and apply."""
     record, random = records[name], Random(4)
-    whole = texts(record)
+    whole, compiled = texts(record), Compiled.of(record)
     own = set(mutations(whole[ending], name, of_forms=False))
     found: dict[str, list[Mutation]] = {}
     for mutation in mutations(whole[ending], name):
@@ -520,7 +522,7 @@ def test_changes_of_a_form_in_the_text_are_found(name: str, ending: str, records
     assert set(found) > {"operation", "operand"}
     for each in found.values():
         for mutation in random.sample(each, min(8, len(each))):
-            assert is_found(record, whole, ending, mutation.text), mutation[:3]
+            assert is_found(compiled, whole, ending, mutation.text), mutation[:3]
 
 
 def numbers_of_forms(text: str, ending: str) -> list[tuple[int, int]]:
@@ -543,13 +545,13 @@ def numbers_of_forms(text: str, ending: str) -> list[tuple[int, int]]:
 def test_changes_around_a_form_in_the_text_are_found(name: str, ending: str, records: Records) -> None:
     """From how many elements on, which arguments stay, what is prepared from where: each number, one more."""
     record = records[name]
-    whole = texts(record)
+    whole, compiled = texts(record), Compiled.of(record)
     text = whole[ending]
     places = numbers_of_forms(text, ending)
     assert len(places) >= (2 if ending == "py" else 3)
     for start, end in places:
         changed = f"{text[:start]}{int(text[start:end]) + 1}{text[end:]}"
-        assert is_found(record, whole, ending, changed), text[max(0, start - 60) : end + 20]
+        assert is_found(compiled, whole, ending, changed), text[max(0, start - 60) : end + 20]
 
 
 @pytest.mark.parametrize(
@@ -570,7 +572,7 @@ def test_changes_of_how_a_form_is_called_are_found(ending: str, old: str, new: s
     record = records["move_point"]
     whole = texts(record)
     assert old in whole[ending]
-    assert is_found(record, whole, ending, whole[ending].replace(old, new, 1))
+    assert is_found(Compiled.of(record), whole, ending, whole[ending].replace(old, new, 1))
 
 
 def renamed(definition: Kernel, name: str) -> Kernel:
@@ -593,4 +595,5 @@ def test_a_kernel_may_have_a_name_like_that_of_a_form(records: Records) -> None:
     for read in (python, c):
         assert list(read) == ["move_point", "move_point_prepare_q"]
         assert [len(each.forms) for each in read.values()] == [1, 1]
-    assert verify_kernel(other, python, c).is_proved and verify_kernel(records["move_point"], python, c).is_proved
+    for record in (other, records["move_point"]):
+        assert verify_kernel(Compiled.of(record), python, c).is_proved
