@@ -53,7 +53,7 @@ def compile(kernel: Kernel, backend: str | None = None) -> Any:
     Notes
     -----
     Generated files and libraries are kept in a folder named after their content, under ``$GAC_CACHE`` or the user's
-    cache folder, so the second time costs an import.
+    cache folder, and so is the program that was found, so the second time costs an import; see ``gac cache``.
 
     Compiled kernels can be pickled, and carry their definition. A process that has the kernel gets that object; one
     that finds its files in the cache folder imports them; any other compiles it.

@@ -15,7 +15,7 @@ from ..generation.cache import Cache
 from ..generation.checked_in import generated_folder
 from ..generation.compiling import compile_spec
 from ..generation.files import write
-from ..generation.rendering import TARGETS, render_targets
+from ..generation.rendering import TARGETS, render, render_targets
 from ..generation.spec_files import load_spec
 from ..generation.workers import each_spec
 from ..robots.descriptions import robot_spec
@@ -70,12 +70,13 @@ def generate(
     elsewhere = output or Path("out")
     found = own_modules(specs) if own else [load_spec(Path(spec), algebra=algebra) for spec in specs]
     in_others, in_c = list[dict[str, str]](), list[dict[str, str]]()
-    if "c" in targets:
-        in_c = rendered(found, jobs, cache)
     if others:
         with progress_bar(sum(len(spec.kernels) for spec in found)) as advance:
             modules = each_spec(partial(compile_spec, cache=cache), found, advance, jobs)
         in_others = [render_targets(module, others) for module in modules]
+        in_c = [render(module) for module in modules] if "c" in targets else []
+    else:
+        in_c = rendered(found, jobs, cache)
     for spec, files in zip(found, in_others, strict=False):
         for name, text in files.items():
             unchanged = "" if write({name: text}, elsewhere) else ", unchanged"

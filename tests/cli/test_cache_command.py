@@ -59,6 +59,7 @@ def entries(here: Path) -> list[str]:
 COMMANDS = [
     ("generate", "lines.py", "--no-build", "-o", "out"),
     ("generate", "lines.py", "--target", "rust", "-o", "out"),
+    ("generate", "lines.py", "--target", "c", "--target", "rust", "--no-build", "-o", "out"),
     ("cost", "lines.py"),
     ("verify", "lines.py", "-o", "out"),
 ]
@@ -81,12 +82,12 @@ def test_nothing_is_compiled_twice(words: tuple[str, ...], here: Path, compiled:
 
 
 def test_without_a_cache_nothing_is_kept(here: Path, compiled: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    for words in COMMANDS[:3]:
+    for words in COMMANDS[:4]:
         assert run(*words, "--no-cache").exit_code == 0
-    assert compiled == ["line"] * 3 and not (here / "cache").exists()
+    assert compiled == ["line"] * 4 and not (here / "cache").exists()
     monkeypatch.setenv("GAC_CACHE_SIZE", "0")
     assert run("cost", "lines.py").exit_code == 0
-    assert len(compiled) == 4 and not (here / "cache").exists()
+    assert len(compiled) == 5 and not (here / "cache").exists()
 
 
 def test_check_takes_what_generate_kept(here: Path, compiled: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
@@ -157,7 +158,7 @@ def test_the_limit_is_kept(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert sum(path.stat().st_size for path in (here / "cache" / "compilations").iterdir()) <= 1_000_000
 
 
-@pytest.mark.parametrize("words", [*COMMANDS[:3], ("cache",), ("cache", "--clear")], ids=lambda words: "-".join(words))
+@pytest.mark.parametrize("words", [*COMMANDS[:4], ("cache",), ("cache", "--clear")], ids=lambda words: "-".join(words))
 def test_a_folder_that_others_can_write_is_one_clear_line(words: tuple[str, ...], here: Path) -> None:
     (here / "cache").mkdir()
     (here / "cache").chmod(0o777)
