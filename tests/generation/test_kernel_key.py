@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import hashlib
+import os
 import pickle
+import subprocess
+import sys
 from collections.abc import Callable
 from fractions import Fraction
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -16,6 +21,8 @@ from gacompiler.generation import kernel_key
 from gacompiler.generation.checked_in import own_specs
 from gacompiler.generation.kernel_key import NotDescribed, description
 from gacompiler.generation.spec_files import load_spec
+
+ROOT = Path(__file__).parents[2]
 
 
 def described(definition: Kernel) -> str:
@@ -181,6 +188,30 @@ def test_all_kernels_of_the_package_have_descriptions_of_their_own() -> None:
     assert texts == again and len(kernels) > 800
     (first, second) = (jacobian(moved(name="moved"), argument) for argument in "mp")
     assert described(first) != described(second)
+
+
+DIGEST = """
+import hashlib
+from gacompiler.frontend.kernel import trace
+from gacompiler.generation.checked_in import own_specs
+from gacompiler.generation.kernel_key import description
+from gacompiler.generation.spec_files import load_spec
+texts = [description(trace(each)) for path in own_specs() for each in load_spec(path).kernels]
+print(hashlib.sha256("".join(texts).encode()).hexdigest())
+"""
+
+
+def test_descriptions_do_not_depend_on_the_process() -> None:
+    """Else nothing would be found again: neither by the seed of hashes, nor by what else was traced before."""
+    found = {
+        subprocess.run(
+            [sys.executable, "-c", DIGEST], env={**os.environ, "PYTHONHASHSEED": seed}, cwd=ROOT,
+            capture_output=True, text=True, check=True,
+        ).stdout
+        for seed in ("0", "1")
+    }  # fmt: skip
+    texts = [described(each) for path in reversed(own_specs()) for each in reversed(load_spec(path).kernels)]
+    assert found == {hashlib.sha256("".join(reversed(texts)).encode()).hexdigest() + "\n"}
 
 
 def test_layouts_are_described_in_full_and_once() -> None:
