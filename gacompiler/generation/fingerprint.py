@@ -18,8 +18,8 @@ PROGRAM_SOURCES = (
     *("backends/module.py", "backends/operators.py"),
 )
 """What decides which program a kernel gets, and how it is kept."""
-TEXT_SOURCES = (*PROGRAM_SOURCES, "backends")
-"""What decides how it is printed too."""
+TEXT_SOURCES = (*PROGRAM_SOURCES, "backends", "gac_runtime")
+"""What decides how it is printed too: printers ask the runtime what it understands."""
 
 _PACKAGE = Path(__file__).parent.parent
 

@@ -95,14 +95,14 @@ def test_check_takes_what_generate_kept(here: Path, compiled: list[str], monkeyp
     assert run("generate", "--all", "projective2", "--no-build", "-o", "out").exit_code == 0
     n = len(compiled)
     result = run("check", "projective2")
-    assert result.exit_code == 0 and "3 files are what the specs give" in result.output
+    assert result.exit_code == 0 and "files are what the specs give" in result.output
     result = run("check", "projective2", "--prove")
     assert result.exit_code == 0 and f"{n} kernels are proved" in result.output and len(compiled) == n > 5
     for path in generated_folder().glob("projective2.*"):
         (here / path.name).write_text(path.read_text().replace(" + ", " - ", 1))
     monkeypatch.setattr("gacompiler.cli.checking.generated_folder", lambda: here)
     result = run("check", "projective2")
-    assert result.exit_code == 1 and "3 files differ" in result.output and len(compiled) == n
+    assert result.exit_code == 1 and "files differ" in result.output and len(compiled) == n
 
 
 def test_verify_with_a_cache_finds_a_flipped_sign(here: Path) -> None:
@@ -143,7 +143,7 @@ def test_cache_is_shown_and_cleared(here: Path) -> None:
     assert data["parts"]["modules"] == data["parts"]["objects"] == {"files": 1, "bytes": 3}
     assert run("cache", "--clear").exit_code == 0
     assert json.loads(run("cache", "--json").output)["parts"] == {
-        part: {"files": 0, "bytes": 0} for part in ("compilations", "modules", "objects", "extension")
+        part: {"files": 0, "bytes": 0} for part in ("compilations", "modules", "objects", "_build")
     }
     assert (here / "cache" / "foreign").is_dir(), "what this package did not put there stays"
 
