@@ -41,7 +41,7 @@ from gacompiler.backends import (
 from gacompiler.backends.c_functions import TRANSCENDENTAL
 from gacompiler.backends.printers import C_MACRO_NAMES, Names
 from gacompiler.errors import BackendError, InexactError, ProofError
-from gacompiler.generate import write as write_files
+from gacompiler.generation.files import write as write_files
 from gacompiler.ir.interpret import interpret
 from gacompiler.ir.program import Program
 from gacompiler.ir.scalar import Op

@@ -19,7 +19,7 @@ from gacompiler.backends.build import build_library, compiler_flags, find_compil
 from gacompiler.backends.c import RUNTIME_INTERFACE
 from gacompiler.backends.c_batch import FEW, FLAGS, MOST_AXES, TILES
 from gacompiler.errors import BackendError
-from gacompiler.generate import write as write_files
+from gacompiler.generation.files import write as write_files
 
 HEADER = runtime_files()["gac_runtime/gac_runtime.h"]
 PRECISIONS = {"f64": np.float64, "f32": np.float32}
