@@ -2,2046 +2,51 @@
 // command: gac generate --all cga2
 // spec: 9f900c90ae8e9cff
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: e337b106ea48a3629f078777ee680e431347d05b7f6699c5d705958a300e2f82
+// body: df5f27f416723f71d9712fab3e694030b17480938f524b41050d0f3009f1527d
 
 #ifndef REAL
 #include "cga2.h"
+#include "gac_runtime/gac_runtime.h"
 
-#include <float.h>
-#include <math.h>
-#include <stddef.h>
-#include <string.h>
-
-#if defined(__GNUC__)
-#define INLINE inline __attribute__((always_inline))
-#else
-#define INLINE inline
+#if GAC_RUNTIME_INTERFACE != 1
+#error "this file needs interface 1 of gac_runtime: generate it again, or use the runtime that it came with"
 #endif
 
-// Elements are independent: an output is an input of the same element, or of none.
-#if defined(__clang__)
-#define ANY_ORDER _Pragma("clang loop vectorize(assume_safety)")
-#define NOT_UNROLLED _Pragma("clang loop unroll(disable)")
-#elif defined(__GNUC__)
-#define ANY_ORDER _Pragma("GCC ivdep")
-#define NOT_UNROLLED _Pragma("GCC unroll 1")
-#else
-#define ANY_ORDER
-#define NOT_UNROLLED
-#endif
-
-// The widest vectors of the machine that runs the loops: on x86-64 there is each for AVX2 (v3) and for AVX-512 (v4),
-// and machines that have neither run one element after the other; on others there is one.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(_WIN32)
-#if __GNUC__ >= 12 && !defined(__clang__)
-#define ON_v3 __attribute__((target("arch=x86-64-v3")))
-#define ON_v4 __attribute__((target("arch=x86-64-v4")))
-#define HAS_v3 __builtin_cpu_supports("x86-64-v3")
-#define HAS_v4 __builtin_cpu_supports("x86-64-v4")
-#define NAMES_MACHINES
-#else
-#define ON_v3 __attribute__((target("avx2,fma,bmi2")))
-#define ON_v4 __attribute__((target("avx2,fma,bmi2,avx512f,avx512bw,avx512dq,avx512vl")))
-#define FINDS(feature) __builtin_cpu_supports(feature)
-#if defined(__AVX2__) && defined(__FMA__) && defined(__BMI2__)
-#define HAS_v3 1
-#else
-#define HAS_v3 (FINDS("avx2") && FINDS("fma") && FINDS("bmi2"))
-#endif
-#define HAS_v4 (HAS_v3 && FINDS("avx512f") && FINDS("avx512bw") && FINDS("avx512dq") && FINDS("avx512vl"))
-#endif
-#endif
-#ifdef ON_v3
-#define ONE(name, level)                                                                        \
-    ON_##level static void NAME(name##_##level)(intptr_t n, char **args, const intptr_t *strides) \
-    {                                                                                           \
-        NAME(name)(n, args, strides);                                                           \
-    }
-#define LOOP(name) ONE(name, v3)
-#define LOOPS(name) ONE(name, v3) ONE(name, v4)
-#define WIDTH(name) {NAME(name##_v3), NAME(name##_v3)}
-#define WIDTHS(name) {NAME(name##_v3), NAME(name##_v4)}
-#define CHOSEN (HAS_v4 ? 1 : HAS_v3 ? 0 : -1)
-#else
-#define LOOP(name)
-#define LOOPS(name)
-#define WIDTH(name) {NAME(name)}
-#define WIDTHS(name) {NAME(name)}
-#define CHOSEN 0
-#endif
-#if defined(NAMES_MACHINES) && defined(__GLIBC__)
-#define WIDE __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
-#else
-#define WIDE
-#endif
-
-// A plain function whose body, elsewhere for loops, has sines or their kin: these round products and sums together,
-// which is an instruction of machines with AVX2, and a call on others.
-#ifdef ON_v3
-#define FUSED(name, parameters, within) ON_v3 static void NAME(name##_v3) parameters { NAME(name##_within) within; }
-#define RUN(name, arguments, within)        \
-    do {                                    \
-        if (HAS_v3)                         \
-            NAME(name##_v3) arguments;      \
-        else                                \
-            NAME(name##_within) within;     \
-    } while (0)
-#else
-#define FUSED(name, parameters, within)
-#define RUN(name, arguments, within) NAME(name##_within) within
-#endif
-
-// Loops run over whole vectors: a block is padded to a multiple of this many elements.
-#define LANES 16
-#define PADDED(n) (((n) + LANES - 1) & -LANES)
-
-// A block in which an argument is too far for the functions of a loop is done once more, in pieces of this many.
-#define CHUNK 64
-
-// Elements in C order go through rows of this many.
-#define SPAN 32
-
-// As many elements are run one after the other.
-#define ALONE 2
-
-// A vector of neighbours in memory, where the compiler turns such of 32 bytes well.
-#if defined(__has_builtin) && (defined(ON_v3) || defined(__clang__))
-#if __has_builtin(__builtin_shufflevector)
-#define SHUFFLE __builtin_shufflevector
-#define VECTOR(n) __attribute__((vector_size((n) * sizeof(REAL)), aligned(sizeof(REAL)), may_alias))
-#endif
-#endif
-
-// An argument or a result: how many numbers, along which axes, and which is the first of its strides.
-struct part {
-    int size, rank, first, shape[2];
-};
-
-// Where a number of an element lies, its components being counted in C order.
-static intptr_t offset_of(const struct part *part, intptr_t k, const intptr_t *strides)
-{
-    intptr_t offset = 0;
-    for (int axis = part->rank; axis-- > 1; k /= part->shape[axis])
-        offset += k % part->shape[axis] * strides[axis];
-    return part->rank ? offset + k * strides[0] : 0;
-}
-
-// What no cache holds goes to memory past them: whole lines, of which nothing is fetched first. So does what only the
-// last cache holds, where it is more rows than a core can have lines on their way.
-enum { LINE = 64 };
-#ifdef NAMES_MACHINES
-#define PASSES(bytes, rows) ((bytes) > ((rows) > 16 ? 1 << 21 : 1 << 25))
-ON_v3 static void stream(char *to, const char *from, intptr_t bytes)
-{
-    typedef double half __attribute__((vector_size(LINE / 2), aligned(4), may_alias));
-    const intptr_t start = -(intptr_t)to & (LINE - 1);
-    intptr_t i = 0;
-    for (; i < start && i < bytes; i += 4)
-        memcpy(to + i, from + i, 4);
-    for (; i + LINE <= bytes; i += LINE) {
-        __builtin_ia32_movntpd256((double *)(to + i), *(const half *)(from + i));
-        __builtin_ia32_movntpd256((double *)(to + i + LINE / 2), *(const half *)(from + i + LINE / 2));
-    }
-    for (; i < bytes; i += 4)
-        memcpy(to + i, from + i, 4);
-}
-#define STREAM_END() __builtin_ia32_sfence()
-#else
-#define PASSES(bytes, rows) ((void)(rows), 0)
-#define stream memcpy
-#define STREAM_END() (void)0
-#endif
-
-// Has memory bring what is read soon, or written.
-static void fetch(const char *from, intptr_t bytes, int to_write)
-{
-#ifdef __GNUC__
-    for (intptr_t i = 0; i < bytes; i += LINE) {
-        if (to_write)
-            __builtin_prefetch(from + i, 1, 3);
-        else
-            __builtin_prefetch(from + i, 0, 2);
-    }
-#else
-    (void)from, (void)bytes, (void)to_write;
-#endif
-}
-
-// What holds of some of the first arguments is a bit for each.
-enum { FLAGS = 32 };
-static int is_flagged(unsigned flags, int p)
-{
-    return p < FLAGS && flags >> p & 1;
-}
-
-typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
-typedef void any_function(void);
-
-// A form of a kernel for batches in which the `same` arguments (a bit each) are that for at least so many elements:
-// what depends on them is prepared once, and takes the place of the first of them.
-struct form {
-    unsigned same;
-    intptr_t least;
-    void (*start)(char **args, const intptr_t *strides, void *prepared);
-    loop_function *block[2], *dense[2];
-    int together;
-};
-
-// The loops of a kernel, over rows and in C order, which takes so many elements together; its plain function and how
-// that is called; and its forms. A kernel that repeats reads its inputs again after it has written: its outputs cannot
-// lie where they do.
-struct kernel {
-    loop_function *block[2], *dense[2];
-    int together;
-    any_function *function;
-    void (*call)(any_function *function, void **parts);
-    int n_inputs, n_parts, n_forms, repeats, busy;
-    const struct part *parts;
-    const struct form *forms;
-};
-
-enum { PARTS = 6, CORES = 5, NUMBERS = 48, SPACE = 4096, PREPARED = 18, SIZES = 16 };
-
-#define SQRT(x) FUNCTION(sqrt)(x)
-#define SIN(x) NAME(sin_of)(x, far)
-#define COS(x) NAME(cos_of)(x, far)
-#define ATAN2(y, x) NAME(atan2_of)(y, x)
-#define ACOS(x) NAME(acos_of)(x)
-#define EXP(x) NAME(exp_of)(x)
-#define LOG(x) NAME(log_of)(x)
-#define ABS(x) FUNCTION(fabs)(x)
-#define MINIMUM(a, b) NAME(chosen_by)(WHERE((a) < (b)) | WHERE((a) != (a)), a, b)
-#define MAXIMUM(a, b) NAME(chosen_by)(WHERE((a) > (b)) | WHERE((a) != (a)), a, b)
-#define LESS(a, b) ((REAL)((a) < (b)))
-#define LESS_EQUAL(a, b) ((REAL)((a) <= (b)))
-#define SELECT(condition, a, b) NAME(chosen_by)(WHERE((condition) != 0), a, b)
-
-static INLINE double cga2_sin_polynomial_f64(double z)
-{
-    const double y = z * z;
-    const double even = fma(y, fma(y, -2.5051131845003624e-08, -0.00019841269836758574), -0.16666666666666666);
-    const double odd = fma(y, fma(y, 1.5918129294866608e-10, 2.755731610255244e-06), 0.008333333333330948);
-    return fma(z, odd, even);
-}
-
-static INLINE double cga2_cos_polynomial_f64(double z)
-{
-    const double y = z * z;
-    const double even = fma(y, fma(y, 2.08761462684032e-09, 2.480158729876569e-05), 0.041666666666666664);
-    const double odd = fma(y, fma(y, -1.1382632425521717e-11, -2.7557317271729793e-07), -0.0013888888888887398);
-    return fma(z, odd, even);
-}
-
-static INLINE double cga2_exp_polynomial_f64(double z)
-{
-    const double y = z * z;
-    const double even = fma(y, fma(y, fma(y, fma(y, 2.7620075879983367e-07, 2.4801521322368692e-05),
-        0.0013888888917196719), 0.041666666666624164), 0.5000000000000001);
-    const double odd = fma(y, fma(y, fma(y, fma(y, 2.5100375832561234e-08, 2.7557268480310024e-06),
-        0.00019841269863040545), 0.008333333333330065), 0.16666666666666669);
-    return fma(z, odd, even);
-}
-
-static INLINE double cga2_log_polynomial_f64(double z)
-{
-    const double y = z * z;
-    const double even = fma(y, fma(y, fma(y, 0.14616449685043406, 0.18182889125261723), 0.28571428625975487),
-        0.666666666666667);
-    const double odd = fma(y, fma(y, 0.15331721600556042, 0.2222221113479508), 0.39999999999899505);
-    return fma(z, odd, even);
-}
-
-static INLINE double cga2_atan_polynomial_f64(double z)
-{
-    const double y = z * z;
-    const double even = fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, -2.8373324902198374e-05,
-        -3.504433556095341e-05), -0.00010789905799306997), -0.0002713884068435811), -0.000712529877324769),
-        -0.0019209389488175712), -0.005394792734515503), -0.016172974900145312), -0.054814840604579904),
-        -0.2591604972657936);
-    const double odd = fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, 1.806195461861215e-05,
-        2.2095024431396628e-05), 6.77580169120214e-05), 0.00016895422802807932), 0.0004387712318266148),
-        0.0011650648417818904), 0.0031991751955030576), 0.009243096224092707), 0.029135862645225958),
-        0.11081482513071414);
-    return fma(z, odd, even);
-}
-
-static INLINE double cga2_asin_polynomial_f64(double z)
-{
-    const double y = z * z;
-    const double even = fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, 0.028757851367421566, 0.01740087944269402),
-        0.01032281435018578), 0.013971212973552933), 0.02237217294214989), 0.04464285714635543),
-        0.16666666666666669);
-    const double odd = fma(y, fma(y, fma(y, fma(y, fma(y, -0.014851887071247204, 0.005457506718640358),
-        0.011479177415184906), 0.017352392720869973), 0.030381944138531247), 0.07499999999998433);
-    return fma(z, odd, even);
-}
-
-static INLINE float cga2_sin_polynomial_f32(float z)
-{
-    const float y = z * z;
-    const float even = fmaf(y, (float)-0.00019587890710681677, (float)-0.166666641831398);
-    const float odd = (float)0.008332747966051102;
-    return fmaf(z, odd, even);
-}
-
-static INLINE float cga2_cos_polynomial_f32(float z)
-{
-    const float y = z * z;
-    const float even = fmaf(y, (float)2.454794230288826e-05, (float)0.0416666641831398);
-    const float odd = (float)-0.001388830249197781;
-    return fmaf(z, odd, even);
-}
-
-static INLINE float cga2_exp_polynomial_f32(float z)
-{
-    const float y = z * z;
-    const float even = fmaf(y, fmaf(y, (float)0.0013926175888627768, (float)0.041666556149721146), (float)0.5);
-    const float odd = fmaf(y, (float)0.008363173343241215, (float)0.16666577756404877);
-    return fmaf(z, odd, even);
-}
-
-static INLINE float cga2_log_polynomial_f32(float z)
-{
-    const float y = z * z;
-    const float even = fmaf(y, (float)0.29579949378967285, (float)0.6666668653488159);
-    const float odd = (float)0.3998878002166748;
-    return fmaf(z, odd, even);
-}
-
-static INLINE float cga2_atan_polynomial_f32(float z)
-{
-    const float y = z * z;
-    const float even = fmaf(y, fmaf(y, fmaf(y, fmaf(y, (float)-0.0023869972210377455, (float)-0.00530332000926137),
-        (float)-0.01617945171892643), (float)-0.054814718663692474), (float)-0.25916048884391785);
-    const float odd = fmaf(y, fmaf(y, fmaf(y, (float)0.00395978195592761, (float)0.009093896485865116),
-        (float)0.029146425426006317), (float)0.11081462353467941);
-    return fmaf(z, odd, even);
-}
-
-static INLINE float cga2_asin_polynomial_f32(float z)
-{
-    const float y = z * z;
-    const float even = fmaf(y, fmaf(y, (float)0.017149237915873528, (float)0.04459940269589424),
-        (float)0.1666666567325592);
-    const float odd = fmaf(y, fmaf(y, (float)0.03369084745645523, (float)0.031100662425160408),
-        (float)0.07500094175338745);
-    return fmaf(z, odd, even);
-}
+#define NAME(name) PRECISION(cga2_##name##_f64, cga2_##name##_f32)
 
 // The kernels are written once, below; this file includes itself for each precision.
 #ifndef ONLY_F32
 #define REAL double
-#define WORD uint64_t
 #define PRECISION(of_double, of_float) of_double
-#define NAME(name) cga2_##name##_f64
-#define FUNCTION(name) name
 #include "cga2.c"
 #undef REAL
-#undef WORD
 #undef PRECISION
-#undef NAME
-#undef FUNCTION
 #endif
 #ifndef ONLY_F64
 #define REAL float
-#define WORD uint32_t
 #define PRECISION(of_double, of_float) of_float
-#define NAME(name) cga2_##name##_f32
-#define FUNCTION(name) name##f
 #include "cga2.c"
 #endif
 
 #else
 
-// Words as wide as a number; a condition as a mask, because conditions that occur often would become branches.
-#define SIGN_BIT PRECISION(63, 31)
-#define SIGN ((WORD)1 << SIGN_BIT)
-#define WHERE(condition) ((WORD)0 - (WORD)(condition))
-
-static INLINE WORD NAME(bits_of)(REAL x)
-{
-    WORD bits;
-    memcpy(&bits, &x, sizeof bits);
-    return bits;
-}
-
-static INLINE REAL NAME(of_bits)(WORD bits)
-{
-    REAL x;
-    memcpy(&x, &bits, sizeof x);
-    return x;
-}
-
-static INLINE REAL NAME(chosen_by)(WORD where, REAL a, REAL b)
-{
-    return NAME(of_bits)((NAME(bits_of)(a) & where) | (NAME(bits_of)(b) & ~where));
-}
-
-// Sine and its kin without branches, so that loops over them are vectorised: at most 2 ulp from the exact values.
-
-// A number so large that the bits of what is added to it, up to half a million, are its last.
-#define SHIFT PRECISION(6755399441055744.0, 12582912.0f)
-#define QUARTER_0 PRECISION(1.5707963267948966, 1.5707963705062866f)
-#define QUARTER_1 PRECISION(6.123233995736766e-17, -4.371138828673793e-08f)
-#define LOG_0 PRECISION(0.6931471805599453, 0.6931471824645996f)
-#define LOG_1 PRECISION(2.3190468138462996e-17, -1.9046542121259336e-09f)
-
-// A product and a sum that are rounded once, together.
-#define FMA(a, b, c) FUNCTION(fma)(a, b, c)
-
-// How many quarter turns an angle has, modulo 4, and what is left, up to an eighth of a turn: the first difference is
-// exact, so what the three parts of a quarter turn leave is rounded where it is small.
-static INLINE WORD NAME(quarters_of)(REAL x, REAL *rest)
-{
-    const REAL shifted = FMA(x, PRECISION(0.6366197723675814, 0.6366197466850281f), SHIFT), k = SHIFT - shifted;
-    *rest = FMA(k, PRECISION(-1.4973849048591698e-33, -1.7151245100058819e-15f), FMA(k, QUARTER_1, FMA(k, QUARTER_0, x)));
-    return NAME(bits_of)(shifted);
-}
-
-static INLINE REAL NAME(sin_of_rest)(REAL x)
-{
-    const REAL z = x * x;
-    return FMA(x * z, NAME(sin_polynomial)(z), x);
-}
-
-static INLINE REAL NAME(cos_of_rest)(REAL x)
-{
-    const REAL z = x * x;
-    return FMA(z, FMA(z, NAME(cos_polynomial)(z), (REAL)-0.5), 1);
-}
-
-// Beyond 65536 the C library's; a caller that has a place for it is told so instead.
-static INLINE REAL NAME(sin_of)(REAL x, WORD *far)
-{
-    REAL rest;
-    const WORD n = NAME(quarters_of)(FUNCTION(fabs)(x), &rest);
-    const WORD is_far = WHERE(FUNCTION(fabs)(x) > 65536), sign = (NAME(bits_of)(x) ^ n << (SIGN_BIT - 1)) & SIGN;
-    const REAL s = NAME(sin_of_rest)(rest), c = NAME(cos_of_rest)(rest);
-    const REAL y = NAME(of_bits)(NAME(bits_of)(NAME(chosen_by)(WHERE(n & 1), c, s)) ^ sign);
-    if (far == NULL)
-        return is_far ? FUNCTION(sin)(x) : y;
-    *far |= is_far;
-    return y;
-}
-
-static INLINE REAL NAME(cos_of)(REAL x, WORD *far)
-{
-    REAL rest;
-    const WORD n = NAME(quarters_of)(FUNCTION(fabs)(x), &rest);
-    const WORD is_far = WHERE(FUNCTION(fabs)(x) > 65536), sign = (n + 1) << (SIGN_BIT - 1) & SIGN;
-    const REAL s = NAME(sin_of_rest)(rest), c = NAME(cos_of_rest)(rest);
-    const REAL y = NAME(of_bits)(NAME(bits_of)(NAME(chosen_by)(WHERE(n & 1), s, c)) ^ sign);
-    if (far == NULL)
-        return is_far ? FUNCTION(cos)(x) : y;
-    *far |= is_far;
-    return y;
-}
-
-#define FRACTION_BITS PRECISION(52, 23)
-#define BIAS PRECISION(1023, 127)
-
-// The power of 2 comes in two factors, so that the largest and the smallest results are reached.
-static INLINE REAL NAME(exp_of)(REAL x)
-{
-    const REAL most = PRECISION(710, 89), least = PRECISION(-746, -105);
-    const REAL y = NAME(chosen_by)(WHERE(x > most), most, NAME(chosen_by)(WHERE(x < least), least, x));
-    const REAL shifted = FMA(y, PRECISION(1.4426950408889634, 1.4426950216293335f), SHIFT), k = SHIFT - shifted;
-    const REAL z = FMA(k, LOG_1, FMA(k, LOG_0, y)), above = FMA(z * z, NAME(exp_polynomial)(z), z);
-    const WORD n = NAME(bits_of)(shifted) - NAME(bits_of)(SHIFT), half = ((n + 2 * BIAS) >> 1) - BIAS;
-    const REAL a = NAME(of_bits)((half + BIAS) << FRACTION_BITS), b = NAME(of_bits)((n - half + BIAS) << FRACTION_BITS);
-    return FMA(above, a, a) * b;
-}
-
-static INLINE REAL NAME(log_of)(REAL x)
-{
-    // x = 2^k (1 + f), 1 + f between the roots of 1/2 and 2; numbers below the normal ones are scaled first.
-    const WORD tiny = WHERE(x < PRECISION(DBL_MIN, FLT_MIN)), fraction = ((WORD)1 << FRACTION_BITS) - 1;
-    const WORD root = PRECISION(0x3FE6A09E667F3BCD, 0x3F3504F3), one = (WORD)BIAS << FRACTION_BITS;
-    const REAL y = x * NAME(chosen_by)(tiny, (WORD)1 << (FRACTION_BITS + 2), 1);
-    const WORD n = NAME(bits_of)(y) + (one - root);
-    const REAL shift = (WORD)1 << FRACTION_BITS, bias = NAME(chosen_by)(tiny, BIAS + FRACTION_BITS + 2, BIAS);
-    const REAL k = NAME(of_bits)((n >> FRACTION_BITS) + NAME(bits_of)(shift)) - (shift + bias);
-    const REAL f = NAME(of_bits)((n & fraction) + root) - 1, half = f * f / 2, s = f / (2 + f), z = s * s;
-    const REAL low = FMA(s, FMA(z, NAME(log_polynomial)(z), half), k * LOG_1);
-    const REAL finite = FMA(k, LOG_0, f - (half - low));
-    const REAL other = NAME(chosen_by)(WHERE(x == 0), -INFINITY, NAME(chosen_by)(WHERE(x > 0), x, NAN));
-    return NAME(chosen_by)(WHERE(x > 0) & WHERE(x < INFINITY), finite, other);
-}
-
-static INLINE REAL NAME(atan2_of)(REAL y, REAL x)
-{
-    const REAL u = FUNCTION(fabs)(x), v = FUNCTION(fabs)(y);
-    const WORD swapped = WHERE(v > u), left = WHERE(NAME(bits_of)(x) >> SIGN_BIT);
-    const REAL most = NAME(chosen_by)(swapped, v, u), least = NAME(chosen_by)(swapped, u, v);
-    // Two infinities have the ratio 1, two zeros 0.
-    const REAL same = NAME(chosen_by)(WHERE(u > 0), 1, 0), t = NAME(chosen_by)(WHERE(u == v), same, least / most);
-    const REAL z = t * t, angle = FMA(t * z, NAME(atan_polynomial)(z - (REAL)0.5), t);
-    const REAL quarters = NAME(chosen_by)(swapped, 1, NAME(chosen_by)(left, 2, 0));
-    const REAL turned = NAME(of_bits)(NAME(bits_of)(angle) ^ ((left ^ swapped) & SIGN));
-    const REAL whole = FMA(quarters, QUARTER_0, FMA(quarters, QUARTER_1, turned));
-    return NAME(of_bits)(NAME(bits_of)(whole) ^ (NAME(bits_of)(y) & SIGN));
-}
-
-static INLINE REAL NAME(acos_of)(REAL x)
-{
-    const REAL u = FUNCTION(fabs)(x);
-    const WORD large = WHERE(u > (REAL)0.5);
-    const REAL z = NAME(chosen_by)(large, (1 - u) / 2, x * x), s = NAME(chosen_by)(large, FUNCTION(sqrt)(z), x);
-    const REAL more = s * (z * NAME(asin_polynomial)(z));
-    const REAL middle = QUARTER_0 - (s - (QUARTER_1 - more));
-    const REAL right = 2 * (s + more), left = 2 * QUARTER_0 - (right - 2 * QUARTER_1);
-    return NAME(chosen_by)(large, NAME(chosen_by)(WHERE(x < 0), left, right), middle);
-}
-
-static INLINE void NAME(load_scalar)(REAL *x, const char *a)
-{
-    x[0] = *(const REAL *)(a);
-}
-
-static INLINE void NAME(load_2)(REAL *x, const char *a, intptr_t ca)
-{
-    x[0] = *(const REAL *)(a + 0 * ca);
-    x[1] = *(const REAL *)(a + 1 * ca);
-}
-
-static INLINE void NAME(load_3)(REAL *x, const char *a, intptr_t ca)
-{
-    x[0] = *(const REAL *)(a + 0 * ca);
-    x[1] = *(const REAL *)(a + 1 * ca);
-    x[2] = *(const REAL *)(a + 2 * ca);
-}
-
-static INLINE void NAME(load_4)(REAL *x, const char *a, intptr_t ca)
-{
-    x[0] = *(const REAL *)(a + 0 * ca);
-    x[1] = *(const REAL *)(a + 1 * ca);
-    x[2] = *(const REAL *)(a + 2 * ca);
-    x[3] = *(const REAL *)(a + 3 * ca);
-}
-
-static INLINE void NAME(load_6)(REAL *x, const char *a, intptr_t ca)
-{
-    x[0] = *(const REAL *)(a + 0 * ca);
-    x[1] = *(const REAL *)(a + 1 * ca);
-    x[2] = *(const REAL *)(a + 2 * ca);
-    x[3] = *(const REAL *)(a + 3 * ca);
-    x[4] = *(const REAL *)(a + 4 * ca);
-    x[5] = *(const REAL *)(a + 5 * ca);
-}
-
-static INLINE void NAME(load_8)(REAL *x, const char *a, intptr_t ca)
-{
-    x[0] = *(const REAL *)(a + 0 * ca);
-    x[1] = *(const REAL *)(a + 1 * ca);
-    x[2] = *(const REAL *)(a + 2 * ca);
-    x[3] = *(const REAL *)(a + 3 * ca);
-    x[4] = *(const REAL *)(a + 4 * ca);
-    x[5] = *(const REAL *)(a + 5 * ca);
-    x[6] = *(const REAL *)(a + 6 * ca);
-    x[7] = *(const REAL *)(a + 7 * ca);
-}
-
-static INLINE void NAME(load_16)(REAL *x, const char *a, intptr_t ca)
-{
-    x[0] = *(const REAL *)(a + 0 * ca);
-    x[1] = *(const REAL *)(a + 1 * ca);
-    x[2] = *(const REAL *)(a + 2 * ca);
-    x[3] = *(const REAL *)(a + 3 * ca);
-    x[4] = *(const REAL *)(a + 4 * ca);
-    x[5] = *(const REAL *)(a + 5 * ca);
-    x[6] = *(const REAL *)(a + 6 * ca);
-    x[7] = *(const REAL *)(a + 7 * ca);
-    x[8] = *(const REAL *)(a + 8 * ca);
-    x[9] = *(const REAL *)(a + 9 * ca);
-    x[10] = *(const REAL *)(a + 10 * ca);
-    x[11] = *(const REAL *)(a + 11 * ca);
-    x[12] = *(const REAL *)(a + 12 * ca);
-    x[13] = *(const REAL *)(a + 13 * ca);
-    x[14] = *(const REAL *)(a + 14 * ca);
-    x[15] = *(const REAL *)(a + 15 * ca);
-}
-
-static INLINE void NAME(store_scalar)(char *a, const REAL *x)
-{
-    *(REAL *)(a) = x[0];
-}
-
-static INLINE void NAME(store_2)(char *a, intptr_t ca, const REAL *x)
-{
-    *(REAL *)(a + 0 * ca) = x[0];
-    *(REAL *)(a + 1 * ca) = x[1];
-}
-
-static INLINE void NAME(store_3)(char *a, intptr_t ca, const REAL *x)
-{
-    *(REAL *)(a + 0 * ca) = x[0];
-    *(REAL *)(a + 1 * ca) = x[1];
-    *(REAL *)(a + 2 * ca) = x[2];
-}
-
-static INLINE void NAME(store_3x3)(char *a, intptr_t ca, intptr_t cb, const REAL *x)
-{
-    *(REAL *)(a + 0 * ca + 0 * cb) = x[0];
-    *(REAL *)(a + 0 * ca + 1 * cb) = x[1];
-    *(REAL *)(a + 0 * ca + 2 * cb) = x[2];
-    *(REAL *)(a + 1 * ca + 0 * cb) = x[3];
-    *(REAL *)(a + 1 * ca + 1 * cb) = x[4];
-    *(REAL *)(a + 1 * ca + 2 * cb) = x[5];
-    *(REAL *)(a + 2 * ca + 0 * cb) = x[6];
-    *(REAL *)(a + 2 * ca + 1 * cb) = x[7];
-    *(REAL *)(a + 2 * ca + 2 * cb) = x[8];
-}
-
-static INLINE void NAME(store_4)(char *a, intptr_t ca, const REAL *x)
-{
-    *(REAL *)(a + 0 * ca) = x[0];
-    *(REAL *)(a + 1 * ca) = x[1];
-    *(REAL *)(a + 2 * ca) = x[2];
-    *(REAL *)(a + 3 * ca) = x[3];
-}
-
-static INLINE void NAME(store_6)(char *a, intptr_t ca, const REAL *x)
-{
-    *(REAL *)(a + 0 * ca) = x[0];
-    *(REAL *)(a + 1 * ca) = x[1];
-    *(REAL *)(a + 2 * ca) = x[2];
-    *(REAL *)(a + 3 * ca) = x[3];
-    *(REAL *)(a + 4 * ca) = x[4];
-    *(REAL *)(a + 5 * ca) = x[5];
-}
-
-static INLINE void NAME(store_8)(char *a, intptr_t ca, const REAL *x)
-{
-    *(REAL *)(a + 0 * ca) = x[0];
-    *(REAL *)(a + 1 * ca) = x[1];
-    *(REAL *)(a + 2 * ca) = x[2];
-    *(REAL *)(a + 3 * ca) = x[3];
-    *(REAL *)(a + 4 * ca) = x[4];
-    *(REAL *)(a + 5 * ca) = x[5];
-    *(REAL *)(a + 6 * ca) = x[6];
-    *(REAL *)(a + 7 * ca) = x[7];
-}
-
-static INLINE void NAME(store_16)(char *a, intptr_t ca, const REAL *x)
-{
-    *(REAL *)(a + 0 * ca) = x[0];
-    *(REAL *)(a + 1 * ca) = x[1];
-    *(REAL *)(a + 2 * ca) = x[2];
-    *(REAL *)(a + 3 * ca) = x[3];
-    *(REAL *)(a + 4 * ca) = x[4];
-    *(REAL *)(a + 5 * ca) = x[5];
-    *(REAL *)(a + 6 * ca) = x[6];
-    *(REAL *)(a + 7 * ca) = x[7];
-    *(REAL *)(a + 8 * ca) = x[8];
-    *(REAL *)(a + 9 * ca) = x[9];
-    *(REAL *)(a + 10 * ca) = x[10];
-    *(REAL *)(a + 11 * ca) = x[11];
-    *(REAL *)(a + 12 * ca) = x[12];
-    *(REAL *)(a + 13 * ca) = x[13];
-    *(REAL *)(a + 14 * ca) = x[14];
-    *(REAL *)(a + 15 * ca) = x[15];
-}
-
-static void NAME(call_aaaanr)(any_function *function, void **x)
-{
-    ((void (*)(const REAL *, const REAL *, const REAL *, const REAL *, REAL, REAL *))function)(x[0], x[1], x[2], x[3],
-        *(REAL *)x[4], x[5]);
-}
-
-static void NAME(call_aaar)(any_function *function, void **x)
-{
-    ((void (*)(const REAL *, const REAL *, const REAL *, REAL *))function)(x[0], x[1], x[2], x[3]);
-}
-
-static void NAME(call_aanr)(any_function *function, void **x)
-{
-    ((void (*)(const REAL *, const REAL *, REAL, REAL *))function)(x[0], x[1], *(REAL *)x[2], x[3]);
-}
-
-static void NAME(call_aar)(any_function *function, void **x)
-{
-    ((void (*)(const REAL *, const REAL *, REAL *))function)(x[0], x[1], x[2]);
-}
-
-static void NAME(call_anr)(any_function *function, void **x)
-{
-    ((void (*)(const REAL *, REAL, REAL *))function)(x[0], *(REAL *)x[1], x[2]);
-}
-
-static void NAME(call_ar)(any_function *function, void **x)
-{
-    ((void (*)(const REAL *, REAL *))function)(x[0], x[1]);
-}
-
-static void NAME(call_arr)(any_function *function, void **x)
-{
-    ((void (*)(const REAL *, REAL *, REAL *))function)(x[0], x[1], x[2]);
-}
-
-static void NAME(call_arrrr)(any_function *function, void **x)
-{
-    ((void (*)(const REAL *, REAL *, REAL *, REAL *, REAL *))function)(x[0], x[1], x[2], x[3], x[4]);
-}
-
-static void NAME(call_nr)(any_function *function, void **x)
-{
-    ((void (*)(REAL, REAL *))function)(*(REAL *)x[0], x[1]);
-}
-
-// Blocks of a batch, and how they get there from strides of any kind: a component of a part (an argument or a result)
-// is a row, `row` numbers long, of the elements of a block.
-
-// As many elements as fill 32 bytes, which every wide machine turns alike.
-#define TILE PRECISION(4, 8)
-
-#ifdef SHUFFLE
-typedef REAL NAME(four) VECTOR(4);
-#define AT(a, k, s) (*(NAME(four) *)((a) + (k) * (s)))
-
-#if PRECISION(1, 0)
-// From four places, `s` bytes apart, to four, `t` bytes apart.
-static INLINE void NAME(turn)(char *a, intptr_t s, char *b, intptr_t t)
-{
-    const NAME(four) a0 = AT(a, 0, s), a1 = AT(a, 1, s), a2 = AT(a, 2, s), a3 = AT(a, 3, s);
-    const NAME(four) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6), b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
-    const NAME(four) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6), b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
-    AT(b, 0, t) = SHUFFLE(b0, b2, 0, 1, 4, 5);
-    AT(b, 1, t) = SHUFFLE(b1, b3, 0, 1, 4, 5);
-    AT(b, 2, t) = SHUFFLE(b0, b2, 2, 3, 6, 7);
-    AT(b, 3, t) = SHUFFLE(b1, b3, 2, 3, 6, 7);
-}
-
-static INLINE void NAME(load_tile)(char *x, intptr_t row, char *a, intptr_t s)
-{
-    NAME(turn)(a, s, x, row);
-}
-
-static INLINE void NAME(store_tile)(char *a, intptr_t s, char *x, intptr_t row)
-{
-    NAME(turn)(x, row, a, s);
-}
-#else
-typedef REAL NAME(eight) VECTOR(8);
-#define ROW(x, k, row) (*(NAME(eight) *)((x) + (k) * (row)))
-
-static INLINE void NAME(load_tile)(char *x, intptr_t row, char *a, intptr_t s)
-{
-#define PAIR(k) SHUFFLE(AT(a, k, s), AT(a, (k) + 4, s), 0, 1, 2, 3, 4, 5, 6, 7)
-    const NAME(eight) a0 = PAIR(0), a1 = PAIR(1), a2 = PAIR(2), a3 = PAIR(3);
-#undef PAIR
-    const NAME(eight) b0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13), b1 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(eight) b2 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13), b3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
-    ROW(x, 0, row) = SHUFFLE(b0, b2, 0, 1, 8, 9, 4, 5, 12, 13);
-    ROW(x, 1, row) = SHUFFLE(b0, b2, 2, 3, 10, 11, 6, 7, 14, 15);
-    ROW(x, 2, row) = SHUFFLE(b1, b3, 0, 1, 8, 9, 4, 5, 12, 13);
-    ROW(x, 3, row) = SHUFFLE(b1, b3, 2, 3, 10, 11, 6, 7, 14, 15);
-}
-
-static INLINE void NAME(store_tile)(char *a, intptr_t s, char *x, intptr_t row)
-{
-    const NAME(eight) x0 = ROW(x, 0, row), x1 = ROW(x, 1, row), x2 = ROW(x, 2, row), x3 = ROW(x, 3, row);
-    const NAME(eight) b0 = SHUFFLE(x0, x1, 0, 8, 1, 9, 4, 12, 5, 13), b1 = SHUFFLE(x0, x1, 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(eight) b2 = SHUFFLE(x2, x3, 0, 8, 1, 9, 4, 12, 5, 13), b3 = SHUFFLE(x2, x3, 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(eight) a0 = SHUFFLE(b0, b2, 0, 1, 8, 9, 4, 5, 12, 13), a1 = SHUFFLE(b0, b2, 2, 3, 10, 11, 6, 7, 14, 15);
-    const NAME(eight) a2 = SHUFFLE(b1, b3, 0, 1, 8, 9, 4, 5, 12, 13), a3 = SHUFFLE(b1, b3, 2, 3, 10, 11, 6, 7, 14, 15);
-#define HALVES(k, v) AT(a, k, s) = SHUFFLE(v, v, 0, 1, 2, 3), AT(a, (k) + 4, s) = SHUFFLE(v, v, 4, 5, 6, 7)
-    HALVES(0, a0);
-    HALVES(1, a1);
-    HALVES(2, a2);
-    HALVES(3, a3);
-#undef HALVES
-}
-#undef ROW
-#endif
-
-// Tiles of `size` components that are neighbours, of elements `s` bytes apart: how many elements are done. What is
-// known of the size when this is compiled saves half the time.
-static INLINE intptr_t NAME(turn_tiles)(int back, char *x, intptr_t row, char *a, intptr_t s, intptr_t size, intptr_t n)
-{
-    const intptr_t w = sizeof(REAL);
-    intptr_t done = 0;
-    NOT_UNROLLED
-    for (; done + TILE <= n; done += TILE) {
-        for (intptr_t k = 0; k < size; k += 4) {
-            const intptr_t first = k + 4 <= size ? k : size - 4;
-            char *in_rows = x + first * row + done * w, *in_element = a + done * s + first * w;
-            if (back)
-                NAME(store_tile)(in_element, s, in_rows, row);
-            else
-                NAME(load_tile)(in_rows, row, in_element, s);
-        }
-    }
-    return done;
-}
-
-static INLINE intptr_t NAME(turn_all)(int back, REAL *x, intptr_t row, char *a, intptr_t s, intptr_t size, intptr_t n)
-{
-    switch (size) {
-    case 4:
-        return NAME(turn_tiles)(back, (char *)x, row * sizeof(REAL), a, s, 4, n);
-    case 6:
-        return NAME(turn_tiles)(back, (char *)x, row * sizeof(REAL), a, s, 6, n);
-    case 8:
-        return NAME(turn_tiles)(back, (char *)x, row * sizeof(REAL), a, s, 8, n);
-    default:
-        return NAME(turn_tiles)(back, (char *)x, row * sizeof(REAL), a, s, size, n);
-    }
-}
-#undef AT
-#endif
-
-// Rows of `size` components that lie `c` bytes apart, of `n` elements that lie `s` bytes apart.
-WIDE static void NAME(load_rows)(REAL *x, intptr_t row, char *a, intptr_t s, intptr_t c, intptr_t size, intptr_t n)
-{
-    const intptr_t w = sizeof(REAL);
-    intptr_t done = 0;
-    if (size == 3 && c == w && s == 3 * w) {
-        const REAL *b = (const REAL *)a;
-        ANY_ORDER
-        for (intptr_t i = 0; i < n; ++i) {
-            x[i] = b[3 * i];
-            x[i + row] = b[3 * i + 1];
-            x[i + 2 * row] = b[3 * i + 2];
-        }
-        return;
-    }
-#ifdef SHUFFLE
-    if (size >= 4 && c == w) {
-        done = NAME(turn_all)(0, x, row, a, s, size, n);
-    } else if (s != w) {
-        for (; done + 4 <= n; done += 4) {
-            for (intptr_t k = 0; k < size; ++k) {
-                const char *b = a + done * s + k * c;
-                *(NAME(four) *)(x + k * row + done) = (NAME(four)){*(const REAL *)b, *(const REAL *)(b + s),
-                    *(const REAL *)(b + 2 * s), *(const REAL *)(b + 3 * s)};
-            }
-        }
-    }
-#endif
-    if (done == n)
-        return;
-    for (intptr_t k = 0; k < size; ++k) {
-        const char *from = a + k * c;
-        REAL *to = x + k * row;
-        if (s == w) {
-            ANY_ORDER
-            for (intptr_t i = done; i < n; ++i)
-                to[i] = ((const REAL *)from)[i];
-        } else {
-            for (intptr_t i = done; i < n; ++i)
-                to[i] = *(const REAL *)(from + i * s);
-        }
-    }
-}
-
-// The inverse of load_rows.
-WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, REAL *x, intptr_t row, intptr_t size, intptr_t n)
-{
-    const intptr_t w = sizeof(REAL);
-    intptr_t done = 0;
-    if (size == 3 && c == w && s == 3 * w) {
-        REAL *b = (REAL *)a;
-        ANY_ORDER
-        for (intptr_t i = 0; i < n; ++i) {
-            b[3 * i] = x[i];
-            b[3 * i + 1] = x[i + row];
-            b[3 * i + 2] = x[i + 2 * row];
-        }
-        return;
-    }
-#ifdef SHUFFLE
-    if (size >= 4 && c == w)
-        done = NAME(turn_all)(1, x, row, a, s, size, n);
-#endif
-    if (done == n)
-        return;
-    for (intptr_t k = 0; k < size; ++k) {
-        const REAL *from = x + k * row;
-        char *to = a + k * c;
-        for (intptr_t i = done; i < n; ++i)
-            *(REAL *)(to + i * s) = from[i];
-    }
-}
-
-// A tile of elements of each size in C order, to rows and back. Vectors are read and written in halves, the upper one
-// from half of the elements further on.
-#ifdef SHUFFLE
-typedef REAL NAME(tile) VECTOR(TILE);
-typedef REAL NAME(half) VECTOR(TILE / 2);
-#define COLUMN(k) (*(NAME(tile) *)(x + (k) * row))
-#define HALF(a, k) (((NAME(half) *)(a))[k])
-#define WHOLE(offset) (*(NAME(tile) *)(a + (offset)))
-#define UPPER(offset, size) (a + (offset) + TILE / 2 * (size))
-#define JOINED(v, w) PRECISION(SHUFFLE(v, w, 0, 1, 2, 3), SHUFFLE(v, w, 0, 1, 2, 3, 4, 5, 6, 7))
-#define LOWERS(v, w) PRECISION(SHUFFLE(v, w, 0, 1, 4, 5), SHUFFLE(v, w, 0, 1, 2, 3, 8, 9, 10, 11))
-#define UPPERS(v, w) PRECISION(SHUFFLE(v, w, 2, 3, 6, 7), SHUFFLE(v, w, 4, 5, 6, 7, 12, 13, 14, 15))
-#define READ(offset, size) JOINED(HALF(a + (offset), 0), HALF(UPPER(offset, size), 0))
-#define WRITE(offset, size, v) HALF(a + (offset), 0) = HALF(&v, 0), HALF(UPPER(offset, size), 0) = HALF(&v, 1)
-#define WRITE_BOTH(offset, size, v, w) \
-    WHOLE(offset) = LOWERS(v, w), WHOLE((offset) + TILE / 2 * (size)) = UPPERS(v, w)
-
-static INLINE void NAME(load_tile_1)(REAL *x, intptr_t row, REAL *a)
-{
-#if PRECISION(1, 0)
-    COLUMN(0) = WHOLE(0);
-#else
-    COLUMN(0) = WHOLE(0);
-#endif
-}
-
-static INLINE void NAME(store_tile_1)(REAL *a, REAL *x, intptr_t row)
-{
-#if PRECISION(1, 0)
-    WHOLE(0) = COLUMN(0);
-#else
-    WHOLE(0) = COLUMN(0);
-#endif
-}
-
-static INLINE void NAME(load_tile_2)(REAL *x, intptr_t row, REAL *a)
-{
-#if PRECISION(1, 0)
-    const NAME(tile) a0 = READ(0, 2);
-    const NAME(tile) a1 = READ(2, 2);
-    COLUMN(0) = SHUFFLE(a0, a1, 0, 4, 2, 6);
-    COLUMN(1) = SHUFFLE(a0, a1, 1, 5, 3, 7);
-#else
-    const NAME(tile) a0 = READ(0, 2);
-    const NAME(tile) a1 = READ(4, 2);
-    COLUMN(0) = SHUFFLE(a0, a1, 0, 2, 8, 10, 4, 6, 12, 14);
-    COLUMN(1) = SHUFFLE(a0, a1, 1, 3, 9, 11, 5, 7, 13, 15);
-#endif
-}
-
-static INLINE void NAME(store_tile_2)(REAL *a, REAL *x, intptr_t row)
-{
-#if PRECISION(1, 0)
-    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
-    const NAME(tile) a1 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
-    WRITE_BOTH(0, 2, a0, a1);
-#else
-    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a1 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
-    WRITE_BOTH(0, 2, a0, a1);
-#endif
-}
-
-static INLINE void NAME(load_tile_3)(REAL *x, intptr_t row, REAL *a)
-{
-#if PRECISION(1, 0)
-    const NAME(tile) a0 = READ(0, 3);
-    const NAME(tile) a1 = READ(2, 3);
-    COLUMN(0) = SHUFFLE(a0, a1, 0, 5, 2, 7);
-    const NAME(tile) a2 = READ(4, 3);
-    COLUMN(1) = SHUFFLE(a0, a2, 1, 4, 3, 6);
-    COLUMN(2) = SHUFFLE(a1, a2, 0, 5, 2, 7);
-#else
-    const NAME(tile) a1 = READ(4, 3);
-    const NAME(tile) a2 = READ(8, 3);
-    const NAME(tile) b0 = SHUFFLE(a1, a2, 2, 3, 9, 10, 6, 7, 13, 14);
-    const NAME(tile) a0 = READ(0, 3);
-    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 2, 8, 9, 5, 6, 12, 13);
-    COLUMN(0) = SHUFFLE(a0, b0, 0, 3, 8, 10, 4, 7, 12, 14);
-    COLUMN(1) = SHUFFLE(b1, b0, 0, 2, 9, 11, 4, 6, 13, 15);
-    COLUMN(2) = SHUFFLE(b1, a2, 1, 3, 8, 11, 5, 7, 12, 15);
-#endif
-}
-
-static INLINE void NAME(store_tile_3)(REAL *a, REAL *x, intptr_t row)
-{
-#if PRECISION(1, 0)
-    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
-    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(0), 0, 5, 2, 7);
-    WRITE_BOTH(0, 3, a0, a1);
-    const NAME(tile) a2 = SHUFFLE(COLUMN(1), COLUMN(2), 1, 5, 3, 7);
-    WRITE(4, 3, a2);
-#else
-    const NAME(tile) b0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 2, 8, 10, 4, 6, 12, 14);
-    const NAME(tile) b2 = SHUFFLE(COLUMN(2), COLUMN(0), 0, 2, 9, 11, 4, 6, 13, 15);
-    const NAME(tile) a0 = SHUFFLE(b0, b2, 0, 2, 8, 10, 4, 6, 12, 14);
-    const NAME(tile) b1 = SHUFFLE(COLUMN(1), COLUMN(2), 1, 3, 9, 11, 5, 7, 13, 15);
-    const NAME(tile) a1 = SHUFFLE(b1, b0, 0, 2, 9, 11, 4, 6, 13, 15);
-    WRITE_BOTH(0, 3, a0, a1);
-    const NAME(tile) a2 = SHUFFLE(b2, b1, 1, 3, 9, 11, 5, 7, 13, 15);
-    WRITE(8, 3, a2);
-#endif
-}
-
-static INLINE void NAME(load_tile_4)(REAL *x, intptr_t row, REAL *a)
-{
-#if PRECISION(1, 0)
-    const NAME(tile) a0 = WHOLE(0);
-    const NAME(tile) a1 = WHOLE(4);
-    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
-    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
-    const NAME(tile) a2 = WHOLE(8);
-    const NAME(tile) a3 = WHOLE(12);
-    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
-    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
-    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
-    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
-    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
-    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
-#else
-    const NAME(tile) a0 = READ(0, 4);
-    const NAME(tile) a1 = READ(4, 4);
-    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a2 = READ(8, 4);
-    const NAME(tile) a3 = READ(12, 4);
-    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
-    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
-#endif
-}
-
-static INLINE void NAME(store_tile_4)(REAL *a, REAL *x, intptr_t row)
-{
-#if PRECISION(1, 0)
-    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
-    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
-    WRITE_BOTH(0, 4, a0, a1);
-    const NAME(tile) a2 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
-    const NAME(tile) a3 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
-    WRITE_BOTH(4, 4, a2, a3);
-#else
-    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE_BOTH(0, 4, a0, a1);
-    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE_BOTH(8, 4, a2, a3);
-#endif
-}
-
-static INLINE void NAME(load_tile_6)(REAL *x, intptr_t row, REAL *a)
-{
-#if PRECISION(1, 0)
-    const NAME(tile) a0 = WHOLE(0);
-    const NAME(tile) a1 = WHOLE(6);
-    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
-    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
-    const NAME(tile) a2 = WHOLE(12);
-    const NAME(tile) a3 = WHOLE(18);
-    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
-    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
-    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
-    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
-    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
-    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
-    const NAME(tile) a4 = READ(4, 6);
-    const NAME(tile) a5 = READ(10, 6);
-    COLUMN(4) = SHUFFLE(a4, a5, 0, 4, 2, 6);
-    COLUMN(5) = SHUFFLE(a4, a5, 1, 5, 3, 7);
-#else
-    const NAME(tile) a0 = READ(0, 6);
-    const NAME(tile) a1 = READ(6, 6);
-    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a2 = READ(12, 6);
-    const NAME(tile) a3 = READ(18, 6);
-    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
-    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    const NAME(tile) a4 = READ(2, 6);
-    const NAME(tile) a5 = READ(8, 6);
-    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) a6 = READ(14, 6);
-    const NAME(tile) a7 = READ(20, 6);
-    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
-    COLUMN(4) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(5) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
-#endif
-}
-
-static INLINE void NAME(store_tile_6)(REAL *a, REAL *x, intptr_t row)
-{
-#if PRECISION(1, 0)
-    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
-    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
-    WRITE_BOTH(0, 6, a0, a1);
-    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
-    const NAME(tile) a3 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
-    WRITE_BOTH(4, 6, a2, a3);
-    const NAME(tile) a4 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
-    const NAME(tile) a5 = SHUFFLE(COLUMN(4), COLUMN(5), 1, 5, 3, 7);
-    WRITE_BOTH(8, 6, a4, a5);
-#else
-    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    WRITE(0, 6, a0);
-    const NAME(tile) b4_0 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b4_1 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE_BOTH(2, 6, a4, a1);
-    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    WRITE_BOTH(8, 6, a5, a2);
-    const NAME(tile) b4_2 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b4_3 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE_BOTH(14, 6, a6, a3);
-    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE(20, 6, a7);
-#endif
-}
-
-static INLINE void NAME(load_tile_8)(REAL *x, intptr_t row, REAL *a)
-{
-#if PRECISION(1, 0)
-    const NAME(tile) a0 = WHOLE(0);
-    const NAME(tile) a1 = WHOLE(8);
-    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
-    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
-    const NAME(tile) a2 = WHOLE(16);
-    const NAME(tile) a3 = WHOLE(24);
-    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
-    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
-    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
-    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
-    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
-    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
-    const NAME(tile) a4 = WHOLE(4);
-    const NAME(tile) a5 = WHOLE(12);
-    const NAME(tile) b4 = SHUFFLE(a4, a5, 0, 4, 2, 6);
-    const NAME(tile) b5 = SHUFFLE(a4, a5, 1, 5, 3, 7);
-    const NAME(tile) a6 = WHOLE(20);
-    const NAME(tile) a7 = WHOLE(28);
-    const NAME(tile) b6 = SHUFFLE(a6, a7, 0, 4, 2, 6);
-    const NAME(tile) b7 = SHUFFLE(a6, a7, 1, 5, 3, 7);
-    COLUMN(4) = SHUFFLE(b4, b6, 0, 1, 4, 5);
-    COLUMN(5) = SHUFFLE(b5, b7, 0, 1, 4, 5);
-    COLUMN(6) = SHUFFLE(b4, b6, 2, 3, 6, 7);
-    COLUMN(7) = SHUFFLE(b5, b7, 2, 3, 6, 7);
-#else
-    const NAME(tile) a0 = READ(0, 8);
-    const NAME(tile) a1 = READ(8, 8);
-    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a2 = READ(16, 8);
-    const NAME(tile) a3 = READ(24, 8);
-    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
-    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    const NAME(tile) a4 = READ(4, 8);
-    const NAME(tile) a5 = READ(12, 8);
-    const NAME(tile) b4_0 = SHUFFLE(a4, a5, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a6 = READ(20, 8);
-    const NAME(tile) a7 = READ(28, 8);
-    const NAME(tile) b4_1 = SHUFFLE(a6, a7, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
-    COLUMN(4) = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(5) = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    COLUMN(6) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(7) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
-#endif
-}
-
-static INLINE void NAME(store_tile_8)(REAL *a, REAL *x, intptr_t row)
-{
-#if PRECISION(1, 0)
-    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
-    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
-    WRITE_BOTH(0, 8, a0, a1);
-    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
-    const NAME(tile) a3 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 4, 2, 6);
-    WRITE_BOTH(4, 8, a2, a3);
-    const NAME(tile) a4 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
-    const NAME(tile) a5 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
-    WRITE_BOTH(8, 8, a4, a5);
-    const NAME(tile) a6 = SHUFFLE(COLUMN(4), COLUMN(5), 1, 5, 3, 7);
-    const NAME(tile) a7 = SHUFFLE(COLUMN(6), COLUMN(7), 1, 5, 3, 7);
-    WRITE_BOTH(12, 8, a6, a7);
-#else
-    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    const NAME(tile) b4_0 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b4_1 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    WRITE_BOTH(0, 8, a0, a4);
-    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE_BOTH(8, 8, a1, a5);
-    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    const NAME(tile) b4_2 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b4_3 = SHUFFLE(COLUMN(6), COLUMN(7), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    WRITE_BOTH(16, 8, a2, a6);
-    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE_BOTH(24, 8, a3, a7);
-#endif
-}
-
-static INLINE void NAME(load_tile_9)(REAL *x, intptr_t row, REAL *a)
-{
-#if PRECISION(1, 0)
-    const NAME(tile) a0 = WHOLE(0);
-    const NAME(tile) a1 = WHOLE(9);
-    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
-    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
-    const NAME(tile) a2 = WHOLE(18);
-    const NAME(tile) a3 = WHOLE(27);
-    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
-    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
-    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
-    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
-    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
-    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
-    const NAME(tile) a4 = WHOLE(4);
-    const NAME(tile) a5 = WHOLE(13);
-    const NAME(tile) b4 = SHUFFLE(a4, a5, 0, 4, 2, 6);
-    const NAME(tile) b5 = SHUFFLE(a4, a5, 1, 5, 3, 7);
-    const NAME(tile) a6 = WHOLE(22);
-    const NAME(tile) a7 = WHOLE(31);
-    const NAME(tile) b6 = SHUFFLE(a6, a7, 0, 4, 2, 6);
-    const NAME(tile) b7 = SHUFFLE(a6, a7, 1, 5, 3, 7);
-    COLUMN(4) = SHUFFLE(b4, b6, 0, 1, 4, 5);
-    COLUMN(5) = SHUFFLE(b5, b7, 0, 1, 4, 5);
-    COLUMN(6) = SHUFFLE(b4, b6, 2, 3, 6, 7);
-    COLUMN(7) = SHUFFLE(b5, b7, 2, 3, 6, 7);
-    const NAME(tile) a8 = READ(7, 9);
-    const NAME(tile) a9 = READ(16, 9);
-    COLUMN(8) = SHUFFLE(a8, a9, 1, 5, 3, 7);
-#else
-    const NAME(tile) a0 = READ(0, 9);
-    const NAME(tile) a1 = READ(9, 9);
-    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a2 = READ(18, 9);
-    const NAME(tile) a3 = READ(27, 9);
-    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
-    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    const NAME(tile) a4 = READ(4, 9);
-    const NAME(tile) a5 = READ(13, 9);
-    const NAME(tile) b4_0 = SHUFFLE(a4, a5, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a6 = READ(22, 9);
-    const NAME(tile) a7 = READ(31, 9);
-    const NAME(tile) b4_1 = SHUFFLE(a6, a7, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
-    COLUMN(4) = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(5) = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    COLUMN(6) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(7) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    const NAME(tile) a8 = READ(5, 9);
-    const NAME(tile) a9 = READ(14, 9);
-    const NAME(tile) b8_2 = SHUFFLE(a8, a9, 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) a10 = READ(23, 9);
-    const NAME(tile) a11 = READ(32, 9);
-    const NAME(tile) b8_3 = SHUFFLE(a10, a11, 2, 10, 3, 11, 6, 14, 7, 15);
-    COLUMN(8) = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
-#endif
-}
-
-static INLINE void NAME(store_tile_9)(REAL *a, REAL *x, intptr_t row)
-{
-#if PRECISION(1, 0)
-    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
-    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
-    WRITE_BOTH(0, 9, a0, a1);
-    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
-    const NAME(tile) a3 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 4, 2, 6);
-    WRITE_BOTH(4, 9, a2, a3);
-    const NAME(tile) a4 = SHUFFLE(COLUMN(8), COLUMN(0), 0, 5, 2, 7);
-    const NAME(tile) a5 = SHUFFLE(COLUMN(1), COLUMN(2), 1, 5, 3, 7);
-    WRITE_BOTH(8, 9, a4, a5);
-    const NAME(tile) a6 = SHUFFLE(COLUMN(3), COLUMN(4), 1, 5, 3, 7);
-    const NAME(tile) a7 = SHUFFLE(COLUMN(5), COLUMN(6), 1, 5, 3, 7);
-    WRITE_BOTH(12, 9, a6, a7);
-    const NAME(tile) a8 = SHUFFLE(COLUMN(7), COLUMN(8), 1, 5, 3, 7);
-    WRITE(16, 9, a8);
-#else
-    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    const NAME(tile) b4_0 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b4_1 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    WRITE_BOTH(0, 9, a0, a4);
-    const NAME(tile) b8_0 = SHUFFLE(COLUMN(5), COLUMN(6), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b8_1 = SHUFFLE(COLUMN(7), COLUMN(8), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a8 = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE_BOTH(5, 9, a8, a1);
-    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE(13, 9, a5);
-    const NAME(tile) a9 = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    WRITE_BOTH(14, 9, a9, a2);
-    const NAME(tile) b4_2 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b4_3 = SHUFFLE(COLUMN(6), COLUMN(7), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    WRITE(22, 9, a6);
-    const NAME(tile) b8_2 = SHUFFLE(COLUMN(5), COLUMN(6), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b8_3 = SHUFFLE(COLUMN(7), COLUMN(8), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) a10 = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE_BOTH(23, 9, a10, a3);
-    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE(31, 9, a7);
-    const NAME(tile) a11 = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE(32, 9, a11);
-#endif
-}
-
-static INLINE void NAME(load_tile_16)(REAL *x, intptr_t row, REAL *a)
-{
-#if PRECISION(1, 0)
-    const NAME(tile) a0 = WHOLE(0);
-    const NAME(tile) a1 = WHOLE(16);
-    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
-    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
-    const NAME(tile) a2 = WHOLE(32);
-    const NAME(tile) a3 = WHOLE(48);
-    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
-    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
-    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
-    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
-    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
-    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
-    const NAME(tile) a4 = WHOLE(4);
-    const NAME(tile) a5 = WHOLE(20);
-    const NAME(tile) b4 = SHUFFLE(a4, a5, 0, 4, 2, 6);
-    const NAME(tile) b5 = SHUFFLE(a4, a5, 1, 5, 3, 7);
-    const NAME(tile) a6 = WHOLE(36);
-    const NAME(tile) a7 = WHOLE(52);
-    const NAME(tile) b6 = SHUFFLE(a6, a7, 0, 4, 2, 6);
-    const NAME(tile) b7 = SHUFFLE(a6, a7, 1, 5, 3, 7);
-    COLUMN(4) = SHUFFLE(b4, b6, 0, 1, 4, 5);
-    COLUMN(5) = SHUFFLE(b5, b7, 0, 1, 4, 5);
-    COLUMN(6) = SHUFFLE(b4, b6, 2, 3, 6, 7);
-    COLUMN(7) = SHUFFLE(b5, b7, 2, 3, 6, 7);
-    const NAME(tile) a8 = WHOLE(8);
-    const NAME(tile) a9 = WHOLE(24);
-    const NAME(tile) b8 = SHUFFLE(a8, a9, 0, 4, 2, 6);
-    const NAME(tile) b9 = SHUFFLE(a8, a9, 1, 5, 3, 7);
-    const NAME(tile) a10 = WHOLE(40);
-    const NAME(tile) a11 = WHOLE(56);
-    const NAME(tile) b10 = SHUFFLE(a10, a11, 0, 4, 2, 6);
-    const NAME(tile) b11 = SHUFFLE(a10, a11, 1, 5, 3, 7);
-    COLUMN(8) = SHUFFLE(b8, b10, 0, 1, 4, 5);
-    COLUMN(9) = SHUFFLE(b9, b11, 0, 1, 4, 5);
-    COLUMN(10) = SHUFFLE(b8, b10, 2, 3, 6, 7);
-    COLUMN(11) = SHUFFLE(b9, b11, 2, 3, 6, 7);
-    const NAME(tile) a12 = WHOLE(12);
-    const NAME(tile) a13 = WHOLE(28);
-    const NAME(tile) b12 = SHUFFLE(a12, a13, 0, 4, 2, 6);
-    const NAME(tile) b13 = SHUFFLE(a12, a13, 1, 5, 3, 7);
-    const NAME(tile) a14 = WHOLE(44);
-    const NAME(tile) a15 = WHOLE(60);
-    const NAME(tile) b14 = SHUFFLE(a14, a15, 0, 4, 2, 6);
-    const NAME(tile) b15 = SHUFFLE(a14, a15, 1, 5, 3, 7);
-    COLUMN(12) = SHUFFLE(b12, b14, 0, 1, 4, 5);
-    COLUMN(13) = SHUFFLE(b13, b15, 0, 1, 4, 5);
-    COLUMN(14) = SHUFFLE(b12, b14, 2, 3, 6, 7);
-    COLUMN(15) = SHUFFLE(b13, b15, 2, 3, 6, 7);
-#else
-    const NAME(tile) a0 = READ(0, 16);
-    const NAME(tile) a1 = READ(16, 16);
-    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a2 = READ(32, 16);
-    const NAME(tile) a3 = READ(48, 16);
-    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
-    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    const NAME(tile) a4 = READ(4, 16);
-    const NAME(tile) a5 = READ(20, 16);
-    const NAME(tile) b4_0 = SHUFFLE(a4, a5, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a6 = READ(36, 16);
-    const NAME(tile) a7 = READ(52, 16);
-    const NAME(tile) b4_1 = SHUFFLE(a6, a7, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
-    COLUMN(4) = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(5) = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    COLUMN(6) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(7) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    const NAME(tile) a8 = READ(8, 16);
-    const NAME(tile) a9 = READ(24, 16);
-    const NAME(tile) b8_0 = SHUFFLE(a8, a9, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a10 = READ(40, 16);
-    const NAME(tile) a11 = READ(56, 16);
-    const NAME(tile) b8_1 = SHUFFLE(a10, a11, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b8_2 = SHUFFLE(a8, a9, 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b8_3 = SHUFFLE(a10, a11, 2, 10, 3, 11, 6, 14, 7, 15);
-    COLUMN(8) = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(9) = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    COLUMN(10) = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(11) = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    const NAME(tile) a12 = READ(12, 16);
-    const NAME(tile) a13 = READ(28, 16);
-    const NAME(tile) b12_0 = SHUFFLE(a12, a13, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a14 = READ(44, 16);
-    const NAME(tile) a15 = READ(60, 16);
-    const NAME(tile) b12_1 = SHUFFLE(a14, a15, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b12_2 = SHUFFLE(a12, a13, 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b12_3 = SHUFFLE(a14, a15, 2, 10, 3, 11, 6, 14, 7, 15);
-    COLUMN(12) = SHUFFLE(b12_0, b12_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(13) = SHUFFLE(b12_0, b12_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    COLUMN(14) = SHUFFLE(b12_2, b12_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(15) = SHUFFLE(b12_2, b12_3, 2, 3, 10, 11, 6, 7, 14, 15);
-#endif
-}
-
-static INLINE void NAME(store_tile_16)(REAL *a, REAL *x, intptr_t row)
-{
-#if PRECISION(1, 0)
-    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
-    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
-    WRITE_BOTH(0, 16, a0, a1);
-    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
-    const NAME(tile) a3 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 4, 2, 6);
-    WRITE_BOTH(4, 16, a2, a3);
-    const NAME(tile) a4 = SHUFFLE(COLUMN(8), COLUMN(9), 0, 4, 2, 6);
-    const NAME(tile) a5 = SHUFFLE(COLUMN(10), COLUMN(11), 0, 4, 2, 6);
-    WRITE_BOTH(8, 16, a4, a5);
-    const NAME(tile) a6 = SHUFFLE(COLUMN(12), COLUMN(13), 0, 4, 2, 6);
-    const NAME(tile) a7 = SHUFFLE(COLUMN(14), COLUMN(15), 0, 4, 2, 6);
-    WRITE_BOTH(12, 16, a6, a7);
-    const NAME(tile) a8 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
-    const NAME(tile) a9 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
-    WRITE_BOTH(16, 16, a8, a9);
-    const NAME(tile) a10 = SHUFFLE(COLUMN(4), COLUMN(5), 1, 5, 3, 7);
-    const NAME(tile) a11 = SHUFFLE(COLUMN(6), COLUMN(7), 1, 5, 3, 7);
-    WRITE_BOTH(20, 16, a10, a11);
-    const NAME(tile) a12 = SHUFFLE(COLUMN(8), COLUMN(9), 1, 5, 3, 7);
-    const NAME(tile) a13 = SHUFFLE(COLUMN(10), COLUMN(11), 1, 5, 3, 7);
-    WRITE_BOTH(24, 16, a12, a13);
-    const NAME(tile) a14 = SHUFFLE(COLUMN(12), COLUMN(13), 1, 5, 3, 7);
-    const NAME(tile) a15 = SHUFFLE(COLUMN(14), COLUMN(15), 1, 5, 3, 7);
-    WRITE_BOTH(28, 16, a14, a15);
-#else
-    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    const NAME(tile) b4_0 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b4_1 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    WRITE_BOTH(0, 16, a0, a4);
-    const NAME(tile) b8_0 = SHUFFLE(COLUMN(8), COLUMN(9), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b8_1 = SHUFFLE(COLUMN(10), COLUMN(11), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a8 = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    const NAME(tile) b12_0 = SHUFFLE(COLUMN(12), COLUMN(13), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b12_1 = SHUFFLE(COLUMN(14), COLUMN(15), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a12 = SHUFFLE(b12_0, b12_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    WRITE_BOTH(8, 16, a8, a12);
-    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE_BOTH(16, 16, a1, a5);
-    const NAME(tile) a9 = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    const NAME(tile) a13 = SHUFFLE(b12_0, b12_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE_BOTH(24, 16, a9, a13);
-    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    const NAME(tile) b4_2 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b4_3 = SHUFFLE(COLUMN(6), COLUMN(7), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    WRITE_BOTH(32, 16, a2, a6);
-    const NAME(tile) b8_2 = SHUFFLE(COLUMN(8), COLUMN(9), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b8_3 = SHUFFLE(COLUMN(10), COLUMN(11), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) a10 = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    const NAME(tile) b12_2 = SHUFFLE(COLUMN(12), COLUMN(13), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b12_3 = SHUFFLE(COLUMN(14), COLUMN(15), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) a14 = SHUFFLE(b12_2, b12_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    WRITE_BOTH(40, 16, a10, a14);
-    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE_BOTH(48, 16, a3, a7);
-    const NAME(tile) a11 = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    const NAME(tile) a15 = SHUFFLE(b12_2, b12_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE_BOTH(56, 16, a11, a15);
-#endif
-}
-#undef COLUMN
-#undef HALF
-#undef WHOLE
-#undef UPPER
-#undef JOINED
-#undef LOWERS
-#undef UPPERS
-#undef READ
-#undef WRITE
-#undef WRITE_BOTH
-#else
-
-static INLINE void NAME(load_tile_1)(REAL *x, intptr_t row, const REAL *a)
-{
-    for (intptr_t k = 0; k < 1; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            x[k * row + i] = a[i * 1 + k];
-}
-
-static INLINE void NAME(store_tile_1)(REAL *a, const REAL *x, intptr_t row)
-{
-    for (intptr_t k = 0; k < 1; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            a[i * 1 + k] = x[k * row + i];
-}
-
-static INLINE void NAME(load_tile_2)(REAL *x, intptr_t row, const REAL *a)
-{
-    for (intptr_t k = 0; k < 2; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            x[k * row + i] = a[i * 2 + k];
-}
-
-static INLINE void NAME(store_tile_2)(REAL *a, const REAL *x, intptr_t row)
-{
-    for (intptr_t k = 0; k < 2; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            a[i * 2 + k] = x[k * row + i];
-}
-
-static INLINE void NAME(load_tile_3)(REAL *x, intptr_t row, const REAL *a)
-{
-    for (intptr_t k = 0; k < 3; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            x[k * row + i] = a[i * 3 + k];
-}
-
-static INLINE void NAME(store_tile_3)(REAL *a, const REAL *x, intptr_t row)
-{
-    for (intptr_t k = 0; k < 3; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            a[i * 3 + k] = x[k * row + i];
-}
-
-static INLINE void NAME(load_tile_4)(REAL *x, intptr_t row, const REAL *a)
-{
-    for (intptr_t k = 0; k < 4; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            x[k * row + i] = a[i * 4 + k];
-}
-
-static INLINE void NAME(store_tile_4)(REAL *a, const REAL *x, intptr_t row)
-{
-    for (intptr_t k = 0; k < 4; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            a[i * 4 + k] = x[k * row + i];
-}
-
-static INLINE void NAME(load_tile_6)(REAL *x, intptr_t row, const REAL *a)
-{
-    for (intptr_t k = 0; k < 6; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            x[k * row + i] = a[i * 6 + k];
-}
-
-static INLINE void NAME(store_tile_6)(REAL *a, const REAL *x, intptr_t row)
-{
-    for (intptr_t k = 0; k < 6; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            a[i * 6 + k] = x[k * row + i];
-}
-
-static INLINE void NAME(load_tile_8)(REAL *x, intptr_t row, const REAL *a)
-{
-    for (intptr_t k = 0; k < 8; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            x[k * row + i] = a[i * 8 + k];
-}
-
-static INLINE void NAME(store_tile_8)(REAL *a, const REAL *x, intptr_t row)
-{
-    for (intptr_t k = 0; k < 8; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            a[i * 8 + k] = x[k * row + i];
-}
-
-static INLINE void NAME(load_tile_9)(REAL *x, intptr_t row, const REAL *a)
-{
-    for (intptr_t k = 0; k < 9; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            x[k * row + i] = a[i * 9 + k];
-}
-
-static INLINE void NAME(store_tile_9)(REAL *a, const REAL *x, intptr_t row)
-{
-    for (intptr_t k = 0; k < 9; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            a[i * 9 + k] = x[k * row + i];
-}
-
-static INLINE void NAME(load_tile_16)(REAL *x, intptr_t row, const REAL *a)
-{
-    for (intptr_t k = 0; k < 16; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            x[k * row + i] = a[i * 16 + k];
-}
-
-static INLINE void NAME(store_tile_16)(REAL *a, const REAL *x, intptr_t row)
-{
-    for (intptr_t k = 0; k < 16; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            a[i * 16 + k] = x[k * row + i];
-}
-#endif
-
-// Rows, `row` numbers long, of `n` elements of at most three numbers in C order, and back.
-static INLINE void NAME(load_few)(REAL *x, const REAL *a, intptr_t size, intptr_t row, intptr_t n)
-{
-    if (size == 1) {
-        memcpy(x, a, n * sizeof(REAL));
-    } else if (size == 2) {
-        for (intptr_t i = 0; i < n; ++i) {
-            x[i] = a[2 * i];
-            x[row + i] = a[2 * i + 1];
-        }
-    } else {
-        for (intptr_t i = 0; i < n; ++i) {
-            x[i] = a[3 * i];
-            x[row + i] = a[3 * i + 1];
-            x[2 * row + i] = a[3 * i + 2];
-        }
-    }
-}
-
-static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr_t row, intptr_t n)
-{
-    if (size == 1) {
-        memcpy(a, x, n * sizeof(REAL));
-    } else if (size == 2) {
-        for (intptr_t i = 0; i < n; ++i) {
-            a[2 * i] = x[i];
-            a[2 * i + 1] = x[row + i];
-        }
-    } else {
-        for (intptr_t i = 0; i < n; ++i) {
-            a[3 * i] = x[i];
-            a[3 * i + 1] = x[row + i];
-            a[3 * i + 2] = x[2 * row + i];
-        }
-    }
-}
-
-// Loops between rows and elements of each size.
-static INLINE void NAME(load_span_1)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 1, SPAN, n);
-}
-LOOPS(load_span_1)
-
-static INLINE void NAME(store_span_1)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 1, SPAN, n);
-}
-LOOPS(store_span_1)
-
-static INLINE void NAME(load_span_2)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 2, SPAN, n);
-}
-LOOPS(load_span_2)
-
-static INLINE void NAME(store_span_2)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 2, SPAN, n);
-}
-LOOPS(store_span_2)
-
-static INLINE void NAME(load_span_3)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 3, SPAN, n);
-}
-LOOPS(load_span_3)
-
-static INLINE void NAME(store_span_3)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 3, SPAN, n);
-}
-LOOPS(store_span_3)
-
-static INLINE void NAME(load_span_4)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NOT_UNROLLED
-    for (intptr_t i = 0; i < n; i += TILE)
-        NAME(load_tile_4)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 4);
-}
-LOOP(load_span_4)
-
-static INLINE void NAME(store_span_4)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NOT_UNROLLED
-    for (intptr_t i = 0; i < n; i += TILE)
-        NAME(store_tile_4)((REAL *)args[1] + i * 4, (REAL *)args[0] + i, SPAN);
-}
-LOOP(store_span_4)
-
-static INLINE void NAME(load_span_6)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NOT_UNROLLED
-    for (intptr_t i = 0; i < n; i += TILE)
-        NAME(load_tile_6)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 6);
-}
-LOOP(load_span_6)
-
-static INLINE void NAME(store_span_6)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NOT_UNROLLED
-    for (intptr_t i = 0; i < n; i += TILE)
-        NAME(store_tile_6)((REAL *)args[1] + i * 6, (REAL *)args[0] + i, SPAN);
-}
-LOOP(store_span_6)
-
-static INLINE void NAME(load_span_8)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NOT_UNROLLED
-    for (intptr_t i = 0; i < n; i += TILE)
-        NAME(load_tile_8)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 8);
-}
-LOOP(load_span_8)
-
-static INLINE void NAME(store_span_8)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NOT_UNROLLED
-    for (intptr_t i = 0; i < n; i += TILE)
-        NAME(store_tile_8)((REAL *)args[1] + i * 8, (REAL *)args[0] + i, SPAN);
-}
-LOOP(store_span_8)
-
-static INLINE void NAME(load_span_9)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NOT_UNROLLED
-    for (intptr_t i = 0; i < n; i += TILE)
-        NAME(load_tile_9)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 9);
-}
-LOOP(load_span_9)
-
-static INLINE void NAME(store_span_9)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NOT_UNROLLED
-    for (intptr_t i = 0; i < n; i += TILE)
-        NAME(store_tile_9)((REAL *)args[1] + i * 9, (REAL *)args[0] + i, SPAN);
-}
-LOOP(store_span_9)
-
-static INLINE void NAME(load_span_16)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NOT_UNROLLED
-    for (intptr_t i = 0; i < n; i += TILE)
-        NAME(load_tile_16)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 16);
-}
-LOOP(load_span_16)
-
-static INLINE void NAME(store_span_16)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NOT_UNROLLED
-    for (intptr_t i = 0; i < n; i += TILE)
-        NAME(store_tile_16)((REAL *)args[1] + i * 16, (REAL *)args[0] + i, SPAN);
-}
-LOOP(store_span_16)
-
-static const struct {
-    loop_function *load[2], *store[2];
-} NAME(spans)[SIZES + 1] = {
-    [1] = {WIDTHS(load_span_1), WIDTHS(store_span_1)},
-    [2] = {WIDTHS(load_span_2), WIDTHS(store_span_2)},
-    [3] = {WIDTHS(load_span_3), WIDTHS(store_span_3)},
-    [4] = {WIDTH(load_span_4), WIDTH(store_span_4)},
-    [6] = {WIDTH(load_span_6), WIDTH(store_span_6)},
-    [8] = {WIDTH(load_span_8), WIDTH(store_span_8)},
-    [9] = {WIDTH(load_span_9), WIDTH(store_span_9)},
-    [16] = {WIDTH(load_span_16), WIDTH(store_span_16)},
-};
-
-// All rows of a part, from the batch or back to it; axes that lie as one are moved as one.
-static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *part, char *a, intptr_t s,
-    const intptr_t *c, intptr_t n)
-{
-    intptr_t count = 1, step = sizeof(REAL);
-    int axis = part->rank;
-    for (; axis > 0 && (count == 1 || c[axis - 1] == count * step); --axis) {
-        step = count == 1 ? c[axis - 1] : step;
-        count *= part->shape[axis - 1];
-    }
-    if (count == part->size && back)
-        NAME(store_rows)(a, s, step, x, row, count, n);
-    else if (count == part->size)
-        NAME(load_rows)(x, row, a, s, step, count, n);
-    for (intptr_t k = 0; count < part->size && k < part->size; k += count) {
-        intptr_t offset = 0, rest = k / count;
-        for (int outer = axis; outer-- > 0; rest /= part->shape[outer])
-            offset += rest % part->shape[outer] * c[outer];
-        if (back)
-            NAME(store_rows)(a + offset, s, step, x + k * row, row, count, n);
-        else
-            NAME(load_rows)(x + k * row, row, a + offset, s, step, count, n);
-    }
-}
-
-// The numbers of an element of a part, from the batch or back to it.
-static void NAME(move_element)(int back, REAL *x, const struct part *part, char *a, const intptr_t *c)
-{
-    for (intptr_t k = 0; k < part->size; ++k) {
-        REAL *number = (REAL *)(a + offset_of(part, k, c));
-        if (back)
-            *number = x[k];
-        else
-            x[k] = *number;
-    }
-}
-
-// All rows of a part to a batch in which they are contiguous, past the caches.
-static void NAME(stream_part)(REAL *x, intptr_t row, const struct part *part, char *a, const intptr_t *c, intptr_t n)
-{
-    for (intptr_t k = 0; k < part->size; ++k)
-        stream(a + offset_of(part, k, c), (const char *)(x + k * row), n * sizeof(REAL));
-}
-
-// Runs a kernel on one element after the other.
-static void NAME(each)(const struct kernel *kernel, char **args, intptr_t n, const intptr_t *steps)
-{
-    const intptr_t *strides = steps + kernel->n_parts;
-    const struct part *parts = kernel->parts;
-    REAL numbers[NUMBERS], *next = numbers;
-    void *places[PARTS];
-    for (int p = 0; p < kernel->n_parts; next += parts[p++].size)
-        places[p] = next;
-    for (intptr_t i = 0; i < n; ++i) {
-        for (int p = 0; p < kernel->n_inputs; ++p)
-            NAME(move_element)(0, places[p], &parts[p], args[p] + i * steps[p], strides + parts[p].first);
-        kernel->call(kernel->function, places);
-        for (int p = kernel->n_inputs; p < kernel->n_parts; ++p)
-            NAME(move_element)(1, places[p], &parts[p], args[p] + i * steps[p], strides + parts[p].first);
-    }
-}
-
-// Runs a loop over `n` elements as they lie, from the `first` on.
-static void NAME(run_from)(intptr_t first, intptr_t n, const struct kernel *kernel, loop_function *loop, char **args,
-    const intptr_t *steps, unsigned hoisted, REAL *prepared)
-{
-    char *starts[PARTS];
-    for (int p = 0; p < kernel->n_parts; ++p)
-        starts[p] = is_flagged(hoisted, p) ? (char *)prepared : args[p] + first * steps[p];
-    loop(n, starts, steps + kernel->n_parts);
-}
-
-// Runs a loop over elements as they lie, `unit` at a time, and returns how many it did. Those before `head` are run
-// with some after them, and the last ones with some before them, which are run twice, unless arguments are replaced by
-// results.
-static intptr_t NAME(as_they_lie)(intptr_t unit, intptr_t head, const struct kernel *kernel, loop_function *loop,
-    char **args, intptr_t n, const intptr_t *steps, unsigned hoisted, REAL *prepared)
-{
-    int twice = n > unit;
-    for (int p = kernel->n_inputs; p < kernel->n_parts; ++p)
-        for (int q = 0; q < kernel->n_inputs; ++q)
-            twice = twice && args[p] != args[q];
-    const intptr_t first = twice ? head : 0, whole = (n - first) & -unit;
-    if (first)
-        NAME(run_from)(0, unit, kernel, loop, args, steps, hoisted, prepared);
-    if (whole)
-        NAME(run_from)(first, whole, kernel, loop, args, steps, hoisted, prepared);
-    if (!twice || first + whole == n)
-        return first + whole;
-    NAME(run_from)(n - unit, unit, kernel, loop, args, steps, hoisted, prepared);
-    return n;
-}
-
-// Runs a kernel over a batch. What lies at unit stride, or is hoisted, is used where it lies, and so is a whole batch
-// in C order if there is a loop for it; everything else goes through rows, in blocks.
-static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, const intptr_t *steps)
-{
-    const intptr_t w = sizeof(REAL), *strides = steps + kernel->n_parts;
-    const int n_parts = kernel->n_parts, n_inputs = kernel->n_inputs, width = CHOSEN;
-    enum { SAME, HOISTED, UNIT, ANY } kinds[PARTS];
-    _Alignas(64) REAL space[SPACE], prepared[PREPARED];
-    REAL *rows[PARTS];
-    char *starts[PARTS], *rest[PARTS];
-    intptr_t cores[CORES], row_cores[CORES], total = 0, numbers = 0, results = 0, bytes = 0;
-    unsigned still = 0, hoisted = 0;
-    int in_place = 1, ordered = 1, known = 1, at_unit_stride = 1;
-    if (width < 0 || n <= 1) {
-        NAME(each)(kernel, args, n, steps);
-        return;
-    }
-    loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width], *loads[PARTS], *stores[PARTS];
-    int together = kernel->together;
-    for (int p = 0; p < n_parts; ++p) {
-        const struct part *part = &kernel->parts[p];
-        const int same = p < n_inputs && p < FLAGS && steps[p] == 0;
-        intptr_t step = w;
-        for (int q = part->rank; q-- > 0; step *= part->shape[q])
-            ordered = ordered && (same || strides[part->first + q] == step);
-        ordered = ordered && (same || steps[p] == step);
-        known = known && part->size <= SIZES && NAME(spans)[part->size].load[width];
-        total += part->size;
-        numbers += same ? 0 : part->size;
-        results += p < n_inputs ? 0 : part->size;
-        bytes += steps[p] < 0 ? -steps[p] : steps[p];
-        if (same)
-            still |= 1u << p;
-    }
-    for (int f = 0; f < kernel->n_forms && !hoisted; ++f) {
-        const struct form *form = &kernel->forms[f];
-        if ((still & form->same) == form->same && n >= form->least) {
-            form->start(args, strides, prepared);
-            hoisted = form->same, together = form->together;
-            in_rows = form->block[width], in_order = form->dense[width];
-        }
-    }
-    // Results go past caches that do not hold them, where that is what takes the time and all rows start lines alike.
-    int past = PASSES(n * numbers * w, results) && !kernel->busy && !ordered;
-    for (int p = n_inputs; past && p < n_parts; ++p) {
-        const struct part *part = &kernel->parts[p];
-        past = steps[p] == w && (args[p] - args[n_inputs]) % LINE == 0;
-        for (int q = part->first; past && q < part->first + part->rank; ++q)
-            past = strides[q] % LINE == 0;
-    }
-    // Elements before the first whose result starts a line. A vector stored across two lines takes twice the time, so
-    // it is worth a turn more where elements are many and more than the first cache holds.
-    const int aligned = past || (steps[n_inputs] == w && n >= 16 * LANES && n * numbers * w >= 1 << 15);
-    intptr_t head = aligned ? (-(intptr_t)args[n_inputs] & (LINE - 1)) / w : 0;
-    // All that lies as a loop reads it is run at once.
-    for (int p = 0; p < n_parts; ++p)
-        at_unit_stride = at_unit_stride && (steps[p] == w || is_flagged(hoisted, p));
-    loop_function *const at_once = ordered && still == hoisted && in_order ? in_order
-        : at_unit_stride && !past && !kernel->repeats ? in_rows : NULL;
-    if (at_once) {
-        const intptr_t unit = at_once == in_order ? together : LANES, first = at_once == in_order ? 0 : head;
-        const intptr_t done = NAME(as_they_lie)(unit, first, kernel, at_once, args, n, steps, hoisted, prepared);
-        for (int p = 0; p < n_parts; ++p)
-            rest[p] = args[p] + done * steps[p];
-        args = rest, n -= done, head = 0;
-        if (n == 0)
-            return;
-    }
-    // Rows cost more than a few elements do.
-    if (n <= ALONE && !hoisted) {
-        NAME(each)(kernel, args, n, steps);
-        return;
-    }
-    const int spans = ordered && known && total * SPAN <= SPACE;
-    // Long rows spare calls; beyond the last cache, short turns keep reading and writing going side by side.
-    const int near = n < (1 << 24) / (bytes + 1);
-    intptr_t row = spans ? SPAN : near || past ? 512 / w : LANES;
-    while (row > LANES && row * total > SPACE)
-        row /= 2;
-    total = 0;
-    for (int p = 0; p < n_parts; ++p) {
-        const struct part *part = &kernel->parts[p];
-        intptr_t row_step = row * w;
-        starts[p] = is_flagged(hoisted, p) ? (char *)prepared : args[p];
-        rows[p] = space + row * total;
-        total += part->size;
-        kinds[p] = is_flagged(hoisted, p) ? HOISTED : is_flagged(still, p) ? SAME : steps[p] == w ? UNIT : ANY;
-        for (int q = 0; kernel->repeats && p >= n_inputs && q < n_inputs; ++q)
-            kinds[p] = args[p] == args[q] ? ANY : kinds[p];
-        kinds[p] = past && p >= n_inputs ? ANY : kinds[p];
-        in_place = in_place && (kinds[p] == UNIT || kinds[p] == HOISTED);
-        for (int q = part->first + part->rank; q-- > part->first; row_step *= part->shape[q - part->first]) {
-            cores[q] = kinds[p] == SAME || kinds[p] == ANY ? row_step : strides[q];
-            row_cores[q] = row_step;
-        }
-        if (kinds[p] == HOISTED || kinds[p] == UNIT)
-            continue;
-        starts[p] = (char *)rows[p];
-        loads[p] = spans ? NAME(spans)[part->size].load[width] : NULL;
-        stores[p] = spans ? NAME(spans)[part->size].store[width] : NULL;
-        if (kinds[p] == SAME)
-            NAME(move_part)(0, rows[p], row, part, args[p], 0, strides + part->first, n < row ? PADDED(n) : row);
-    }
-    const intptr_t turn = near ? SPAN : LANES;
-    intptr_t i = 0;
-    // In C order, by functions that know the sizes.
-    for (; spans && !in_place && n - i >= turn; i += turn) {
-        for (int p = 0; p < n_parts; ++p) {
-            if (kinds[p] == UNIT)
-                starts[p] = args[p] + i * w;
-            else if (kinds[p] == ANY && p < n_inputs)
-                loads[p](turn, (char *[]){starts[p], args[p] + i * steps[p]}, NULL);
-        }
-        for (int p = 0; !near && p < n_parts; ++p) {
-            const intptr_t first = p < n_inputs ? i + turn : i, count = n - first < turn ? n - first : turn;
-            if (kinds[p] == ANY)
-                fetch(args[p] + first * steps[p], count * steps[p], p >= n_inputs);
-        }
-        in_rows(turn, starts, cores);
-        for (int p = n_inputs; p < n_parts; ++p)
-            if (kinds[p] == ANY)
-                stores[p](turn, (char *[]){starts[p], args[p] + i * steps[p]}, NULL);
-    }
-    for (intptr_t m; i < n; i += m) {
-        m = i < head ? head - i : n - i < LANES ? n - i : in_place || n - i < row ? (n - i) & -LANES : row;
-        const int few = m < LANES;
-        for (int p = 0; p < n_parts; ++p) {
-            const struct part *part = &kernel->parts[p];
-            const int lies = kinds[p] == UNIT && !few;
-            if (kinds[p] < UNIT)
-                continue;
-            starts[p] = lies ? args[p] + i * w : (char *)rows[p];
-            for (int q = part->first; q < part->first + part->rank; ++q)
-                cores[q] = lies ? strides[q] : row_cores[q];
-            if (lies)
-                continue;
-            if (p < n_inputs)
-                NAME(move_part)(0, rows[p], row, part, args[p] + i * steps[p], steps[p], strides + part->first, m);
-            for (intptr_t k = 0; few && p < n_inputs && k < part->size; ++k)
-                for (intptr_t j = m; j < LANES; ++j)
-                    rows[p][k * row + j] = rows[p][k * row + m - 1];
-        }
-        in_rows(m, starts, cores);
-        for (int p = n_inputs; p < n_parts; ++p) {
-            const struct part *part = &kernel->parts[p];
-            char *to = args[p] + i * steps[p];
-            if (past)
-                NAME(stream_part)(rows[p], row, part, to, strides + part->first, m);
-            else if (starts[p] == (char *)rows[p])
-                NAME(move_part)(1, rows[p], row, part, to, steps[p], strides + part->first, m);
-        }
-    }
-    if (past)
-        STREAM_END();
-}
+GAC_AXIS(1, 1)
+GAC_AXIS(2, 2)
+GAC_AXIS(3, 4)
+GAC_AXIS(4, 4)
+GAC_AXIS(6, 8)
+GAC_AXIS(8, 8)
+GAC_AXIS(9, 16)
+GAC_AXIS(16, 16)
+GAC_AXES(3x3, 3, 4, 3, 3)
+GAC_TILE(1)
+GAC_TILE(2)
+GAC_TILE(3)
+GAC_TILE(4)
+GAC_TILE(6)
+GAC_TILE(8)
+GAC_TILE(9)
+GAC_TILE(16)
 
 INLINE void NAME(geometric_product)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -2147,61 +152,9 @@ INLINE void NAME(geometric_product)(const REAL *a, const REAL *b, REAL *out)
     out[15] = -((t73 + (t64 - t63)) * (REAL)0.25);
 }
 
-static INLINE void NAME(geometric_product_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[16];
-        REAL x1[16];
-        REAL x2[16];
-        NAME(load_16)(x0, a0 + i * w, c0a);
-        NAME(load_16)(x1, a1 + i * w, c1a);
-        NAME(geometric_product)(x0, x1, x2);
-        NAME(store_16)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(geometric_product_block)
-
-static INLINE void NAME(geometric_product_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[16 * TILE];
-    _Alignas(64) REAL r1[16 * TILE];
-    _Alignas(64) REAL r2[16 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_16)(r0, TILE, a0 + first * 16);
-        NAME(load_tile_16)(r1, TILE, a1 + first * 16);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[16];
-            REAL x1[16];
-            REAL x2[16];
-            NAME(load_16)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_16)(x1, (char *)(r1 + i), TILE * w);
-            NAME(geometric_product)(x0, x1, x2);
-            NAME(store_16)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_16)(a2 + first * 16, r2, TILE);
-    }
-}
-LOOP(geometric_product_dense)
-
-void NAME(geometric_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {WIDTHS(geometric_product_block), WIDTH(geometric_product_dense), TILE,
-        (any_function *)NAME(geometric_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_geometric_product(IN, NUMBER, OUT, AND) IN(0, 0, 16, 16, 1, 16) AND IN(1, 1, 16, 16, 1, 16) AND OUT(2, \
+    2, 16, 16, 1, 16)
+GAC_KERNEL(geometric_product, PLAIN, TILES)
 
 INLINE void NAME(outer_product)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -2236,61 +189,9 @@ INLINE void NAME(outer_product)(const REAL *a, const REAL *b, REAL *out)
     out[15] = t6 + a_e10inf * b_e2 - a_e20inf * b_e1 + a_e012inf * b_1;
 }
 
-static INLINE void NAME(outer_product_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[16];
-        REAL x1[16];
-        REAL x2[16];
-        NAME(load_16)(x0, a0 + i * w, c0a);
-        NAME(load_16)(x1, a1 + i * w, c1a);
-        NAME(outer_product)(x0, x1, x2);
-        NAME(store_16)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(outer_product_block)
-
-static INLINE void NAME(outer_product_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[16 * TILE];
-    _Alignas(64) REAL r1[16 * TILE];
-    _Alignas(64) REAL r2[16 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_16)(r0, TILE, a0 + first * 16);
-        NAME(load_tile_16)(r1, TILE, a1 + first * 16);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[16];
-            REAL x1[16];
-            REAL x2[16];
-            NAME(load_16)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_16)(x1, (char *)(r1 + i), TILE * w);
-            NAME(outer_product)(x0, x1, x2);
-            NAME(store_16)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_16)(a2 + first * 16, r2, TILE);
-    }
-}
-LOOP(outer_product_dense)
-
-void NAME(outer_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {WIDTHS(outer_product_block), WIDTH(outer_product_dense), TILE,
-        (any_function *)NAME(outer_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_outer_product(IN, NUMBER, OUT, AND) IN(0, 0, 16, 16, 1, 16) AND IN(1, 1, 16, 16, 1, 16) AND OUT(2, 2, \
+    16, 16, 1, 16)
+GAC_KERNEL(outer_product, PLAIN, TILES)
 
 INLINE void NAME(regressive_product)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -2325,61 +226,9 @@ INLINE void NAME(regressive_product)(const REAL *a, const REAL *b, REAL *out)
     out[15] = a_e012inf * b_e012inf;
 }
 
-static INLINE void NAME(regressive_product_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[16];
-        REAL x1[16];
-        REAL x2[16];
-        NAME(load_16)(x0, a0 + i * w, c0a);
-        NAME(load_16)(x1, a1 + i * w, c1a);
-        NAME(regressive_product)(x0, x1, x2);
-        NAME(store_16)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(regressive_product_block)
-
-static INLINE void NAME(regressive_product_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[16 * TILE];
-    _Alignas(64) REAL r1[16 * TILE];
-    _Alignas(64) REAL r2[16 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_16)(r0, TILE, a0 + first * 16);
-        NAME(load_tile_16)(r1, TILE, a1 + first * 16);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[16];
-            REAL x1[16];
-            REAL x2[16];
-            NAME(load_16)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_16)(x1, (char *)(r1 + i), TILE * w);
-            NAME(regressive_product)(x0, x1, x2);
-            NAME(store_16)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_16)(a2 + first * 16, r2, TILE);
-    }
-}
-LOOP(regressive_product_dense)
-
-void NAME(regressive_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {WIDTHS(regressive_product_block), WIDTH(regressive_product_dense), TILE,
-        (any_function *)NAME(regressive_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_regressive_product(IN, NUMBER, OUT, AND) IN(0, 0, 16, 16, 1, 16) AND IN(1, 1, 16, 16, 1, 16) AND \
+    OUT(2, 2, 16, 16, 1, 16)
+GAC_KERNEL(regressive_product, PLAIN, TILES)
 
 INLINE void NAME(inner_product)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -2427,61 +276,9 @@ INLINE void NAME(inner_product)(const REAL *a, const REAL *b, REAL *out)
     out[15] = a_1 * b_e012inf + a_e012inf * b_1;
 }
 
-static INLINE void NAME(inner_product_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[16];
-        REAL x1[16];
-        REAL x2[16];
-        NAME(load_16)(x0, a0 + i * w, c0a);
-        NAME(load_16)(x1, a1 + i * w, c1a);
-        NAME(inner_product)(x0, x1, x2);
-        NAME(store_16)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(inner_product_block)
-
-static INLINE void NAME(inner_product_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[16 * TILE];
-    _Alignas(64) REAL r1[16 * TILE];
-    _Alignas(64) REAL r2[16 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_16)(r0, TILE, a0 + first * 16);
-        NAME(load_tile_16)(r1, TILE, a1 + first * 16);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[16];
-            REAL x1[16];
-            REAL x2[16];
-            NAME(load_16)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_16)(x1, (char *)(r1 + i), TILE * w);
-            NAME(inner_product)(x0, x1, x2);
-            NAME(store_16)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_16)(a2 + first * 16, r2, TILE);
-    }
-}
-LOOP(inner_product_dense)
-
-void NAME(inner_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {WIDTHS(inner_product_block), WIDTH(inner_product_dense), TILE,
-        (any_function *)NAME(inner_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_inner_product(IN, NUMBER, OUT, AND) IN(0, 0, 16, 16, 1, 16) AND IN(1, 1, 16, 16, 1, 16) AND OUT(2, 2, \
+    16, 16, 1, 16)
+GAC_KERNEL(inner_product, PLAIN, TILES)
 
 INLINE void NAME(even_product)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -2515,61 +312,9 @@ INLINE void NAME(even_product)(const REAL *a, const REAL *b, REAL *out)
     out[7] = -((t15 - t14) * (REAL)0.5);
 }
 
-static INLINE void NAME(even_product_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        REAL x2[8];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(load_8)(x1, a1 + i * w, c1a);
-        NAME(even_product)(x0, x1, x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(even_product_block)
-
-static INLINE void NAME(even_product_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[8 * TILE];
-    _Alignas(64) REAL r1[8 * TILE];
-    _Alignas(64) REAL r2[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
-        NAME(load_tile_8)(r1, TILE, a1 + first * 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            REAL x2[8];
-            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_8)(x1, (char *)(r1 + i), TILE * w);
-            NAME(even_product)(x0, x1, x2);
-            NAME(store_8)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_8)(a2 + first * 8, r2, TILE);
-    }
-}
-LOOP(even_product_dense)
-
-void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(even_product_block), WIDTH(even_product_dense), TILE, (any_function
-        *)NAME(even_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_even_product(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND IN(1, 1, 8, 8, 1, 8) AND OUT(2, 2, 8, 8, \
+    1, 8)
+GAC_KERNEL(even_product, PLAIN, TILES)
 
 INLINE void NAME(reverse)(const REAL *a, REAL *out)
 {
@@ -2594,53 +339,8 @@ INLINE void NAME(reverse)(const REAL *a, REAL *out)
     out[15] = a_e012inf;
 }
 
-static INLINE void NAME(reverse_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[16];
-        REAL x1[16];
-        NAME(load_16)(x0, a0 + i * w, c0a);
-        NAME(reverse)(x0, x1);
-        NAME(store_16)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(reverse_block)
-
-static INLINE void NAME(reverse_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[16 * TILE];
-    _Alignas(64) REAL r1[16 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_16)(r0, TILE, a0 + first * 16);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[16];
-            REAL x1[16];
-            NAME(load_16)(x0, (char *)(r0 + i), TILE * w);
-            NAME(reverse)(x0, x1);
-            NAME(store_16)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_16)(a1 + first * 16, r1, TILE);
-    }
-}
-LOOP(reverse_dense)
-
-void NAME(reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {WIDTHS(reverse_block), WIDTH(reverse_dense), TILE, (any_function
-        *)NAME(reverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_reverse(IN, NUMBER, OUT, AND) IN(0, 0, 16, 16, 1, 16) AND OUT(1, 1, 16, 16, 1, 16)
+GAC_KERNEL(reverse, PLAIN, TILES)
 
 INLINE void NAME(even_reverse)(const REAL *a, REAL *out)
 {
@@ -2656,53 +356,8 @@ INLINE void NAME(even_reverse)(const REAL *a, REAL *out)
     out[7] = a_e012inf;
 }
 
-static INLINE void NAME(even_reverse_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(even_reverse)(x0, x1);
-        NAME(store_8)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(even_reverse_block)
-
-static INLINE void NAME(even_reverse_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[8 * TILE];
-    _Alignas(64) REAL r1[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
-            NAME(even_reverse)(x0, x1);
-            NAME(store_8)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_8)(a1 + first * 8, r1, TILE);
-    }
-}
-LOOP(even_reverse_dense)
-
-void NAME(even_reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(even_reverse_block), WIDTH(even_reverse_dense), TILE, (any_function
-        *)NAME(even_reverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_even_reverse(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND OUT(1, 1, 8, 8, 1, 8)
+GAC_KERNEL(even_reverse, PLAIN, TILES)
 
 INLINE void NAME(grade_involution)(const REAL *a, REAL *out)
 {
@@ -2727,53 +382,8 @@ INLINE void NAME(grade_involution)(const REAL *a, REAL *out)
     out[15] = a_e012inf;
 }
 
-static INLINE void NAME(grade_involution_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[16];
-        REAL x1[16];
-        NAME(load_16)(x0, a0 + i * w, c0a);
-        NAME(grade_involution)(x0, x1);
-        NAME(store_16)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(grade_involution_block)
-
-static INLINE void NAME(grade_involution_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[16 * TILE];
-    _Alignas(64) REAL r1[16 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_16)(r0, TILE, a0 + first * 16);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[16];
-            REAL x1[16];
-            NAME(load_16)(x0, (char *)(r0 + i), TILE * w);
-            NAME(grade_involution)(x0, x1);
-            NAME(store_16)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_16)(a1 + first * 16, r1, TILE);
-    }
-}
-LOOP(grade_involution_dense)
-
-void NAME(grade_involution_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {WIDTHS(grade_involution_block), WIDTH(grade_involution_dense), TILE,
-        (any_function *)NAME(grade_involution), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_grade_involution(IN, NUMBER, OUT, AND) IN(0, 0, 16, 16, 1, 16) AND OUT(1, 1, 16, 16, 1, 16)
+GAC_KERNEL(grade_involution, PLAIN, TILES)
 
 INLINE void NAME(dual)(const REAL *a, REAL *out)
 {
@@ -2798,53 +408,8 @@ INLINE void NAME(dual)(const REAL *a, REAL *out)
     out[15] = a_1;
 }
 
-static INLINE void NAME(dual_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[16];
-        REAL x1[16];
-        NAME(load_16)(x0, a0 + i * w, c0a);
-        NAME(dual)(x0, x1);
-        NAME(store_16)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(dual_block)
-
-static INLINE void NAME(dual_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[16 * TILE];
-    _Alignas(64) REAL r1[16 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_16)(r0, TILE, a0 + first * 16);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[16];
-            REAL x1[16];
-            NAME(load_16)(x0, (char *)(r0 + i), TILE * w);
-            NAME(dual)(x0, x1);
-            NAME(store_16)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_16)(a1 + first * 16, r1, TILE);
-    }
-}
-LOOP(dual_dense)
-
-void NAME(dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {WIDTHS(dual_block), WIDTH(dual_dense), TILE, (any_function *)NAME(dual),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_dual(IN, NUMBER, OUT, AND) IN(0, 0, 16, 16, 1, 16) AND OUT(1, 1, 16, 16, 1, 16)
+GAC_KERNEL(dual, PLAIN, TILES)
 
 INLINE void NAME(undual)(const REAL *a, REAL *out)
 {
@@ -2869,53 +434,8 @@ INLINE void NAME(undual)(const REAL *a, REAL *out)
     out[15] = a_1;
 }
 
-static INLINE void NAME(undual_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[16];
-        REAL x1[16];
-        NAME(load_16)(x0, a0 + i * w, c0a);
-        NAME(undual)(x0, x1);
-        NAME(store_16)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(undual_block)
-
-static INLINE void NAME(undual_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[16 * TILE];
-    _Alignas(64) REAL r1[16 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_16)(r0, TILE, a0 + first * 16);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[16];
-            REAL x1[16];
-            NAME(load_16)(x0, (char *)(r0 + i), TILE * w);
-            NAME(undual)(x0, x1);
-            NAME(store_16)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_16)(a1 + first * 16, r1, TILE);
-    }
-}
-LOOP(undual_dense)
-
-void NAME(undual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {WIDTHS(undual_block), WIDTH(undual_dense), TILE, (any_function
-        *)NAME(undual), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_undual(IN, NUMBER, OUT, AND) IN(0, 0, 16, 16, 1, 16) AND OUT(1, 1, 16, 16, 1, 16)
+GAC_KERNEL(undual, PLAIN, TILES)
 
 INLINE void NAME(polarity)(const REAL *a, REAL *out)
 {
@@ -2940,53 +460,8 @@ INLINE void NAME(polarity)(const REAL *a, REAL *out)
     out[15] = -a_1;
 }
 
-static INLINE void NAME(polarity_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[16];
-        REAL x1[16];
-        NAME(load_16)(x0, a0 + i * w, c0a);
-        NAME(polarity)(x0, x1);
-        NAME(store_16)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(polarity_block)
-
-static INLINE void NAME(polarity_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[16 * TILE];
-    _Alignas(64) REAL r1[16 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_16)(r0, TILE, a0 + first * 16);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[16];
-            REAL x1[16];
-            NAME(load_16)(x0, (char *)(r0 + i), TILE * w);
-            NAME(polarity)(x0, x1);
-            NAME(store_16)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_16)(a1 + first * 16, r1, TILE);
-    }
-}
-LOOP(polarity_dense)
-
-void NAME(polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {WIDTHS(polarity_block), WIDTH(polarity_dense), TILE, (any_function
-        *)NAME(polarity), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_polarity(IN, NUMBER, OUT, AND) IN(0, 0, 16, 16, 1, 16) AND OUT(1, 1, 16, 16, 1, 16)
+GAC_KERNEL(polarity, PLAIN, TILES)
 
 INLINE void NAME(embed_point)(const REAL *x, REAL *out)
 {
@@ -2997,53 +472,8 @@ INLINE void NAME(embed_point)(const REAL *x, REAL *out)
     out[3] = (x_0 * x_0 + x_1 * x_1) * (REAL)0.5;
 }
 
-static INLINE void NAME(embed_point_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[4];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(embed_point)(x0, x1);
-        NAME(store_4)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(embed_point_block)
-
-static INLINE void NAME(embed_point_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[2 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_2)(r0, TILE, a0 + first * 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[2];
-            REAL x1[4];
-            NAME(load_2)(x0, (char *)(r0 + i), TILE * w);
-            NAME(embed_point)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
-    }
-}
-LOOP(embed_point_dense)
-
-void NAME(embed_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(embed_point_block), WIDTH(embed_point_dense), TILE, (any_function
-        *)NAME(embed_point), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_embed_point(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND OUT(1, 1, 4, 4, 1, 4)
+GAC_KERNEL(embed_point, PLAIN, TILES)
 
 INLINE void NAME(extract_point)(const REAL *x, REAL *out)
 {
@@ -3053,51 +483,8 @@ INLINE void NAME(extract_point)(const REAL *x, REAL *out)
     out[1] = x_e2 * t0;
 }
 
-static INLINE void NAME(extract_point_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[2];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(extract_point)(x0, x1);
-        NAME(store_2)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(extract_point_block)
-
-static INLINE void NAME(extract_point_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[4];
-            REAL x1[2];
-            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
-            NAME(extract_point)(x0, x1);
-            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
-        }
-        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
-    }
-}
-LOOPS(extract_point_dense)
-
-void NAME(extract_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(extract_point_block), WIDTHS(extract_point_dense), LANES,
-        (any_function *)NAME(extract_point), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_extract_point(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(1, 1, 2, 2, 1, 2)
+GAC_KERNEL(extract_point, PLAIN, DIRECT)
 
 INLINE void NAME(normalize_vector)(const REAL *x, REAL *out)
 {
@@ -3109,53 +496,8 @@ INLINE void NAME(normalize_vector)(const REAL *x, REAL *out)
     out[3] = x_einf * t0;
 }
 
-static INLINE void NAME(normalize_vector_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(normalize_vector)(x0, x1);
-        NAME(store_4)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(normalize_vector_block)
-
-static INLINE void NAME(normalize_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(normalize_vector)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
-    }
-}
-LOOP(normalize_vector_dense)
-
-void NAME(normalize_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(normalize_vector_block), WIDTH(normalize_vector_dense), TILE,
-        (any_function *)NAME(normalize_vector), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_normalize_vector(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(1, 1, 4, 4, 1, 4)
+GAC_KERNEL(normalize_vector, PLAIN, TILES)
 
 INLINE void NAME(inner_product_of_points)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -3166,58 +508,9 @@ INLINE void NAME(inner_product_of_points)(const REAL *a, const REAL *b, REAL *ou
     out[0] = -((t0 * t0 + t1 * t1) * (REAL)0.5);
 }
 
-static INLINE void NAME(inner_product_of_points_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[1];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(inner_product_of_points)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(inner_product_of_points_block)
-
-static INLINE void NAME(inner_product_of_points_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[1];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
-            NAME(inner_product_of_points)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
-    }
-}
-LOOPS(inner_product_of_points_dense)
-
-void NAME(inner_product_of_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(inner_product_of_points_block),
-        WIDTHS(inner_product_of_points_dense), LANES, (any_function *)NAME(inner_product_of_points), NAME(call_aar),
-        2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_inner_product_of_points(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, 2) AND OUT(2, \
+    2, scalar, 1, 0, 0)
+GAC_KERNEL(inner_product_of_points, PLAIN, DIRECT)
 
 INLINE void NAME(distance_squared_points)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -3228,58 +521,9 @@ INLINE void NAME(distance_squared_points)(const REAL *a, const REAL *b, REAL *ou
     out[0] = t0 * t0 + t1 * t1;
 }
 
-static INLINE void NAME(distance_squared_points_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[1];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(distance_squared_points)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(distance_squared_points_block)
-
-static INLINE void NAME(distance_squared_points_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[1];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
-            NAME(distance_squared_points)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
-    }
-}
-LOOPS(distance_squared_points_dense)
-
-void NAME(distance_squared_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(distance_squared_points_block),
-        WIDTHS(distance_squared_points_dense), LANES, (any_function *)NAME(distance_squared_points), NAME(call_aar),
-        2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_distance_squared_points(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, 2) AND OUT(2, \
+    2, scalar, 1, 0, 0)
+GAC_KERNEL(distance_squared_points, PLAIN, DIRECT)
 
 INLINE void NAME(distance_points)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -3290,57 +534,9 @@ INLINE void NAME(distance_points)(const REAL *a, const REAL *b, REAL *out)
     out[0] = SQRT(t0 * t0 + t1 * t1);
 }
 
-static INLINE void NAME(distance_points_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[1];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(distance_points)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(distance_points_block)
-
-static INLINE void NAME(distance_points_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[1];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
-            NAME(distance_points)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
-    }
-}
-LOOPS(distance_points_dense)
-
-void NAME(distance_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(distance_points_block), WIDTHS(distance_points_dense), LANES,
-        (any_function *)NAME(distance_points), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_distance_points(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, 2) AND OUT(2, 2, \
+    scalar, 1, 0, 0)
+GAC_KERNEL(distance_points, PLAIN, DIRECT)
 
 INLINE void NAME(inner_product_of_vectors)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -3349,58 +545,9 @@ INLINE void NAME(inner_product_of_vectors)(const REAL *a, const REAL *b, REAL *o
     out[0] = a_e1 * b_e1 + a_e2 * b_e2 - a_e0 * b_einf - a_einf * b_e0;
 }
 
-static INLINE void NAME(inner_product_of_vectors_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[1];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(inner_product_of_vectors)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(inner_product_of_vectors_block)
-
-static INLINE void NAME(inner_product_of_vectors_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            REAL x2[1];
-            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
-            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
-            NAME(inner_product_of_vectors)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
-    }
-}
-LOOPS(inner_product_of_vectors_dense)
-
-void NAME(inner_product_of_vectors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(inner_product_of_vectors_block),
-        WIDTHS(inner_product_of_vectors_dense), LANES, (any_function *)NAME(inner_product_of_vectors),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_inner_product_of_vectors(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 4, 4, 1, 4) AND \
+    OUT(2, 2, scalar, 1, 0, 0)
+GAC_KERNEL(inner_product_of_vectors, PLAIN, DIRECT)
 
 INLINE void NAME(flat_point_from_point)(const REAL *p, REAL *out)
 {
@@ -3410,51 +557,8 @@ INLINE void NAME(flat_point_from_point)(const REAL *p, REAL *out)
     out[2] = (REAL)1;
 }
 
-static INLINE void NAME(flat_point_from_point_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[3];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(flat_point_from_point)(x0, x1);
-        NAME(store_3)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(flat_point_from_point_block)
-
-static INLINE void NAME(flat_point_from_point_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[3];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(flat_point_from_point)(x0, x1);
-            NAME(store_3)((char *)(r1 + i), LANES * w, x1);
-        }
-        NAME(store_few)(a1 + first * 3, r1, 3, LANES, LANES);
-    }
-}
-LOOPS(flat_point_from_point_dense)
-
-void NAME(flat_point_from_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(flat_point_from_point_block), WIDTHS(flat_point_from_point_dense),
-        LANES, (any_function *)NAME(flat_point_from_point), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_flat_point_from_point(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND OUT(1, 1, 3, 3, 1, 3)
+GAC_KERNEL(flat_point_from_point, PLAIN, DIRECT)
 
 INLINE void NAME(point_from_flat_point)(const REAL *flat, REAL *out)
 {
@@ -3464,51 +568,8 @@ INLINE void NAME(point_from_flat_point)(const REAL *flat, REAL *out)
     out[1] = flat_e2inf * t0;
 }
 
-static INLINE void NAME(point_from_flat_point_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[2];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(point_from_flat_point)(x0, x1);
-        NAME(store_2)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(point_from_flat_point_block)
-
-static INLINE void NAME(point_from_flat_point_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x1[2];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(point_from_flat_point)(x0, x1);
-            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
-        }
-        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
-    }
-}
-LOOPS(point_from_flat_point_dense)
-
-void NAME(point_from_flat_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(point_from_flat_point_block), WIDTHS(point_from_flat_point_dense),
-        LANES, (any_function *)NAME(point_from_flat_point), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_point_from_flat_point(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND OUT(1, 1, 2, 2, 1, 2)
+GAC_KERNEL(point_from_flat_point, PLAIN, DIRECT)
 
 INLINE void NAME(line_from_points)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -3519,57 +580,9 @@ INLINE void NAME(line_from_points)(const REAL *a, const REAL *b, REAL *out)
     out[2] = a_e2 - b_e2;
 }
 
-static INLINE void NAME(line_from_points_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[3];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(line_from_points)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(line_from_points_block)
-
-static INLINE void NAME(line_from_points_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[3];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
-            NAME(line_from_points)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
-    }
-}
-LOOPS(line_from_points_dense)
-
-void NAME(line_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(line_from_points_block), WIDTHS(line_from_points_dense), LANES,
-        (any_function *)NAME(line_from_points), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_line_from_points(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, 2) AND OUT(2, 2, 3, \
+    3, 1, 3)
+GAC_KERNEL(line_from_points, PLAIN, DIRECT)
 
 INLINE void NAME(line_from_point_direction)(const REAL *p, const REAL *d, REAL *out)
 {
@@ -3580,58 +593,9 @@ INLINE void NAME(line_from_point_direction)(const REAL *p, const REAL *d, REAL *
     out[2] = -d_1;
 }
 
-static INLINE void NAME(line_from_point_direction_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[3];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(line_from_point_direction)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(line_from_point_direction_block)
-
-static INLINE void NAME(line_from_point_direction_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[3];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
-            NAME(line_from_point_direction)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
-    }
-}
-LOOPS(line_from_point_direction_dense)
-
-void NAME(line_from_point_direction_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(line_from_point_direction_block),
-        WIDTHS(line_from_point_direction_dense), LANES, (any_function *)NAME(line_from_point_direction),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_line_from_point_direction(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, 2) AND \
+    OUT(2, 2, 3, 3, 1, 3)
+GAC_KERNEL(line_from_point_direction, PLAIN, DIRECT)
 
 INLINE void NAME(line_from_normal)(const REAL *normal, REAL distance, REAL *out)
 {
@@ -3641,57 +605,8 @@ INLINE void NAME(line_from_normal)(const REAL *normal, REAL distance, REAL *out)
     out[2] = normal_0;
 }
 
-static INLINE void NAME(line_from_normal_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[1];
-        REAL x2[3];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(line_from_normal)(x0, x1[0], x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(line_from_normal_block)
-
-static INLINE void NAME(line_from_normal_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[1];
-            REAL x2[3];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_scalar)(x1, (char *)a1 + (first + i) * w);
-            NAME(line_from_normal)(x0, x1[0], x2);
-            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
-    }
-}
-LOOPS(line_from_normal_dense)
-
-void NAME(line_from_normal_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(line_from_normal_block), WIDTHS(line_from_normal_dense), LANES,
-        (any_function *)NAME(line_from_normal), NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_line_from_normal(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND NUMBER(1, 1) AND OUT(2, 1, 3, 3, 1, 3)
+GAC_KERNEL(line_from_normal, PLAIN, DIRECT)
 
 INLINE void NAME(line_from_point_normal)(const REAL *p, const REAL *normal, REAL *out)
 {
@@ -3702,57 +617,9 @@ INLINE void NAME(line_from_point_normal)(const REAL *p, const REAL *normal, REAL
     out[2] = normal_0;
 }
 
-static INLINE void NAME(line_from_point_normal_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[3];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(line_from_point_normal)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(line_from_point_normal_block)
-
-static INLINE void NAME(line_from_point_normal_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[3];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
-            NAME(line_from_point_normal)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
-    }
-}
-LOOPS(line_from_point_normal_dense)
-
-void NAME(line_from_point_normal_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(line_from_point_normal_block), WIDTHS(line_from_point_normal_dense),
-        LANES, (any_function *)NAME(line_from_point_normal), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_line_from_point_normal(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, 2) AND OUT(2, \
+    2, 3, 3, 1, 3)
+GAC_KERNEL(line_from_point_normal, PLAIN, DIRECT)
 
 INLINE void NAME(bisector_line)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -3763,57 +630,9 @@ INLINE void NAME(bisector_line)(const REAL *a, const REAL *b, REAL *out)
     out[2] = (b_e1 * b_e1 + b_e2 * b_e2 - a_e1 * a_e1 - a_e2 * a_e2) * (REAL)0.5;
 }
 
-static INLINE void NAME(bisector_line_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[3];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(bisector_line)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(bisector_line_block)
-
-static INLINE void NAME(bisector_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[3];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
-            NAME(bisector_line)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
-    }
-}
-LOOPS(bisector_line_dense)
-
-void NAME(bisector_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(bisector_line_block), WIDTHS(bisector_line_dense), LANES,
-        (any_function *)NAME(bisector_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_bisector_line(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, 2) AND OUT(2, 2, 3, 3, \
+    1, 3)
+GAC_KERNEL(bisector_line, PLAIN, DIRECT)
 
 INLINE void NAME(dual_line_from_normal)(const REAL *normal, REAL distance, REAL *out)
 {
@@ -3823,57 +642,9 @@ INLINE void NAME(dual_line_from_normal)(const REAL *normal, REAL distance, REAL 
     out[2] = distance;
 }
 
-static INLINE void NAME(dual_line_from_normal_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[1];
-        REAL x2[3];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(dual_line_from_normal)(x0, x1[0], x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(dual_line_from_normal_block)
-
-static INLINE void NAME(dual_line_from_normal_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[1];
-            REAL x2[3];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_scalar)(x1, (char *)a1 + (first + i) * w);
-            NAME(dual_line_from_normal)(x0, x1[0], x2);
-            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
-    }
-}
-LOOPS(dual_line_from_normal_dense)
-
-void NAME(dual_line_from_normal_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(dual_line_from_normal_block), WIDTHS(dual_line_from_normal_dense),
-        LANES, (any_function *)NAME(dual_line_from_normal), NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_dual_line_from_normal(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND NUMBER(1, 1) AND OUT(2, 1, 3, 3, \
+    1, 3)
+GAC_KERNEL(dual_line_from_normal, PLAIN, DIRECT)
 
 INLINE void NAME(line_polarity)(const REAL *line, REAL *out)
 {
@@ -3883,51 +654,8 @@ INLINE void NAME(line_polarity)(const REAL *line, REAL *out)
     out[2] = -line_e12inf;
 }
 
-static INLINE void NAME(line_polarity_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(line_polarity)(x0, x1);
-        NAME(store_3)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(line_polarity_block)
-
-static INLINE void NAME(line_polarity_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(line_polarity)(x0, x1);
-            NAME(store_3)((char *)(r1 + i), LANES * w, x1);
-        }
-        NAME(store_few)(a1 + first * 3, r1, 3, LANES, LANES);
-    }
-}
-LOOPS(line_polarity_dense)
-
-void NAME(line_polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(line_polarity_block), WIDTHS(line_polarity_dense), LANES,
-        (any_function *)NAME(line_polarity), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_line_polarity(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND OUT(1, 1, 3, 3, 1, 3)
+GAC_KERNEL(line_polarity, PLAIN, DIRECT)
 
 INLINE void NAME(line_from_dual)(const REAL *dual, REAL *out)
 {
@@ -3937,51 +665,8 @@ INLINE void NAME(line_from_dual)(const REAL *dual, REAL *out)
     out[2] = dual_e1;
 }
 
-static INLINE void NAME(line_from_dual_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(line_from_dual)(x0, x1);
-        NAME(store_3)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(line_from_dual_block)
-
-static INLINE void NAME(line_from_dual_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(line_from_dual)(x0, x1);
-            NAME(store_3)((char *)(r1 + i), LANES * w, x1);
-        }
-        NAME(store_few)(a1 + first * 3, r1, 3, LANES, LANES);
-    }
-}
-LOOPS(line_from_dual_dense)
-
-void NAME(line_from_dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(line_from_dual_block), WIDTHS(line_from_dual_dense), LANES,
-        (any_function *)NAME(line_from_dual), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_line_from_dual(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND OUT(1, 1, 3, 3, 1, 3)
+GAC_KERNEL(line_from_dual, PLAIN, DIRECT)
 
 INLINE void NAME(circle_from_line)(const REAL *line, REAL *out)
 {
@@ -3992,53 +677,8 @@ INLINE void NAME(circle_from_line)(const REAL *line, REAL *out)
     out[3] = line_e20inf;
 }
 
-static INLINE void NAME(circle_from_line_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[4];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(circle_from_line)(x0, x1);
-        NAME(store_4)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(circle_from_line_block)
-
-static INLINE void NAME(circle_from_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[3 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[3];
-            REAL x1[4];
-            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
-            NAME(circle_from_line)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
-    }
-}
-LOOP(circle_from_line_dense)
-
-void NAME(circle_from_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(circle_from_line_block), WIDTH(circle_from_line_dense), TILE,
-        (any_function *)NAME(circle_from_line), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_circle_from_line(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND OUT(1, 1, 4, 4, 1, 4)
+GAC_KERNEL(circle_from_line, PLAIN, TILES)
 
 INLINE void NAME(point_pair_from_points)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -4096,165 +736,16 @@ static INLINE void NAME(point_pair_from_points_apply_b)(const REAL *prepared, co
     out[5] = c2 - t0;
 }
 
-static INLINE void NAME(point_pair_from_points_block_a)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[1], c2a = strides[2];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x2[6];
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(point_pair_from_points_apply_a)(prepared, x1, x2);
-        NAME(store_6)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(point_pair_from_points_block_a)
-
-static INLINE void NAME(point_pair_from_points_dense_a)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r1[2 * TILE];
-    _Alignas(64) REAL r2[6 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_2)(r1, TILE, a1 + first * 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x1[2];
-            REAL x2[6];
-            NAME(load_2)(x1, (char *)(r1 + i), TILE * w);
-            NAME(point_pair_from_points_apply_a)(prepared, x1, x2);
-            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
-    }
-}
-LOOP(point_pair_from_points_dense_a)
-
-static void NAME(point_pair_from_points_start_a)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0];
-    REAL x0[2];
-    NAME(load_2)(x0, args[0], c0a);
-    NAME(point_pair_from_points_prepare_a)(x0, prepared);
-}
-
-static INLINE void NAME(point_pair_from_points_block_b)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[2];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x2[6];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(point_pair_from_points_apply_b)(prepared, x0, x2);
-        NAME(store_6)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(point_pair_from_points_block_b)
-
-static INLINE void NAME(point_pair_from_points_dense_b)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[2 * TILE];
-    _Alignas(64) REAL r2[6 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_2)(r0, TILE, a0 + first * 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[2];
-            REAL x2[6];
-            NAME(load_2)(x0, (char *)(r0 + i), TILE * w);
-            NAME(point_pair_from_points_apply_b)(prepared, x0, x2);
-            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
-    }
-}
-LOOP(point_pair_from_points_dense_b)
-
-static void NAME(point_pair_from_points_start_b)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c1a = strides[1];
-    REAL x1[2];
-    NAME(load_2)(x1, args[1], c1a);
-    NAME(point_pair_from_points_prepare_b)(x1, prepared);
-}
-
-static INLINE void NAME(point_pair_from_points_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[6];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(point_pair_from_points)(x0, x1, x2);
-        NAME(store_6)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(point_pair_from_points_block)
-
-static INLINE void NAME(point_pair_from_points_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[2 * TILE];
-    _Alignas(64) REAL r1[2 * TILE];
-    _Alignas(64) REAL r2[6 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_2)(r0, TILE, a0 + first * 2);
-        NAME(load_tile_2)(r1, TILE, a1 + first * 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[6];
-            NAME(load_2)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_2)(x1, (char *)(r1 + i), TILE * w);
-            NAME(point_pair_from_points)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
-    }
-}
-LOOP(point_pair_from_points_dense)
-
-void NAME(point_pair_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {6, 1, 2, {6}}};
-    static const struct form forms[] = {{1, 2, NAME(point_pair_from_points_start_a),
-        WIDTHS(point_pair_from_points_block_a), WIDTH(point_pair_from_points_dense_a), TILE}, {2, 2,
-        NAME(point_pair_from_points_start_b), WIDTHS(point_pair_from_points_block_b),
-        WIDTH(point_pair_from_points_dense_b), TILE}};
-    static const struct kernel kernel = {WIDTHS(point_pair_from_points_block), WIDTH(point_pair_from_points_dense),
-        TILE, (any_function *)NAME(point_pair_from_points), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_point_pair_from_points(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, 2) AND OUT(2, \
+    2, 6, 6, 1, 6)
+#define PARTS_point_pair_from_points_a(IN, NUMBER, OUT, AND) IN(1, 1, 2, 2, 1, 2) AND OUT(2, 2, 6, 6, 1, 6)
+#define SAME_point_pair_from_points_a(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2)
+GAC_FORM(point_pair_from_points, a, 0, PLAIN, PLAIN, TILES)
+#define PARTS_point_pair_from_points_b(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND OUT(2, 2, 6, 6, 1, 6)
+#define SAME_point_pair_from_points_b(IN, NUMBER, OUT, AND) IN(1, 1, 2, 2, 1, 2)
+GAC_FORM(point_pair_from_points, b, 1, PLAIN, PLAIN, TILES)
+GAC_KERNEL_AND_FORMS(point_pair_from_points, PLAIN, TILES, GAC_USE(point_pair_from_points, a, TILES, 1, 2, 3),
+    GAC_USE(point_pair_from_points, b, TILES, 2, 2, 3))
 
 INLINE void NAME(point_pair_from_centre)(const REAL *centre, const REAL *direction, REAL radius_squared, REAL *out)
 {
@@ -4321,177 +812,16 @@ static INLINE void NAME(point_pair_from_centre_apply_0_2)(const REAL *prepared, 
     out[5] = t0;
 }
 
-static INLINE void NAME(point_pair_from_centre_block_0_1)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c3a = strides[2];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x2[1];
-        REAL x3[6];
-        NAME(load_scalar)(x2, a2 + i * w);
-        NAME(point_pair_from_centre_apply_0_1)(prepared, x2[0], x3);
-        NAME(store_6)(a3 + i * w, c3a, x3);
-    }
-}
-LOOPS(point_pair_from_centre_block_0_1)
-
-static INLINE void NAME(point_pair_from_centre_dense_0_1)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a2 = (REAL *)args[2];
-    REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r2[1 * TILE];
-    _Alignas(64) REAL r3[6 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_1)(r2, TILE, a2 + first * 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x2[1];
-            REAL x3[6];
-            NAME(load_scalar)(x2, (char *)(r2 + i));
-            NAME(point_pair_from_centre_apply_0_1)(prepared, x2[0], x3);
-            NAME(store_6)((char *)(r3 + i), TILE * w, x3);
-        }
-        NAME(store_tile_6)(a3 + first * 6, r3, TILE);
-    }
-}
-LOOP(point_pair_from_centre_dense_0_1)
-
-static void NAME(point_pair_from_centre_start_0_1)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    REAL x0[2];
-    NAME(load_2)(x0, args[0], c0a);
-    REAL x1[2];
-    NAME(load_2)(x1, args[1], c1a);
-    NAME(point_pair_from_centre_prepare_0_1)(x0, x1, prepared);
-}
-
-static INLINE void NAME(point_pair_from_centre_block_0_2)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[1], c3a = strides[2];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x3[6];
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(point_pair_from_centre_apply_0_2)(prepared, x1, x3);
-        NAME(store_6)(a3 + i * w, c3a, x3);
-    }
-}
-LOOPS(point_pair_from_centre_block_0_2)
-
-static INLINE void NAME(point_pair_from_centre_dense_0_2)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a1 = (REAL *)args[1];
-    REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r1[2 * TILE];
-    _Alignas(64) REAL r3[6 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_2)(r1, TILE, a1 + first * 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x1[2];
-            REAL x3[6];
-            NAME(load_2)(x1, (char *)(r1 + i), TILE * w);
-            NAME(point_pair_from_centre_apply_0_2)(prepared, x1, x3);
-            NAME(store_6)((char *)(r3 + i), TILE * w, x3);
-        }
-        NAME(store_tile_6)(a3 + first * 6, r3, TILE);
-    }
-}
-LOOP(point_pair_from_centre_dense_0_2)
-
-static void NAME(point_pair_from_centre_start_0_2)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0];
-    REAL x0[2];
-    NAME(load_2)(x0, args[0], c0a);
-    REAL x2[1];
-    NAME(load_scalar)(x2, args[2]);
-    NAME(point_pair_from_centre_prepare_0_2)(x0, x2[0], prepared);
-}
-
-static INLINE void NAME(point_pair_from_centre_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c3a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[1];
-        REAL x3[6];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(load_scalar)(x2, a2 + i * w);
-        NAME(point_pair_from_centre)(x0, x1, x2[0], x3);
-        NAME(store_6)(a3 + i * w, c3a, x3);
-    }
-}
-LOOPS(point_pair_from_centre_block)
-
-static INLINE void NAME(point_pair_from_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r0[2 * TILE];
-    _Alignas(64) REAL r1[2 * TILE];
-    _Alignas(64) REAL r2[1 * TILE];
-    _Alignas(64) REAL r3[6 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_2)(r0, TILE, a0 + first * 2);
-        NAME(load_tile_2)(r1, TILE, a1 + first * 2);
-        NAME(load_tile_1)(r2, TILE, a2 + first * 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[1];
-            REAL x3[6];
-            NAME(load_2)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_2)(x1, (char *)(r1 + i), TILE * w);
-            NAME(load_scalar)(x2, (char *)(r2 + i));
-            NAME(point_pair_from_centre)(x0, x1, x2[0], x3);
-            NAME(store_6)((char *)(r3 + i), TILE * w, x3);
-        }
-        NAME(store_tile_6)(a3 + first * 6, r3, TILE);
-    }
-}
-LOOP(point_pair_from_centre_dense)
-
-void NAME(point_pair_from_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}, {6, 1, 2, {6}}};
-    static const struct form forms[] = {{3, 2, NAME(point_pair_from_centre_start_0_1),
-        WIDTHS(point_pair_from_centre_block_0_1), WIDTH(point_pair_from_centre_dense_0_1), TILE}, {5, 2,
-        NAME(point_pair_from_centre_start_0_2), WIDTHS(point_pair_from_centre_block_0_2),
-        WIDTH(point_pair_from_centre_dense_0_2), TILE}};
-    static const struct kernel kernel = {WIDTHS(point_pair_from_centre_block), WIDTH(point_pair_from_centre_dense),
-        TILE, (any_function *)NAME(point_pair_from_centre), NAME(call_aanr), 3, 4, 2, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_point_pair_from_centre(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, 2) AND \
+    NUMBER(2, 2) AND OUT(3, 2, 6, 6, 1, 6)
+#define PARTS_point_pair_from_centre_0_1(IN, NUMBER, OUT, AND) NUMBER(2, 2) AND OUT(3, 2, 6, 6, 1, 6)
+#define SAME_point_pair_from_centre_0_1(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, 2)
+GAC_FORM(point_pair_from_centre, 0_1, 0, PLAIN, PLAIN, TILES)
+#define PARTS_point_pair_from_centre_0_2(IN, NUMBER, OUT, AND) IN(1, 1, 2, 2, 1, 2) AND OUT(3, 2, 6, 6, 1, 6)
+#define SAME_point_pair_from_centre_0_2(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND NUMBER(2, 2)
+GAC_FORM(point_pair_from_centre, 0_2, 0, PLAIN, PLAIN, TILES)
+GAC_KERNEL_AND_FORMS(point_pair_from_centre, PLAIN, TILES, GAC_USE(point_pair_from_centre, 0_1, TILES, 3, 2, 8),
+    GAC_USE(point_pair_from_centre, 0_2, TILES, 5, 2, 3))
 
 INLINE void NAME(circle_from_points)(const REAL *a, const REAL *b, const REAL *c, REAL *out)
 {
@@ -4607,230 +937,19 @@ static INLINE void NAME(circle_from_points_apply_b_c)(const REAL *prepared, cons
     out[3] = a_e2 * c6 + t0 * c8 - c3;
 }
 
-static INLINE void NAME(circle_from_points_block_a_b)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c2a = strides[2], c3a = strides[3];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x2[2];
-        REAL x3[4];
-        NAME(load_2)(x2, a2 + i * w, c2a);
-        NAME(circle_from_points_apply_a_b)(prepared, x2, x3);
-        NAME(store_4)(a3 + i * w, c3a, x3);
-    }
-}
-LOOPS(circle_from_points_block_a_b)
-
-static INLINE void NAME(circle_from_points_dense_a_b)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a2 = (REAL *)args[2];
-    REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r2[2 * TILE];
-    _Alignas(64) REAL r3[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_2)(r2, TILE, a2 + first * 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x2[2];
-            REAL x3[4];
-            NAME(load_2)(x2, (char *)(r2 + i), TILE * w);
-            NAME(circle_from_points_apply_a_b)(prepared, x2, x3);
-            NAME(store_4)((char *)(r3 + i), TILE * w, x3);
-        }
-        NAME(store_tile_4)(a3 + first * 4, r3, TILE);
-    }
-}
-LOOP(circle_from_points_dense_a_b)
-
-static void NAME(circle_from_points_start_a_b)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    REAL x0[2];
-    NAME(load_2)(x0, args[0], c0a);
-    REAL x1[2];
-    NAME(load_2)(x1, args[1], c1a);
-    NAME(circle_from_points_prepare_a_b)(x0, x1, prepared);
-}
-
-static INLINE void NAME(circle_from_points_block_a_c)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[1], c3a = strides[3];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x3[4];
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(circle_from_points_apply_a_c)(prepared, x1, x3);
-        NAME(store_4)(a3 + i * w, c3a, x3);
-    }
-}
-LOOPS(circle_from_points_block_a_c)
-
-static INLINE void NAME(circle_from_points_dense_a_c)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a1 = (REAL *)args[1];
-    REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r1[2 * TILE];
-    _Alignas(64) REAL r3[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_2)(r1, TILE, a1 + first * 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x1[2];
-            REAL x3[4];
-            NAME(load_2)(x1, (char *)(r1 + i), TILE * w);
-            NAME(circle_from_points_apply_a_c)(prepared, x1, x3);
-            NAME(store_4)((char *)(r3 + i), TILE * w, x3);
-        }
-        NAME(store_tile_4)(a3 + first * 4, r3, TILE);
-    }
-}
-LOOP(circle_from_points_dense_a_c)
-
-static void NAME(circle_from_points_start_a_c)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0], c2a = strides[2];
-    REAL x0[2];
-    NAME(load_2)(x0, args[0], c0a);
-    REAL x2[2];
-    NAME(load_2)(x2, args[2], c2a);
-    NAME(circle_from_points_prepare_a_c)(x0, x2, prepared);
-}
-
-static INLINE void NAME(circle_from_points_block_b_c)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c3a = strides[3];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x3[4];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(circle_from_points_apply_b_c)(prepared, x0, x3);
-        NAME(store_4)(a3 + i * w, c3a, x3);
-    }
-}
-LOOPS(circle_from_points_block_b_c)
-
-static INLINE void NAME(circle_from_points_dense_b_c)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r0[2 * TILE];
-    _Alignas(64) REAL r3[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_2)(r0, TILE, a0 + first * 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[2];
-            REAL x3[4];
-            NAME(load_2)(x0, (char *)(r0 + i), TILE * w);
-            NAME(circle_from_points_apply_b_c)(prepared, x0, x3);
-            NAME(store_4)((char *)(r3 + i), TILE * w, x3);
-        }
-        NAME(store_tile_4)(a3 + first * 4, r3, TILE);
-    }
-}
-LOOP(circle_from_points_dense_b_c)
-
-static void NAME(circle_from_points_start_b_c)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c1a = strides[1], c2a = strides[2];
-    REAL x1[2];
-    NAME(load_2)(x1, args[1], c1a);
-    REAL x2[2];
-    NAME(load_2)(x2, args[2], c2a);
-    NAME(circle_from_points_prepare_b_c)(x1, x2, prepared);
-}
-
-static INLINE void NAME(circle_from_points_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[2];
-        REAL x3[4];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(load_2)(x2, a2 + i * w, c2a);
-        NAME(circle_from_points)(x0, x1, x2, x3);
-        NAME(store_4)(a3 + i * w, c3a, x3);
-    }
-}
-LOOPS(circle_from_points_block)
-
-static INLINE void NAME(circle_from_points_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r0[2 * TILE];
-    _Alignas(64) REAL r1[2 * TILE];
-    _Alignas(64) REAL r2[2 * TILE];
-    _Alignas(64) REAL r3[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_2)(r0, TILE, a0 + first * 2);
-        NAME(load_tile_2)(r1, TILE, a1 + first * 2);
-        NAME(load_tile_2)(r2, TILE, a2 + first * 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[2];
-            REAL x3[4];
-            NAME(load_2)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_2)(x1, (char *)(r1 + i), TILE * w);
-            NAME(load_2)(x2, (char *)(r2 + i), TILE * w);
-            NAME(circle_from_points)(x0, x1, x2, x3);
-            NAME(store_4)((char *)(r3 + i), TILE * w, x3);
-        }
-        NAME(store_tile_4)(a3 + first * 4, r3, TILE);
-    }
-}
-LOOP(circle_from_points_dense)
-
-void NAME(circle_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}, {4, 1, 3, {4}}};
-    static const struct form forms[] = {{3, 3, NAME(circle_from_points_start_a_b),
-        WIDTHS(circle_from_points_block_a_b), WIDTH(circle_from_points_dense_a_b), TILE}, {5, 3,
-        NAME(circle_from_points_start_a_c), WIDTHS(circle_from_points_block_a_c),
-        WIDTH(circle_from_points_dense_a_c), TILE}, {6, 3, NAME(circle_from_points_start_b_c),
-        WIDTHS(circle_from_points_block_b_c), WIDTH(circle_from_points_dense_b_c), TILE}};
-    static const struct kernel kernel = {WIDTHS(circle_from_points_block), WIDTH(circle_from_points_dense), TILE,
-        (any_function *)NAME(circle_from_points), NAME(call_aaar), 3, 4, 3, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_circle_from_points(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, 2) AND IN(2, 2, 2, \
+    2, 1, 2) AND OUT(3, 3, 4, 4, 1, 4)
+#define PARTS_circle_from_points_a_b(IN, NUMBER, OUT, AND) IN(2, 2, 2, 2, 1, 2) AND OUT(3, 3, 4, 4, 1, 4)
+#define SAME_circle_from_points_a_b(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, 2)
+GAC_FORM(circle_from_points, a_b, 0, PLAIN, PLAIN, TILES)
+#define PARTS_circle_from_points_a_c(IN, NUMBER, OUT, AND) IN(1, 1, 2, 2, 1, 2) AND OUT(3, 3, 4, 4, 1, 4)
+#define SAME_circle_from_points_a_c(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(2, 2, 2, 2, 1, 2)
+GAC_FORM(circle_from_points, a_c, 0, PLAIN, PLAIN, TILES)
+#define PARTS_circle_from_points_b_c(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND OUT(3, 3, 4, 4, 1, 4)
+#define SAME_circle_from_points_b_c(IN, NUMBER, OUT, AND) IN(1, 1, 2, 2, 1, 2) AND IN(2, 2, 2, 2, 1, 2)
+GAC_FORM(circle_from_points, b_c, 1, PLAIN, PLAIN, TILES)
+GAC_KERNEL_AND_FORMS(circle_from_points, PLAIN, TILES, GAC_USE(circle_from_points, a_b, TILES, 3, 3, 9),
+    GAC_USE(circle_from_points, a_c, TILES, 5, 3, 9), GAC_USE(circle_from_points, b_c, TILES, 6, 3, 9))
 
 INLINE void NAME(dual_circle_from_centre)(const REAL *centre, REAL radius, REAL *out)
 {
@@ -4841,62 +960,9 @@ INLINE void NAME(dual_circle_from_centre)(const REAL *centre, REAL radius, REAL 
     out[3] = (centre_e1 * centre_e1 + centre_e2 * centre_e2 - radius * radius) * (REAL)0.5;
 }
 
-static INLINE void NAME(dual_circle_from_centre_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[1];
-        REAL x2[4];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(dual_circle_from_centre)(x0, x1[0], x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(dual_circle_from_centre_block)
-
-static INLINE void NAME(dual_circle_from_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[2 * TILE];
-    _Alignas(64) REAL r1[1 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_2)(r0, TILE, a0 + first * 2);
-        NAME(load_tile_1)(r1, TILE, a1 + first * 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[2];
-            REAL x1[1];
-            REAL x2[4];
-            NAME(load_2)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_scalar)(x1, (char *)(r1 + i));
-            NAME(dual_circle_from_centre)(x0, x1[0], x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(dual_circle_from_centre_dense)
-
-void NAME(dual_circle_from_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(dual_circle_from_centre_block),
-        WIDTH(dual_circle_from_centre_dense), TILE, (any_function *)NAME(dual_circle_from_centre), NAME(call_anr),
-        2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_dual_circle_from_centre(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND NUMBER(1, 1) AND OUT(2, 1, 4, \
+    4, 1, 4)
+GAC_KERNEL(dual_circle_from_centre, PLAIN, TILES)
 
 INLINE void NAME(dual_circle_through_point)(const REAL *centre, const REAL *p, REAL *out)
 {
@@ -4908,62 +974,9 @@ INLINE void NAME(dual_circle_through_point)(const REAL *centre, const REAL *p, R
     out[3] = p_e1 * (centre_e1 - p_e1 * (REAL)0.5) + p_e2 * (centre_e2 - p_e2 * (REAL)0.5);
 }
 
-static INLINE void NAME(dual_circle_through_point_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[4];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(dual_circle_through_point)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(dual_circle_through_point_block)
-
-static INLINE void NAME(dual_circle_through_point_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[2 * TILE];
-    _Alignas(64) REAL r1[2 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_2)(r0, TILE, a0 + first * 2);
-        NAME(load_tile_2)(r1, TILE, a1 + first * 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[4];
-            NAME(load_2)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_2)(x1, (char *)(r1 + i), TILE * w);
-            NAME(dual_circle_through_point)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(dual_circle_through_point_dense)
-
-void NAME(dual_circle_through_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(dual_circle_through_point_block),
-        WIDTH(dual_circle_through_point_dense), TILE, (any_function *)NAME(dual_circle_through_point),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_dual_circle_through_point(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, 2) AND \
+    OUT(2, 2, 4, 4, 1, 4)
+GAC_KERNEL(dual_circle_through_point, PLAIN, TILES)
 
 INLINE void NAME(circle_from_centre)(const REAL *centre, REAL radius, REAL *out)
 {
@@ -4974,61 +987,9 @@ INLINE void NAME(circle_from_centre)(const REAL *centre, REAL radius, REAL *out)
     out[3] = centre_e1;
 }
 
-static INLINE void NAME(circle_from_centre_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[1];
-        REAL x2[4];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(circle_from_centre)(x0, x1[0], x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(circle_from_centre_block)
-
-static INLINE void NAME(circle_from_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[2 * TILE];
-    _Alignas(64) REAL r1[1 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_2)(r0, TILE, a0 + first * 2);
-        NAME(load_tile_1)(r1, TILE, a1 + first * 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[2];
-            REAL x1[1];
-            REAL x2[4];
-            NAME(load_2)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_scalar)(x1, (char *)(r1 + i));
-            NAME(circle_from_centre)(x0, x1[0], x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(circle_from_centre_dense)
-
-void NAME(circle_from_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(circle_from_centre_block), WIDTH(circle_from_centre_dense), TILE,
-        (any_function *)NAME(circle_from_centre), NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_circle_from_centre(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND NUMBER(1, 1) AND OUT(2, 1, 4, 4, 1, \
+    4)
+GAC_KERNEL(circle_from_centre, PLAIN, TILES)
 
 INLINE void NAME(circle_from_centre_radius_squared)(const REAL *centre, REAL radius_squared, REAL *out)
 {
@@ -5039,62 +1000,9 @@ INLINE void NAME(circle_from_centre_radius_squared)(const REAL *centre, REAL rad
     out[3] = centre_e1;
 }
 
-static INLINE void NAME(circle_from_centre_radius_squared_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[1];
-        REAL x2[4];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(circle_from_centre_radius_squared)(x0, x1[0], x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(circle_from_centre_radius_squared_block)
-
-static INLINE void NAME(circle_from_centre_radius_squared_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[2 * TILE];
-    _Alignas(64) REAL r1[1 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_2)(r0, TILE, a0 + first * 2);
-        NAME(load_tile_1)(r1, TILE, a1 + first * 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[2];
-            REAL x1[1];
-            REAL x2[4];
-            NAME(load_2)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_scalar)(x1, (char *)(r1 + i));
-            NAME(circle_from_centre_radius_squared)(x0, x1[0], x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(circle_from_centre_radius_squared_dense)
-
-void NAME(circle_from_centre_radius_squared_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(circle_from_centre_radius_squared_block),
-        WIDTH(circle_from_centre_radius_squared_dense), TILE, (any_function
-        *)NAME(circle_from_centre_radius_squared), NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_circle_from_centre_radius_squared(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND NUMBER(1, 1) AND \
+    OUT(2, 1, 4, 4, 1, 4)
+GAC_KERNEL(circle_from_centre_radius_squared, PLAIN, TILES)
 
 INLINE void NAME(circle_polarity)(const REAL *circle, REAL *out)
 {
@@ -5106,53 +1014,8 @@ INLINE void NAME(circle_polarity)(const REAL *circle, REAL *out)
     out[3] = -circle_e12inf;
 }
 
-static INLINE void NAME(circle_polarity_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(circle_polarity)(x0, x1);
-        NAME(store_4)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(circle_polarity_block)
-
-static INLINE void NAME(circle_polarity_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(circle_polarity)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
-    }
-}
-LOOP(circle_polarity_dense)
-
-void NAME(circle_polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(circle_polarity_block), WIDTH(circle_polarity_dense), TILE,
-        (any_function *)NAME(circle_polarity), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_circle_polarity(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(1, 1, 4, 4, 1, 4)
+GAC_KERNEL(circle_polarity, PLAIN, TILES)
 
 INLINE void NAME(circle_from_dual)(const REAL *dual, REAL *out)
 {
@@ -5163,53 +1026,8 @@ INLINE void NAME(circle_from_dual)(const REAL *dual, REAL *out)
     out[3] = dual_e1;
 }
 
-static INLINE void NAME(circle_from_dual_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(circle_from_dual)(x0, x1);
-        NAME(store_4)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(circle_from_dual_block)
-
-static INLINE void NAME(circle_from_dual_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(circle_from_dual)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
-    }
-}
-LOOP(circle_from_dual_dense)
-
-void NAME(circle_from_dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(circle_from_dual_block), WIDTH(circle_from_dual_dense), TILE,
-        (any_function *)NAME(circle_from_dual), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_circle_from_dual(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(1, 1, 4, 4, 1, 4)
+GAC_KERNEL(circle_from_dual, PLAIN, TILES)
 
 INLINE void NAME(tangent_line_of_circle)(const REAL *circle, const REAL *p, REAL *out)
 {
@@ -5223,57 +1041,9 @@ INLINE void NAME(tangent_line_of_circle)(const REAL *circle, const REAL *p, REAL
     out[2] = t0 - circle_e20inf;
 }
 
-static INLINE void NAME(tangent_line_of_circle_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[2];
-        REAL x2[3];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(tangent_line_of_circle)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(tangent_line_of_circle_block)
-
-static INLINE void NAME(tangent_line_of_circle_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[4];
-            REAL x1[2];
-            REAL x2[3];
-            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
-            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
-            NAME(tangent_line_of_circle)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
-    }
-}
-LOOPS(tangent_line_of_circle_dense)
-
-void NAME(tangent_line_of_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(tangent_line_of_circle_block), WIDTHS(tangent_line_of_circle_dense),
-        LANES, (any_function *)NAME(tangent_line_of_circle), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_tangent_line_of_circle(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 2, 2, 1, 2) AND OUT(2, \
+    2, 3, 3, 1, 3)
+GAC_KERNEL(tangent_line_of_circle, PLAIN, DIRECT)
 
 INLINE void NAME(line_direction)(const REAL *line, REAL *out)
 {
@@ -5282,51 +1052,8 @@ INLINE void NAME(line_direction)(const REAL *line, REAL *out)
     out[1] = -line_e20inf;
 }
 
-static INLINE void NAME(line_direction_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[2];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(line_direction)(x0, x1);
-        NAME(store_2)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(line_direction_block)
-
-static INLINE void NAME(line_direction_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x1[2];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(line_direction)(x0, x1);
-            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
-        }
-        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
-    }
-}
-LOOPS(line_direction_dense)
-
-void NAME(line_direction_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(line_direction_block), WIDTHS(line_direction_dense), LANES,
-        (any_function *)NAME(line_direction), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_line_direction(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND OUT(1, 1, 2, 2, 1, 2)
+GAC_KERNEL(line_direction, PLAIN, DIRECT)
 
 INLINE void NAME(line_to_normal)(const REAL *line, REAL *out_0, REAL *out_1)
 {
@@ -5337,59 +1064,9 @@ INLINE void NAME(line_to_normal)(const REAL *line, REAL *out_0, REAL *out_1)
     out_1[0] = -(line_e12inf * t0);
 }
 
-static INLINE void NAME(line_to_normal_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[2];
-        REAL x2[1];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(line_to_normal)(x0, x1, x2);
-        NAME(store_2)(a1 + i * w, c1a, x1);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(line_to_normal_block)
-
-static INLINE void NAME(line_to_normal_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r1[2 * LANES];
-    _Alignas(64) REAL r2[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x1[2];
-            REAL x2[1];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(line_to_normal)(x0, x1, x2);
-            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
-        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
-    }
-}
-LOOPS(line_to_normal_dense)
-
-void NAME(line_to_normal_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(line_to_normal_block), WIDTHS(line_to_normal_dense), LANES,
-        (any_function *)NAME(line_to_normal), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_line_to_normal(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND OUT(1, 1, 2, 2, 1, 2) AND OUT(2, 2, \
+    scalar, 1, 0, 0)
+GAC_KERNEL(line_to_normal, PLAIN, DIRECT)
 
 INLINE void NAME(line_support)(const REAL *line, REAL *out)
 {
@@ -5400,51 +1077,8 @@ INLINE void NAME(line_support)(const REAL *line, REAL *out)
     out[1] = t1 * (line_e10inf * t0);
 }
 
-static INLINE void NAME(line_support_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[2];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(line_support)(x0, x1);
-        NAME(store_2)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(line_support_block)
-
-static INLINE void NAME(line_support_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x1[2];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(line_support)(x0, x1);
-            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
-        }
-        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
-    }
-}
-LOOPS(line_support_dense)
-
-void NAME(line_support_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(line_support_block), WIDTHS(line_support_dense), LANES,
-        (any_function *)NAME(line_support), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_line_support(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND OUT(1, 1, 2, 2, 1, 2)
+GAC_KERNEL(line_support, PLAIN, DIRECT)
 
 INLINE void NAME(circle_centre)(const REAL *circle, REAL *out)
 {
@@ -5454,51 +1088,8 @@ INLINE void NAME(circle_centre)(const REAL *circle, REAL *out)
     out[1] = -(circle_e10inf * t0);
 }
 
-static INLINE void NAME(circle_centre_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[2];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(circle_centre)(x0, x1);
-        NAME(store_2)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(circle_centre_block)
-
-static INLINE void NAME(circle_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[4];
-            REAL x1[2];
-            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
-            NAME(circle_centre)(x0, x1);
-            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
-        }
-        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
-    }
-}
-LOOPS(circle_centre_dense)
-
-void NAME(circle_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(circle_centre_block), WIDTHS(circle_centre_dense), LANES,
-        (any_function *)NAME(circle_centre), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_circle_centre(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(1, 1, 2, 2, 1, 2)
+GAC_KERNEL(circle_centre, PLAIN, DIRECT)
 
 INLINE void NAME(circle_radius_squared)(const REAL *circle, REAL *out)
 {
@@ -5509,51 +1100,8 @@ INLINE void NAME(circle_radius_squared)(const REAL *circle, REAL *out)
     out[0] = -(t1 / -(circle_e120 * circle_e120));
 }
 
-static INLINE void NAME(circle_radius_squared_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[1];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(circle_radius_squared)(x0, x1);
-        NAME(store_scalar)(a1 + i * w, x1);
-    }
-}
-LOOPS(circle_radius_squared_block)
-
-static INLINE void NAME(circle_radius_squared_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[4];
-            REAL x1[1];
-            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
-            NAME(circle_radius_squared)(x0, x1);
-            NAME(store_scalar)((char *)(r1 + i), x1);
-        }
-        NAME(store_few)(a1 + first * 1, r1, 1, LANES, LANES);
-    }
-}
-LOOPS(circle_radius_squared_dense)
-
-void NAME(circle_radius_squared_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(circle_radius_squared_block), WIDTHS(circle_radius_squared_dense),
-        LANES, (any_function *)NAME(circle_radius_squared), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_circle_radius_squared(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(1, 1, scalar, 1, 0, 0)
+GAC_KERNEL(circle_radius_squared, PLAIN, DIRECT)
 
 INLINE void NAME(dual_circle_radius_squared)(const REAL *s, REAL *out)
 {
@@ -5562,52 +1110,8 @@ INLINE void NAME(dual_circle_radius_squared)(const REAL *s, REAL *out)
     out[0] = (s_e1 * s_e1 + s_e2 * s_e2 - t0 - t0) / (s_e0 * s_e0);
 }
 
-static INLINE void NAME(dual_circle_radius_squared_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[1];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(dual_circle_radius_squared)(x0, x1);
-        NAME(store_scalar)(a1 + i * w, x1);
-    }
-}
-LOOPS(dual_circle_radius_squared_block)
-
-static INLINE void NAME(dual_circle_radius_squared_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[4];
-            REAL x1[1];
-            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
-            NAME(dual_circle_radius_squared)(x0, x1);
-            NAME(store_scalar)((char *)(r1 + i), x1);
-        }
-        NAME(store_few)(a1 + first * 1, r1, 1, LANES, LANES);
-    }
-}
-LOOPS(dual_circle_radius_squared_dense)
-
-void NAME(dual_circle_radius_squared_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(dual_circle_radius_squared_block),
-        WIDTHS(dual_circle_radius_squared_dense), LANES, (any_function *)NAME(dual_circle_radius_squared),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_dual_circle_radius_squared(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(1, 1, scalar, 1, 0, 0)
+GAC_KERNEL(dual_circle_radius_squared, PLAIN, DIRECT)
 
 INLINE void NAME(circle_weight)(const REAL *circle, REAL *out)
 {
@@ -5615,51 +1119,8 @@ INLINE void NAME(circle_weight)(const REAL *circle, REAL *out)
     out[0] = circle_e120;
 }
 
-static INLINE void NAME(circle_weight_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[1];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(circle_weight)(x0, x1);
-        NAME(store_scalar)(a1 + i * w, x1);
-    }
-}
-LOOPS(circle_weight_block)
-
-static INLINE void NAME(circle_weight_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[4];
-            REAL x1[1];
-            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
-            NAME(circle_weight)(x0, x1);
-            NAME(store_scalar)((char *)(r1 + i), x1);
-        }
-        NAME(store_few)(a1 + first * 1, r1, 1, LANES, LANES);
-    }
-}
-LOOPS(circle_weight_dense)
-
-void NAME(circle_weight_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(circle_weight_block), WIDTHS(circle_weight_dense), LANES,
-        (any_function *)NAME(circle_weight), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_circle_weight(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(1, 1, scalar, 1, 0, 0)
+GAC_KERNEL(circle_weight, PLAIN, DIRECT)
 
 INLINE void NAME(circle_kind)(const REAL *circle, REAL *out)
 {
@@ -5678,51 +1139,8 @@ INLINE void NAME(circle_kind)(const REAL *circle, REAL *out)
     out[0] = SELECT(LESS_EQUAL(circle_e120 * circle_e120, (REAL)1e-24 * t5), (REAL)2, t9);
 }
 
-static INLINE void NAME(circle_kind_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[1];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(circle_kind)(x0, x1);
-        NAME(store_scalar)(a1 + i * w, x1);
-    }
-}
-LOOPS(circle_kind_block)
-
-static INLINE void NAME(circle_kind_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[4];
-            REAL x1[1];
-            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
-            NAME(circle_kind)(x0, x1);
-            NAME(store_scalar)((char *)(r1 + i), x1);
-        }
-        NAME(store_few)(a1 + first * 1, r1, 1, LANES, LANES);
-    }
-}
-LOOPS(circle_kind_dense)
-
-void NAME(circle_kind_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(circle_kind_block), WIDTHS(circle_kind_dense), LANES, (any_function
-        *)NAME(circle_kind), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_circle_kind(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(1, 1, scalar, 1, 0, 0)
+GAC_KERNEL(circle_kind, PLAIN, DIRECT)
 
 INLINE void NAME(point_pair_centre)(const REAL *pair, REAL *out)
 {
@@ -5734,53 +1152,8 @@ INLINE void NAME(point_pair_centre)(const REAL *pair, REAL *out)
     out[1] = t2 * (pair_e0inf * t1 - pair_e12 * t0);
 }
 
-static INLINE void NAME(point_pair_centre_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[2];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(point_pair_centre)(x0, x1);
-        NAME(store_2)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(point_pair_centre_block)
-
-static INLINE void NAME(point_pair_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r1[2 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x1[2];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(point_pair_centre)(x0, x1);
-            NAME(store_2)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_2)(a1 + first * 2, r1, TILE);
-    }
-}
-LOOP(point_pair_centre_dense)
-
-void NAME(point_pair_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_centre_block), WIDTH(point_pair_centre_dense), TILE,
-        (any_function *)NAME(point_pair_centre), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_point_pair_centre(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND OUT(1, 1, 2, 2, 1, 2)
+GAC_KERNEL(point_pair_centre, PLAIN, TILES)
 
 INLINE void NAME(point_pair_radius_squared)(const REAL *pair, REAL *out)
 {
@@ -5790,54 +1163,8 @@ INLINE void NAME(point_pair_radius_squared)(const REAL *pair, REAL *out)
     out[0] = (t0 - pair_e12 * pair_e12) / (pair_e10 * pair_e10 + pair_e20 * pair_e20);
 }
 
-static INLINE void NAME(point_pair_radius_squared_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[1];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(point_pair_radius_squared)(x0, x1);
-        NAME(store_scalar)(a1 + i * w, x1);
-    }
-}
-LOOPS(point_pair_radius_squared_block)
-
-static INLINE void NAME(point_pair_radius_squared_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r1[1 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x1[1];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(point_pair_radius_squared)(x0, x1);
-            NAME(store_scalar)((char *)(r1 + i), x1);
-        }
-        NAME(store_tile_1)(a1 + first * 1, r1, TILE);
-    }
-}
-LOOP(point_pair_radius_squared_dense)
-
-void NAME(point_pair_radius_squared_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_radius_squared_block),
-        WIDTH(point_pair_radius_squared_dense), TILE, (any_function *)NAME(point_pair_radius_squared),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_point_pair_radius_squared(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND OUT(1, 1, scalar, 1, 0, 0)
+GAC_KERNEL(point_pair_radius_squared, PLAIN, TILES)
 
 INLINE void NAME(point_pair_points)(const REAL *pair, REAL *out_0, REAL *out_1)
 {
@@ -5860,61 +1187,9 @@ INLINE void NAME(point_pair_points)(const REAL *pair, REAL *out_0, REAL *out_1)
     out_1[1] = t10 - t9;
 }
 
-static INLINE void NAME(point_pair_points_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(point_pair_points)(x0, x1, x2);
-        NAME(store_2)(a1 + i * w, c1a, x1);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(point_pair_points_block)
-
-static INLINE void NAME(point_pair_points_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r1[2 * TILE];
-    _Alignas(64) REAL r2[2 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x1[2];
-            REAL x2[2];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(point_pair_points)(x0, x1, x2);
-            NAME(store_2)((char *)(r1 + i), TILE * w, x1);
-            NAME(store_2)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_2)(a1 + first * 2, r1, TILE);
-        NAME(store_tile_2)(a2 + first * 2, r2, TILE);
-    }
-}
-LOOP(point_pair_points_dense)
-
-void NAME(point_pair_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_points_block), WIDTH(point_pair_points_dense), TILE,
-        (any_function *)NAME(point_pair_points), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_point_pair_points(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND OUT(1, 1, 2, 2, 1, 2) AND OUT(2, 2, \
+    2, 2, 1, 2)
+GAC_KERNEL(point_pair_points, PLAIN, TILES)
 
 INLINE void NAME(point_pair_direction)(const REAL *pair, REAL *out)
 {
@@ -5924,53 +1199,8 @@ INLINE void NAME(point_pair_direction)(const REAL *pair, REAL *out)
     out[1] = -(pair_e20 * t0);
 }
 
-static INLINE void NAME(point_pair_direction_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[2];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(point_pair_direction)(x0, x1);
-        NAME(store_2)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(point_pair_direction_block)
-
-static INLINE void NAME(point_pair_direction_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r1[2 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x1[2];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(point_pair_direction)(x0, x1);
-            NAME(store_2)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_2)(a1 + first * 2, r1, TILE);
-    }
-}
-LOOP(point_pair_direction_dense)
-
-void NAME(point_pair_direction_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_direction_block), WIDTH(point_pair_direction_dense),
-        TILE, (any_function *)NAME(point_pair_direction), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_point_pair_direction(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND OUT(1, 1, 2, 2, 1, 2)
+GAC_KERNEL(point_pair_direction, PLAIN, TILES)
 
 INLINE void NAME(point_pair_weight)(const REAL *pair, REAL *out)
 {
@@ -5978,53 +1208,8 @@ INLINE void NAME(point_pair_weight)(const REAL *pair, REAL *out)
     out[0] = SQRT(pair_e10 * pair_e10 + pair_e20 * pair_e20);
 }
 
-static INLINE void NAME(point_pair_weight_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[1];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(point_pair_weight)(x0, x1);
-        NAME(store_scalar)(a1 + i * w, x1);
-    }
-}
-LOOPS(point_pair_weight_block)
-
-static INLINE void NAME(point_pair_weight_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r1[1 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x1[1];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(point_pair_weight)(x0, x1);
-            NAME(store_scalar)((char *)(r1 + i), x1);
-        }
-        NAME(store_tile_1)(a1 + first * 1, r1, TILE);
-    }
-}
-LOOP(point_pair_weight_dense)
-
-void NAME(point_pair_weight_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_weight_block), WIDTH(point_pair_weight_dense), TILE,
-        (any_function *)NAME(point_pair_weight), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_point_pair_weight(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND OUT(1, 1, scalar, 1, 0, 0)
+GAC_KERNEL(point_pair_weight, PLAIN, TILES)
 
 INLINE void NAME(point_pair_line)(const REAL *pair, REAL *out)
 {
@@ -6034,53 +1219,8 @@ INLINE void NAME(point_pair_line)(const REAL *pair, REAL *out)
     out[2] = pair_e20;
 }
 
-static INLINE void NAME(point_pair_line_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[3];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(point_pair_line)(x0, x1);
-        NAME(store_3)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(point_pair_line_block)
-
-static INLINE void NAME(point_pair_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r1[3 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x1[3];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(point_pair_line)(x0, x1);
-            NAME(store_3)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_3)(a1 + first * 3, r1, TILE);
-    }
-}
-LOOP(point_pair_line_dense)
-
-void NAME(point_pair_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_line_block), WIDTH(point_pair_line_dense), TILE,
-        (any_function *)NAME(point_pair_line), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_point_pair_line(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND OUT(1, 1, 3, 3, 1, 3)
+GAC_KERNEL(point_pair_line, PLAIN, TILES)
 
 INLINE void NAME(point_pair_surround_circle)(const REAL *pair, REAL *out)
 {
@@ -6099,54 +1239,8 @@ INLINE void NAME(point_pair_surround_circle)(const REAL *pair, REAL *out)
     out[3] = (t4 * t4 + t5 * t5 - t6) * (REAL)0.5;
 }
 
-static INLINE void NAME(point_pair_surround_circle_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[4];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(point_pair_surround_circle)(x0, x1);
-        NAME(store_4)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(point_pair_surround_circle_block)
-
-static INLINE void NAME(point_pair_surround_circle_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x1[4];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(point_pair_surround_circle)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
-    }
-}
-LOOP(point_pair_surround_circle_dense)
-
-void NAME(point_pair_surround_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_surround_circle_block),
-        WIDTH(point_pair_surround_circle_dense), TILE, (any_function *)NAME(point_pair_surround_circle),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_point_pair_surround_circle(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND OUT(1, 1, 4, 4, 1, 4)
+GAC_KERNEL(point_pair_surround_circle, PLAIN, TILES)
 
 INLINE void NAME(point_pair_kind)(const REAL *pair, REAL *out)
 {
@@ -6165,53 +1259,8 @@ INLINE void NAME(point_pair_kind)(const REAL *pair, REAL *out)
     out[0] = SELECT(t9, (REAL)2, t8);
 }
 
-static INLINE void NAME(point_pair_kind_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[1];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(point_pair_kind)(x0, x1);
-        NAME(store_scalar)(a1 + i * w, x1);
-    }
-}
-LOOPS(point_pair_kind_block)
-
-static INLINE void NAME(point_pair_kind_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r1[1 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x1[1];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(point_pair_kind)(x0, x1);
-            NAME(store_scalar)((char *)(r1 + i), x1);
-        }
-        NAME(store_tile_1)(a1 + first * 1, r1, TILE);
-    }
-}
-LOOP(point_pair_kind_dense)
-
-void NAME(point_pair_kind_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_kind_block), WIDTH(point_pair_kind_dense), TILE,
-        (any_function *)NAME(point_pair_kind), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_point_pair_kind(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND OUT(1, 1, scalar, 1, 0, 0)
+GAC_KERNEL(point_pair_kind, PLAIN, TILES)
 
 INLINE void NAME(signed_distance_point_line)(const REAL *p, const REAL *line, REAL *out)
 {
@@ -6237,108 +1286,14 @@ static INLINE void NAME(signed_distance_point_line_apply_line)(const REAL *prepa
     out[0] = p_e1 * c0 - p_e2 * c1 + c2;
 }
 
-static INLINE void NAME(signed_distance_point_line_block_line)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x2[1];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(signed_distance_point_line_apply_line)(prepared, x0, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(signed_distance_point_line_block_line)
-
-static INLINE void NAME(signed_distance_point_line_dense_line)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x2[1];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(signed_distance_point_line_apply_line)(prepared, x0, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
-    }
-}
-LOOPS(signed_distance_point_line_dense_line)
-
-static void NAME(signed_distance_point_line_start_line)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c1a = strides[1];
-    REAL x1[3];
-    NAME(load_3)(x1, args[1], c1a);
-    NAME(signed_distance_point_line_prepare_line)(x1, prepared);
-}
-
-static INLINE void NAME(signed_distance_point_line_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[3];
-        REAL x2[1];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(signed_distance_point_line)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(signed_distance_point_line_block)
-
-static INLINE void NAME(signed_distance_point_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[3];
-            REAL x2[1];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
-            NAME(signed_distance_point_line)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
-    }
-}
-LOOPS(signed_distance_point_line_dense)
-
-void NAME(signed_distance_point_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
-    static const struct form forms[] = {{2, 2, NAME(signed_distance_point_line_start_line),
-        WIDTHS(signed_distance_point_line_block_line), WIDTHS(signed_distance_point_line_dense_line), LANES}};
-    static const struct kernel kernel = {WIDTHS(signed_distance_point_line_block),
-        WIDTHS(signed_distance_point_line_dense), LANES, (any_function *)NAME(signed_distance_point_line),
-        NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_signed_distance_point_line(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 3, 3, 1, 3) AND \
+    OUT(2, 2, scalar, 1, 0, 0)
+#define PARTS_signed_distance_point_line_line(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND OUT(2, 2, scalar, 1, 0, \
+    0)
+#define SAME_signed_distance_point_line_line(IN, NUMBER, OUT, AND) IN(1, 1, 3, 3, 1, 3)
+GAC_FORM(signed_distance_point_line, line, 1, PLAIN, PLAIN, DIRECT)
+GAC_KERNEL_AND_FORMS(signed_distance_point_line, PLAIN, DIRECT, GAC_USE(signed_distance_point_line, line, DIRECT, 2,
+    2, 3))
 
 INLINE void NAME(signed_distance_point_circle)(const REAL *p, const REAL *circle, REAL *out)
 {
@@ -6373,109 +1328,14 @@ static INLINE void NAME(signed_distance_point_circle_apply_circle)(const REAL *p
     out[0] = SQRT(t0 * t0 + t1 * t1) - c2;
 }
 
-static INLINE void NAME(signed_distance_point_circle_block_circle)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x2[1];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(signed_distance_point_circle_apply_circle)(prepared, x0, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(signed_distance_point_circle_block_circle)
-
-static INLINE void NAME(signed_distance_point_circle_dense_circle)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x2[1];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(signed_distance_point_circle_apply_circle)(prepared, x0, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
-    }
-}
-LOOPS(signed_distance_point_circle_dense_circle)
-
-static void NAME(signed_distance_point_circle_start_circle)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c1a = strides[1];
-    REAL x1[4];
-    NAME(load_4)(x1, args[1], c1a);
-    NAME(signed_distance_point_circle_prepare_circle)(x1, prepared);
-}
-
-static INLINE void NAME(signed_distance_point_circle_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[4];
-        REAL x2[1];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(signed_distance_point_circle)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(signed_distance_point_circle_block)
-
-static INLINE void NAME(signed_distance_point_circle_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[4];
-            REAL x2[1];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
-            NAME(signed_distance_point_circle)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
-    }
-}
-LOOPS(signed_distance_point_circle_dense)
-
-void NAME(signed_distance_point_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
-    static const struct form forms[] = {{2, 2, NAME(signed_distance_point_circle_start_circle),
-        WIDTHS(signed_distance_point_circle_block_circle), WIDTHS(signed_distance_point_circle_dense_circle),
-        LANES}};
-    static const struct kernel kernel = {WIDTHS(signed_distance_point_circle_block),
-        WIDTHS(signed_distance_point_circle_dense), LANES, (any_function *)NAME(signed_distance_point_circle),
-        NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_signed_distance_point_circle(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 4, 4, 1, 4) AND \
+    OUT(2, 2, scalar, 1, 0, 0)
+#define PARTS_signed_distance_point_circle_circle(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND OUT(2, 2, scalar, \
+    1, 0, 0)
+#define SAME_signed_distance_point_circle_circle(IN, NUMBER, OUT, AND) IN(1, 1, 4, 4, 1, 4)
+GAC_FORM(signed_distance_point_circle, circle, 1, PLAIN, PLAIN, DIRECT)
+GAC_KERNEL_AND_FORMS(signed_distance_point_circle, PLAIN, DIRECT, GAC_USE(signed_distance_point_circle, circle,
+    DIRECT, 2, 2, 3))
 
 INLINE void NAME(power_of_point)(const REAL *p, const REAL *s, REAL *out)
 {
@@ -6500,107 +1360,12 @@ static INLINE void NAME(power_of_point_apply_s)(const REAL *prepared, const REAL
     out[0] = p_e1 * (p_e1 - c0) + p_e2 * (p_e2 - c1) + c2;
 }
 
-static INLINE void NAME(power_of_point_block_s)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x2[1];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(power_of_point_apply_s)(prepared, x0, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(power_of_point_block_s)
-
-static INLINE void NAME(power_of_point_dense_s)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x2[1];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(power_of_point_apply_s)(prepared, x0, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
-    }
-}
-LOOPS(power_of_point_dense_s)
-
-static void NAME(power_of_point_start_s)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c1a = strides[1];
-    REAL x1[4];
-    NAME(load_4)(x1, args[1], c1a);
-    NAME(power_of_point_prepare_s)(x1, prepared);
-}
-
-static INLINE void NAME(power_of_point_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[4];
-        REAL x2[1];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(power_of_point)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(power_of_point_block)
-
-static INLINE void NAME(power_of_point_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[4];
-            REAL x2[1];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
-            NAME(power_of_point)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
-    }
-}
-LOOPS(power_of_point_dense)
-
-void NAME(power_of_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
-    static const struct form forms[] = {{2, 2, NAME(power_of_point_start_s), WIDTHS(power_of_point_block_s),
-        WIDTHS(power_of_point_dense_s), LANES}};
-    static const struct kernel kernel = {WIDTHS(power_of_point_block), WIDTHS(power_of_point_dense), LANES,
-        (any_function *)NAME(power_of_point), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_power_of_point(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 4, 4, 1, 4) AND OUT(2, 2, \
+    scalar, 1, 0, 0)
+#define PARTS_power_of_point_s(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND OUT(2, 2, scalar, 1, 0, 0)
+#define SAME_power_of_point_s(IN, NUMBER, OUT, AND) IN(1, 1, 4, 4, 1, 4)
+GAC_FORM(power_of_point, s, 1, PLAIN, PLAIN, DIRECT)
+GAC_KERNEL_AND_FORMS(power_of_point, PLAIN, DIRECT, GAC_USE(power_of_point, s, DIRECT, 2, 2, 3))
 
 INLINE void NAME(signed_distance_lines)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -6662,157 +1427,16 @@ static INLINE void NAME(signed_distance_lines_apply_b)(const REAL *prepared, con
     out[0] = SELECT(LESS_EQUAL(ABS(t1 * c1 - t2 * c0), (REAL)(1.0 / 1000000000000.0)), t3, (REAL)0);
 }
 
-static INLINE void NAME(signed_distance_lines_block_a)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[1];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[1];
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(signed_distance_lines_apply_a)(prepared, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(signed_distance_lines_block_a)
-
-static INLINE void NAME(signed_distance_lines_dense_a)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x1[3];
-            REAL x2[1];
-            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
-            NAME(signed_distance_lines_apply_a)(prepared, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
-    }
-}
-LOOPS(signed_distance_lines_dense_a)
-
-static void NAME(signed_distance_lines_start_a)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0];
-    REAL x0[3];
-    NAME(load_3)(x0, args[0], c0a);
-    NAME(signed_distance_lines_prepare_a)(x0, prepared);
-}
-
-static INLINE void NAME(signed_distance_lines_block_b)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[1];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(signed_distance_lines_apply_b)(prepared, x0, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(signed_distance_lines_block_b)
-
-static INLINE void NAME(signed_distance_lines_dense_b)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x2[1];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(signed_distance_lines_apply_b)(prepared, x0, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
-    }
-}
-LOOPS(signed_distance_lines_dense_b)
-
-static void NAME(signed_distance_lines_start_b)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c1a = strides[1];
-    REAL x1[3];
-    NAME(load_3)(x1, args[1], c1a);
-    NAME(signed_distance_lines_prepare_b)(x1, prepared);
-}
-
-static INLINE void NAME(signed_distance_lines_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[1];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(signed_distance_lines)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(signed_distance_lines_block)
-
-static INLINE void NAME(signed_distance_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[1];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
-            NAME(signed_distance_lines)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
-    }
-}
-LOOPS(signed_distance_lines_dense)
-
-void NAME(signed_distance_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
-    static const struct form forms[] = {{1, 2, NAME(signed_distance_lines_start_a),
-        WIDTHS(signed_distance_lines_block_a), WIDTHS(signed_distance_lines_dense_a), LANES}, {2, 2,
-        NAME(signed_distance_lines_start_b), WIDTHS(signed_distance_lines_block_b),
-        WIDTHS(signed_distance_lines_dense_b), LANES}};
-    static const struct kernel kernel = {WIDTHS(signed_distance_lines_block), WIDTHS(signed_distance_lines_dense),
-        LANES, (any_function *)NAME(signed_distance_lines), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_signed_distance_lines(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND OUT(2, \
+    2, scalar, 1, 0, 0)
+#define PARTS_signed_distance_lines_a(IN, NUMBER, OUT, AND) IN(1, 1, 3, 3, 1, 3) AND OUT(2, 2, scalar, 1, 0, 0)
+#define SAME_signed_distance_lines_a(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3)
+GAC_FORM(signed_distance_lines, a, 0, PLAIN, PLAIN, DIRECT)
+#define PARTS_signed_distance_lines_b(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND OUT(2, 2, scalar, 1, 0, 0)
+#define SAME_signed_distance_lines_b(IN, NUMBER, OUT, AND) IN(1, 1, 3, 3, 1, 3)
+GAC_FORM(signed_distance_lines, b, 1, PLAIN, PLAIN, DIRECT)
+GAC_KERNEL_AND_FORMS(signed_distance_lines, PLAIN, DIRECT, GAC_USE(signed_distance_lines, a, DIRECT, 1, 2, 3),
+    GAC_USE(signed_distance_lines, b, DIRECT, 2, 2, 4))
 
 INLINE void NAME(distance_line_circle)(const REAL *line, const REAL *circle, REAL *out)
 {
@@ -6869,157 +1493,16 @@ static INLINE void NAME(distance_line_circle_apply_line)(const REAL *prepared, c
     out[0] = MAXIMUM((REAL)0, t3);
 }
 
-static INLINE void NAME(distance_line_circle_block_circle)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[1];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(distance_line_circle_apply_circle)(prepared, x0, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(distance_line_circle_block_circle)
-
-static INLINE void NAME(distance_line_circle_dense_circle)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x2[1];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(distance_line_circle_apply_circle)(prepared, x0, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
-    }
-}
-LOOPS(distance_line_circle_dense_circle)
-
-static void NAME(distance_line_circle_start_circle)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c1a = strides[1];
-    REAL x1[4];
-    NAME(load_4)(x1, args[1], c1a);
-    NAME(distance_line_circle_prepare_circle)(x1, prepared);
-}
-
-static INLINE void NAME(distance_line_circle_block_line)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[1];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[1];
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(distance_line_circle_apply_line)(prepared, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(distance_line_circle_block_line)
-
-static INLINE void NAME(distance_line_circle_dense_line)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x1[4];
-            REAL x2[1];
-            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
-            NAME(distance_line_circle_apply_line)(prepared, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
-    }
-}
-LOOPS(distance_line_circle_dense_line)
-
-static void NAME(distance_line_circle_start_line)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0];
-    REAL x0[3];
-    NAME(load_3)(x0, args[0], c0a);
-    NAME(distance_line_circle_prepare_line)(x0, prepared);
-}
-
-static INLINE void NAME(distance_line_circle_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[4];
-        REAL x2[1];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(distance_line_circle)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(distance_line_circle_block)
-
-static INLINE void NAME(distance_line_circle_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x1[4];
-            REAL x2[1];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
-            NAME(distance_line_circle)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
-    }
-}
-LOOPS(distance_line_circle_dense)
-
-void NAME(distance_line_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
-    static const struct form forms[] = {{2, 2, NAME(distance_line_circle_start_circle),
-        WIDTHS(distance_line_circle_block_circle), WIDTHS(distance_line_circle_dense_circle), LANES}, {1, 2,
-        NAME(distance_line_circle_start_line), WIDTHS(distance_line_circle_block_line),
-        WIDTHS(distance_line_circle_dense_line), LANES}};
-    static const struct kernel kernel = {WIDTHS(distance_line_circle_block), WIDTHS(distance_line_circle_dense),
-        LANES, (any_function *)NAME(distance_line_circle), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_distance_line_circle(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 4, 4, 1, 4) AND OUT(2, 2, \
+    scalar, 1, 0, 0)
+#define PARTS_distance_line_circle_circle(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND OUT(2, 2, scalar, 1, 0, 0)
+#define SAME_distance_line_circle_circle(IN, NUMBER, OUT, AND) IN(1, 1, 4, 4, 1, 4)
+GAC_FORM(distance_line_circle, circle, 1, PLAIN, PLAIN, DIRECT)
+#define PARTS_distance_line_circle_line(IN, NUMBER, OUT, AND) IN(1, 1, 4, 4, 1, 4) AND OUT(2, 2, scalar, 1, 0, 0)
+#define SAME_distance_line_circle_line(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3)
+GAC_FORM(distance_line_circle, line, 0, PLAIN, PLAIN, DIRECT)
+GAC_KERNEL_AND_FORMS(distance_line_circle, PLAIN, DIRECT, GAC_USE(distance_line_circle, circle, DIRECT, 2, 2, 3),
+    GAC_USE(distance_line_circle, line, DIRECT, 1, 2, 3))
 
 INLINE void NAME(distance_circles)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -7092,156 +1575,16 @@ static INLINE void NAME(distance_circles_apply_b)(const REAL *prepared, const RE
     out[0] = MAXIMUM((REAL)0, t8);
 }
 
-static INLINE void NAME(distance_circles_block_a)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[1];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[1];
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(distance_circles_apply_a)(prepared, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(distance_circles_block_a)
-
-static INLINE void NAME(distance_circles_dense_a)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x1[4];
-            REAL x2[1];
-            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
-            NAME(distance_circles_apply_a)(prepared, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
-    }
-}
-LOOPS(distance_circles_dense_a)
-
-static void NAME(distance_circles_start_a)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0];
-    REAL x0[4];
-    NAME(load_4)(x0, args[0], c0a);
-    NAME(distance_circles_prepare_a)(x0, prepared);
-}
-
-static INLINE void NAME(distance_circles_block_b)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x2[1];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(distance_circles_apply_b)(prepared, x0, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(distance_circles_block_b)
-
-static INLINE void NAME(distance_circles_dense_b)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[4];
-            REAL x2[1];
-            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
-            NAME(distance_circles_apply_b)(prepared, x0, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
-    }
-}
-LOOPS(distance_circles_dense_b)
-
-static void NAME(distance_circles_start_b)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c1a = strides[1];
-    REAL x1[4];
-    NAME(load_4)(x1, args[1], c1a);
-    NAME(distance_circles_prepare_b)(x1, prepared);
-}
-
-static INLINE void NAME(distance_circles_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[1];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(distance_circles)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(distance_circles_block)
-
-static INLINE void NAME(distance_circles_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            REAL x2[1];
-            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
-            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
-            NAME(distance_circles)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
-    }
-}
-LOOPS(distance_circles_dense)
-
-void NAME(distance_circles_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
-    static const struct form forms[] = {{1, 2, NAME(distance_circles_start_a), WIDTHS(distance_circles_block_a),
-        WIDTHS(distance_circles_dense_a), LANES}, {2, 2, NAME(distance_circles_start_b),
-        WIDTHS(distance_circles_block_b), WIDTHS(distance_circles_dense_b), LANES}};
-    static const struct kernel kernel = {WIDTHS(distance_circles_block), WIDTHS(distance_circles_dense), LANES,
-        (any_function *)NAME(distance_circles), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_distance_circles(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 4, 4, 1, 4) AND OUT(2, 2, \
+    scalar, 1, 0, 0)
+#define PARTS_distance_circles_a(IN, NUMBER, OUT, AND) IN(1, 1, 4, 4, 1, 4) AND OUT(2, 2, scalar, 1, 0, 0)
+#define SAME_distance_circles_a(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4)
+GAC_FORM(distance_circles, a, 0, PLAIN, PLAIN, DIRECT)
+#define PARTS_distance_circles_b(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(2, 2, scalar, 1, 0, 0)
+#define SAME_distance_circles_b(IN, NUMBER, OUT, AND) IN(1, 1, 4, 4, 1, 4)
+GAC_FORM(distance_circles, b, 1, PLAIN, PLAIN, DIRECT)
+GAC_KERNEL_AND_FORMS(distance_circles, PLAIN, DIRECT, GAC_USE(distance_circles, a, DIRECT, 1, 2, 3),
+    GAC_USE(distance_circles, b, DIRECT, 2, 2, 3))
 
 static INLINE void NAME(angle_between_lines_within)(const REAL *line, const REAL *other, REAL *out)
 {
@@ -7257,33 +1600,9 @@ void NAME(angle_between_lines)(const REAL *line, const REAL *other, REAL *out)
     RUN(angle_between_lines, (line, other, out), (line, other, out));
 }
 
-static INLINE void NAME(angle_between_lines_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[1];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(angle_between_lines_within)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(angle_between_lines_block)
-
-void NAME(angle_between_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(angle_between_lines_block), {NULL}, 0, (any_function
-        *)NAME(angle_between_lines), NAME(call_aar), 2, 3, 0, 0, 1, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_angle_between_lines(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND OUT(2, 2, \
+    scalar, 1, 0, 0)
+GAC_KERNEL(angle_between_lines, BUSY, NO)
 
 INLINE void NAME(inversive_distance)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -7295,57 +1614,9 @@ INLINE void NAME(inversive_distance)(const REAL *a, const REAL *b, REAL *out)
     out[0] = (a_einf * b_e0 - (a_e1 * b_e1 + a_e2 * b_e2 - a_e0 * b_einf)) / t2;
 }
 
-static INLINE void NAME(inversive_distance_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[1];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(inversive_distance)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(inversive_distance_block)
-
-static INLINE void NAME(inversive_distance_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            REAL x2[1];
-            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
-            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
-            NAME(inversive_distance)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
-    }
-}
-LOOPS(inversive_distance_dense)
-
-void NAME(inversive_distance_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(inversive_distance_block), WIDTHS(inversive_distance_dense), LANES,
-        (any_function *)NAME(inversive_distance), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_inversive_distance(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 4, 4, 1, 4) AND OUT(2, 2, \
+    scalar, 1, 0, 0)
+GAC_KERNEL(inversive_distance, PLAIN, DIRECT)
 
 INLINE void NAME(inner_product_of_point_pairs)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -7355,62 +1626,9 @@ INLINE void NAME(inner_product_of_point_pairs)(const REAL *a, const REAL *b, REA
     out[0] = t0 + a_e0inf * b_e0inf;
 }
 
-static INLINE void NAME(inner_product_of_point_pairs_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[6];
-        REAL x2[1];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(inner_product_of_point_pairs)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(inner_product_of_point_pairs_block)
-
-static INLINE void NAME(inner_product_of_point_pairs_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r1[6 * TILE];
-    _Alignas(64) REAL r2[1 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x1[6];
-            REAL x2[1];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
-            NAME(inner_product_of_point_pairs)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_tile_1)(a2 + first * 1, r2, TILE);
-    }
-}
-LOOP(inner_product_of_point_pairs_dense)
-
-void NAME(inner_product_of_point_pairs_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(inner_product_of_point_pairs_block),
-        WIDTH(inner_product_of_point_pairs_dense), TILE, (any_function *)NAME(inner_product_of_point_pairs),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_inner_product_of_point_pairs(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND IN(1, 1, 6, 6, 1, 6) AND \
+    OUT(2, 2, scalar, 1, 0, 0)
+GAC_KERNEL(inner_product_of_point_pairs, PLAIN, TILES)
 
 static INLINE void NAME(angle_between_dual_circles_within)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -7428,33 +1646,9 @@ void NAME(angle_between_dual_circles)(const REAL *a, const REAL *b, REAL *out)
     RUN(angle_between_dual_circles, (a, b, out), (a, b, out));
 }
 
-static INLINE void NAME(angle_between_dual_circles_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[1];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(angle_between_dual_circles_within)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(angle_between_dual_circles_block)
-
-void NAME(angle_between_dual_circles_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(angle_between_dual_circles_block), {NULL}, 0, (any_function
-        *)NAME(angle_between_dual_circles), NAME(call_aar), 2, 3, 0, 0, 1, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_angle_between_dual_circles(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 4, 4, 1, 4) AND \
+    OUT(2, 2, scalar, 1, 0, 0)
+GAC_KERNEL(angle_between_dual_circles, BUSY, NO)
 
 INLINE void NAME(project_point_on_line)(const REAL *p, const REAL *line, REAL *out)
 {
@@ -7486,107 +1680,12 @@ static INLINE void NAME(project_point_on_line_apply_line)(const REAL *prepared, 
     out[1] = p_e2 + c1 * t0;
 }
 
-static INLINE void NAME(project_point_on_line_block_line)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[2];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(project_point_on_line_apply_line)(prepared, x0, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(project_point_on_line_block_line)
-
-static INLINE void NAME(project_point_on_line_dense_line)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x2[2];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(project_point_on_line_apply_line)(prepared, x0, x2);
-            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
-    }
-}
-LOOPS(project_point_on_line_dense_line)
-
-static void NAME(project_point_on_line_start_line)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c1a = strides[1];
-    REAL x1[3];
-    NAME(load_3)(x1, args[1], c1a);
-    NAME(project_point_on_line_prepare_line)(x1, prepared);
-}
-
-static INLINE void NAME(project_point_on_line_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[3];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(project_point_on_line)(x0, x1, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(project_point_on_line_block)
-
-static INLINE void NAME(project_point_on_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[3];
-            REAL x2[2];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
-            NAME(project_point_on_line)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
-    }
-}
-LOOPS(project_point_on_line_dense)
-
-void NAME(project_point_on_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {2, 1, 2, {2}}};
-    static const struct form forms[] = {{2, 2, NAME(project_point_on_line_start_line),
-        WIDTHS(project_point_on_line_block_line), WIDTHS(project_point_on_line_dense_line), LANES}};
-    static const struct kernel kernel = {WIDTHS(project_point_on_line_block), WIDTHS(project_point_on_line_dense),
-        LANES, (any_function *)NAME(project_point_on_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_project_point_on_line(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 3, 3, 1, 3) AND OUT(2, \
+    2, 2, 2, 1, 2)
+#define PARTS_project_point_on_line_line(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND OUT(2, 2, 2, 2, 1, 2)
+#define SAME_project_point_on_line_line(IN, NUMBER, OUT, AND) IN(1, 1, 3, 3, 1, 3)
+GAC_FORM(project_point_on_line, line, 1, PLAIN, PLAIN, DIRECT)
+GAC_KERNEL_AND_FORMS(project_point_on_line, PLAIN, DIRECT, GAC_USE(project_point_on_line, line, DIRECT, 2, 2, 3))
 
 INLINE void NAME(project_point_on_circle)(const REAL *p, const REAL *circle, REAL *out)
 {
@@ -7627,108 +1726,13 @@ static INLINE void NAME(project_point_on_circle_apply_circle)(const REAL *prepar
     out[1] = t1 * t2 - c1;
 }
 
-static INLINE void NAME(project_point_on_circle_block_circle)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[2];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(project_point_on_circle_apply_circle)(prepared, x0, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(project_point_on_circle_block_circle)
-
-static INLINE void NAME(project_point_on_circle_dense_circle)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x2[2];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(project_point_on_circle_apply_circle)(prepared, x0, x2);
-            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
-    }
-}
-LOOPS(project_point_on_circle_dense_circle)
-
-static void NAME(project_point_on_circle_start_circle)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c1a = strides[1];
-    REAL x1[4];
-    NAME(load_4)(x1, args[1], c1a);
-    NAME(project_point_on_circle_prepare_circle)(x1, prepared);
-}
-
-static INLINE void NAME(project_point_on_circle_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[4];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(project_point_on_circle)(x0, x1, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(project_point_on_circle_block)
-
-static INLINE void NAME(project_point_on_circle_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[4];
-            REAL x2[2];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
-            NAME(project_point_on_circle)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
-    }
-}
-LOOPS(project_point_on_circle_dense)
-
-void NAME(project_point_on_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {4, 1, 1, {4}}, {2, 1, 2, {2}}};
-    static const struct form forms[] = {{2, 2, NAME(project_point_on_circle_start_circle),
-        WIDTHS(project_point_on_circle_block_circle), WIDTHS(project_point_on_circle_dense_circle), LANES}};
-    static const struct kernel kernel = {WIDTHS(project_point_on_circle_block),
-        WIDTHS(project_point_on_circle_dense), LANES, (any_function *)NAME(project_point_on_circle), NAME(call_aar),
-        2, 3, 1, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_project_point_on_circle(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 4, 4, 1, 4) AND OUT(2, \
+    2, 2, 2, 1, 2)
+#define PARTS_project_point_on_circle_circle(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND OUT(2, 2, 2, 2, 1, 2)
+#define SAME_project_point_on_circle_circle(IN, NUMBER, OUT, AND) IN(1, 1, 4, 4, 1, 4)
+GAC_FORM(project_point_on_circle, circle, 1, PLAIN, PLAIN, DIRECT)
+GAC_KERNEL_AND_FORMS(project_point_on_circle, PLAIN, DIRECT, GAC_USE(project_point_on_circle, circle, DIRECT, 2, 2,
+    3))
 
 INLINE void NAME(reflect_point)(const REAL *p, const REAL *line, REAL *out)
 {
@@ -7760,107 +1764,12 @@ static INLINE void NAME(reflect_point_apply_line)(const REAL *prepared, const RE
     out[1] = c3 - p_e1 * c1 - p_e2 * c0;
 }
 
-static INLINE void NAME(reflect_point_block_line)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[2];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(reflect_point_apply_line)(prepared, x0, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(reflect_point_block_line)
-
-static INLINE void NAME(reflect_point_dense_line)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x2[2];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(reflect_point_apply_line)(prepared, x0, x2);
-            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
-    }
-}
-LOOPS(reflect_point_dense_line)
-
-static void NAME(reflect_point_start_line)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c1a = strides[1];
-    REAL x1[3];
-    NAME(load_3)(x1, args[1], c1a);
-    NAME(reflect_point_prepare_line)(x1, prepared);
-}
-
-static INLINE void NAME(reflect_point_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[3];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(reflect_point)(x0, x1, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(reflect_point_block)
-
-static INLINE void NAME(reflect_point_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[3];
-            REAL x2[2];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
-            NAME(reflect_point)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
-    }
-}
-LOOPS(reflect_point_dense)
-
-void NAME(reflect_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {2, 1, 2, {2}}};
-    static const struct form forms[] = {{2, 2, NAME(reflect_point_start_line), WIDTHS(reflect_point_block_line),
-        WIDTHS(reflect_point_dense_line), LANES}};
-    static const struct kernel kernel = {WIDTHS(reflect_point_block), WIDTHS(reflect_point_dense), LANES,
-        (any_function *)NAME(reflect_point), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_reflect_point(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 3, 3, 1, 3) AND OUT(2, 2, 2, 2, \
+    1, 2)
+#define PARTS_reflect_point_line(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND OUT(2, 2, 2, 2, 1, 2)
+#define SAME_reflect_point_line(IN, NUMBER, OUT, AND) IN(1, 1, 3, 3, 1, 3)
+GAC_FORM(reflect_point, line, 1, PLAIN, PLAIN, DIRECT)
+GAC_KERNEL_AND_FORMS(reflect_point, PLAIN, DIRECT, GAC_USE(reflect_point, line, DIRECT, 2, 2, 4))
 
 INLINE void NAME(meet_lines)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -7871,57 +1780,9 @@ INLINE void NAME(meet_lines)(const REAL *a, const REAL *b, REAL *out)
     out[1] = t0 * (a_e12inf * b_e20inf - a_e20inf * b_e12inf);
 }
 
-static INLINE void NAME(meet_lines_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[2];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(meet_lines)(x0, x1, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(meet_lines_block)
-
-static INLINE void NAME(meet_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[2];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
-            NAME(meet_lines)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
-    }
-}
-LOOPS(meet_lines_dense)
-
-void NAME(meet_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(meet_lines_block), WIDTHS(meet_lines_dense), LANES, (any_function
-        *)NAME(meet_lines), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_meet_lines(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND OUT(2, 2, 2, 2, 1, \
+    2)
+GAC_KERNEL(meet_lines, PLAIN, DIRECT)
 
 INLINE void NAME(meet_line_circle)(const REAL *line, const REAL *circle, REAL *out)
 {
@@ -7936,61 +1797,9 @@ INLINE void NAME(meet_line_circle)(const REAL *line, const REAL *circle, REAL *o
     out[5] = line_e10inf * circle_e20inf - line_e20inf * circle_e10inf;
 }
 
-static INLINE void NAME(meet_line_circle_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[4];
-        REAL x2[6];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(meet_line_circle)(x0, x1, x2);
-        NAME(store_6)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(meet_line_circle_block)
-
-static INLINE void NAME(meet_line_circle_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[3 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    _Alignas(64) REAL r2[6 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
-        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[3];
-            REAL x1[4];
-            REAL x2[6];
-            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
-            NAME(meet_line_circle)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
-    }
-}
-LOOP(meet_line_circle_dense)
-
-void NAME(meet_line_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(meet_line_circle_block), WIDTH(meet_line_circle_dense), TILE,
-        (any_function *)NAME(meet_line_circle), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_meet_line_circle(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 4, 4, 1, 4) AND OUT(2, 2, 6, \
+    6, 1, 6)
+GAC_KERNEL(meet_line_circle, PLAIN, TILES)
 
 INLINE void NAME(meet_circles)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -8004,61 +1813,9 @@ INLINE void NAME(meet_circles)(const REAL *a, const REAL *b, REAL *out)
     out[5] = a_e10inf * b_e20inf - a_e20inf * b_e10inf;
 }
 
-static INLINE void NAME(meet_circles_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[6];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(meet_circles)(x0, x1, x2);
-        NAME(store_6)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(meet_circles_block)
-
-static INLINE void NAME(meet_circles_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    _Alignas(64) REAL r2[6 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            REAL x2[6];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
-            NAME(meet_circles)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
-    }
-}
-LOOP(meet_circles_dense)
-
-void NAME(meet_circles_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(meet_circles_block), WIDTH(meet_circles_dense), TILE, (any_function
-        *)NAME(meet_circles), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_meet_circles(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 4, 4, 1, 4) AND OUT(2, 2, 6, 6, \
+    1, 6)
+GAC_KERNEL(meet_circles, PLAIN, TILES)
 
 INLINE void NAME(meet_dual_circles_kind)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -8103,33 +1860,9 @@ INLINE void NAME(meet_dual_circles_kind)(const REAL *a, const REAL *b, REAL *out
     out[0] = SELECT(t35, t32, t23);
 }
 
-static INLINE void NAME(meet_dual_circles_kind_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[1];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(meet_dual_circles_kind)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(meet_dual_circles_kind_block)
-
-void NAME(meet_dual_circles_kind_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(meet_dual_circles_kind_block), {NULL}, 0, (any_function
-        *)NAME(meet_dual_circles_kind), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_meet_dual_circles_kind(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 4, 4, 1, 4) AND OUT(2, \
+    2, scalar, 1, 0, 0)
+GAC_KERNEL(meet_dual_circles_kind, PLAIN, NO)
 
 INLINE void NAME(hit_ray_circle)(const REAL *p, const REAL *d, const REAL *circle, REAL *out)
 {
@@ -8241,222 +1974,20 @@ static INLINE void NAME(hit_ray_circle_apply_circle)(const REAL *prepared, const
     out[0] = t9 * SELECT(LESS_EQUAL((REAL)0, t7), t7, t8);
 }
 
-static INLINE void NAME(hit_ray_circle_block_d_circle)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x3[1];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(hit_ray_circle_apply_d_circle)(prepared, x0, x3);
-        NAME(store_scalar)(a3 + i * w, x3);
-    }
-}
-LOOPS(hit_ray_circle_block_d_circle)
-
-static INLINE void NAME(hit_ray_circle_dense_d_circle)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r3[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x3[1];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(hit_ray_circle_apply_d_circle)(prepared, x0, x3);
-            NAME(store_scalar)((char *)(r3 + i), x3);
-        }
-        NAME(store_few)(a3 + first * 1, r3, 1, LANES, LANES);
-    }
-}
-LOOPS(hit_ray_circle_dense_d_circle)
-
-static void NAME(hit_ray_circle_start_d_circle)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c1a = strides[1], c2a = strides[2];
-    REAL x1[2];
-    NAME(load_2)(x1, args[1], c1a);
-    REAL x2[4];
-    NAME(load_4)(x2, args[2], c2a);
-    NAME(hit_ray_circle_prepare_d_circle)(x1, x2, prepared);
-}
-
-static INLINE void NAME(hit_ray_circle_block_p_circle)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[1];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x3[1];
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(hit_ray_circle_apply_p_circle)(prepared, x1, x3);
-        NAME(store_scalar)(a3 + i * w, x3);
-    }
-}
-LOOPS(hit_ray_circle_block_p_circle)
-
-static INLINE void NAME(hit_ray_circle_dense_p_circle)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a1 = (REAL *)args[1];
-    REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r3[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x1[2];
-            REAL x3[1];
-            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
-            NAME(hit_ray_circle_apply_p_circle)(prepared, x1, x3);
-            NAME(store_scalar)((char *)(r3 + i), x3);
-        }
-        NAME(store_few)(a3 + first * 1, r3, 1, LANES, LANES);
-    }
-}
-LOOPS(hit_ray_circle_dense_p_circle)
-
-static void NAME(hit_ray_circle_start_p_circle)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0], c2a = strides[2];
-    REAL x0[2];
-    NAME(load_2)(x0, args[0], c0a);
-    REAL x2[4];
-    NAME(load_4)(x2, args[2], c2a);
-    NAME(hit_ray_circle_prepare_p_circle)(x0, x2, prepared);
-}
-
-static INLINE void NAME(hit_ray_circle_block_circle)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    const REAL *prepared = (const REAL *)args[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x3[1];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(hit_ray_circle_apply_circle)(prepared, x0, x1, x3);
-        NAME(store_scalar)(a3 + i * w, x3);
-    }
-}
-LOOPS(hit_ray_circle_block_circle)
-
-static INLINE void NAME(hit_ray_circle_dense_circle)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[2];
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r3[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x3[1];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
-            NAME(hit_ray_circle_apply_circle)(prepared, x0, x1, x3);
-            NAME(store_scalar)((char *)(r3 + i), x3);
-        }
-        NAME(store_few)(a3 + first * 1, r3, 1, LANES, LANES);
-    }
-}
-LOOPS(hit_ray_circle_dense_circle)
-
-static void NAME(hit_ray_circle_start_circle)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c2a = strides[2];
-    REAL x2[4];
-    NAME(load_4)(x2, args[2], c2a);
-    NAME(hit_ray_circle_prepare_circle)(x2, prepared);
-}
-
-static INLINE void NAME(hit_ray_circle_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[4];
-        REAL x3[1];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(load_4)(x2, a2 + i * w, c2a);
-        NAME(hit_ray_circle)(x0, x1, x2, x3);
-        NAME(store_scalar)(a3 + i * w, x3);
-    }
-}
-LOOPS(hit_ray_circle_block)
-
-static INLINE void NAME(hit_ray_circle_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r3[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[4];
-            REAL x3[1];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
-            NAME(load_4)(x2, (char *)a2 + (first + i) * 4 * w, w);
-            NAME(hit_ray_circle)(x0, x1, x2, x3);
-            NAME(store_scalar)((char *)(r3 + i), x3);
-        }
-        NAME(store_few)(a3 + first * 1, r3, 1, LANES, LANES);
-    }
-}
-LOOPS(hit_ray_circle_dense)
-
-void NAME(hit_ray_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {4, 1, 2, {4}}, {1, 0, 3, {0}}};
-    static const struct form forms[] = {{6, 2, NAME(hit_ray_circle_start_d_circle),
-        WIDTHS(hit_ray_circle_block_d_circle), WIDTHS(hit_ray_circle_dense_d_circle), LANES}, {5, 2,
-        NAME(hit_ray_circle_start_p_circle), WIDTHS(hit_ray_circle_block_p_circle),
-        WIDTHS(hit_ray_circle_dense_p_circle), LANES}, {4, 2, NAME(hit_ray_circle_start_circle),
-        WIDTHS(hit_ray_circle_block_circle), WIDTHS(hit_ray_circle_dense_circle), LANES}};
-    static const struct kernel kernel = {WIDTHS(hit_ray_circle_block), WIDTHS(hit_ray_circle_dense), LANES,
-        (any_function *)NAME(hit_ray_circle), NAME(call_aaar), 3, 4, 3, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_hit_ray_circle(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, 2) AND IN(2, 2, 4, 4, \
+    1, 4) AND OUT(3, 3, scalar, 1, 0, 0)
+#define PARTS_hit_ray_circle_d_circle(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND OUT(3, 3, scalar, 1, 0, 0)
+#define SAME_hit_ray_circle_d_circle(IN, NUMBER, OUT, AND) IN(1, 1, 2, 2, 1, 2) AND IN(2, 2, 4, 4, 1, 4)
+GAC_FORM(hit_ray_circle, d_circle, 1, PLAIN, PLAIN, DIRECT)
+#define PARTS_hit_ray_circle_p_circle(IN, NUMBER, OUT, AND) IN(1, 1, 2, 2, 1, 2) AND OUT(3, 3, scalar, 1, 0, 0)
+#define SAME_hit_ray_circle_p_circle(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(2, 2, 4, 4, 1, 4)
+GAC_FORM(hit_ray_circle, p_circle, 0, PLAIN, PLAIN, DIRECT)
+#define PARTS_hit_ray_circle_circle(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, 2) AND OUT(3, \
+    3, scalar, 1, 0, 0)
+#define SAME_hit_ray_circle_circle(IN, NUMBER, OUT, AND) IN(2, 2, 4, 4, 1, 4)
+GAC_FORM(hit_ray_circle, circle, 2, PLAIN, PLAIN, DIRECT)
+GAC_KERNEL_AND_FORMS(hit_ray_circle, PLAIN, DIRECT, GAC_USE(hit_ray_circle, d_circle, DIRECT, 6, 2, 6),
+    GAC_USE(hit_ray_circle, p_circle, DIRECT, 5, 2, 3), GAC_USE(hit_ray_circle, circle, DIRECT, 4, 2, 3))
 
 static INLINE void NAME(rotor_from_angle_within)(REAL angle, REAL *out, WORD *far)
 {
@@ -8471,41 +2002,8 @@ void NAME(rotor_from_angle)(REAL angle, REAL *out)
     RUN(rotor_from_angle, (angle, out), (angle, out, NULL));
 }
 
-static INLINE void NAME(rotor_from_angle_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[0];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    for (intptr_t first = 0; first < n; first += CHUNK) {
-        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
-        WORD far = 0;
-        ANY_ORDER
-        for (intptr_t i = first; i < last; ++i) {
-            REAL x0[1];
-            REAL x1[2];
-            NAME(load_scalar)(x0, a0 + i * w);
-            NAME(rotor_from_angle_within)(x0[0], x1, &far);
-            NAME(store_2)(a1 + i * w, c1a, x1);
-        }
-        for (intptr_t i = first; far && i < last; ++i) {
-            REAL x0[1];
-            REAL x1[2];
-            NAME(load_scalar)(x0, a0 + i * w);
-            NAME(rotor_from_angle)(x0[0], x1);
-            NAME(store_2)(a1 + i * w, c1a, x1);
-        }
-    }
-}
-LOOPS(rotor_from_angle_block)
-
-void NAME(rotor_from_angle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{1, 0, 0, {0}}, {2, 1, 0, {2}}};
-    static const struct kernel kernel = {WIDTHS(rotor_from_angle_block), {NULL}, 0, (any_function
-        *)NAME(rotor_from_angle), NAME(call_nr), 1, 2, 0, 1, 1, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_rotor_from_angle(IN, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 0, 2, 2, 1, 2)
+GAC_KERNEL(rotor_from_angle, TURNS, NO)
 
 static INLINE void NAME(rotor_to_angle_within)(const REAL *r, REAL *out)
 {
@@ -8519,30 +2017,8 @@ void NAME(rotor_to_angle)(const REAL *r, REAL *out)
     RUN(rotor_to_angle, (r, out), (r, out));
 }
 
-static INLINE void NAME(rotor_to_angle_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[1];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(rotor_to_angle_within)(x0, x1);
-        NAME(store_scalar)(a1 + i * w, x1);
-    }
-}
-LOOPS(rotor_to_angle_block)
-
-void NAME(rotor_to_angle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(rotor_to_angle_block), {NULL}, 0, (any_function
-        *)NAME(rotor_to_angle), NAME(call_ar), 1, 2, 0, 0, 1, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_rotor_to_angle(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND OUT(1, 1, scalar, 1, 0, 0)
+GAC_KERNEL(rotor_to_angle, BUSY, NO)
 
 static INLINE void NAME(motor_from_point_within)(const REAL *p, REAL angle, REAL *out, WORD *far)
 {
@@ -8580,98 +2056,11 @@ static INLINE void NAME(motor_from_point_apply_angle)(const REAL *prepared, cons
     out[3] = p_e1 * c0;
 }
 
-static INLINE void NAME(motor_from_point_block_angle)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[1];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x2[4];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(motor_from_point_apply_angle)(prepared, x0, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(motor_from_point_block_angle)
-
-static INLINE void NAME(motor_from_point_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[2 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_2)(r0, TILE, a0 + first * 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[2];
-            REAL x2[4];
-            NAME(load_2)(x0, (char *)(r0 + i), TILE * w);
-            NAME(motor_from_point_apply_angle)(prepared, x0, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(motor_from_point_dense_angle)
-
-static void NAME(motor_from_point_start_angle)(char **args, const intptr_t *strides, void *prepared)
-{
-    (void)strides;
-    REAL x1[1];
-    NAME(load_scalar)(x1, args[1]);
-    NAME(motor_from_point_prepare_angle)(x1[0], prepared, NULL);
-}
-
-static INLINE void NAME(motor_from_point_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    for (intptr_t first = 0; first < n; first += CHUNK) {
-        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
-        WORD far = 0;
-        ANY_ORDER
-        for (intptr_t i = first; i < last; ++i) {
-            REAL x0[2];
-            REAL x1[1];
-            REAL x2[4];
-            NAME(load_2)(x0, a0 + i * w, c0a);
-            NAME(load_scalar)(x1, a1 + i * w);
-            NAME(motor_from_point_within)(x0, x1[0], x2, &far);
-            NAME(store_4)(a2 + i * w, c2a, x2);
-        }
-        for (intptr_t i = first; far && i < last; ++i) {
-            REAL x0[2];
-            REAL x1[1];
-            REAL x2[4];
-            NAME(load_2)(x0, a0 + i * w, c0a);
-            NAME(load_scalar)(x1, a1 + i * w);
-            NAME(motor_from_point)(x0, x1[0], x2);
-            NAME(store_4)(a2 + i * w, c2a, x2);
-        }
-    }
-}
-LOOPS(motor_from_point_block)
-
-void NAME(motor_from_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
-    static const struct form forms[] = {{2, 2, NAME(motor_from_point_start_angle),
-        WIDTHS(motor_from_point_block_angle), WIDTH(motor_from_point_dense_angle), TILE}};
-    static const struct kernel kernel = {WIDTHS(motor_from_point_block), {NULL}, 0, (any_function
-        *)NAME(motor_from_point), NAME(call_anr), 2, 3, 1, 1, 1, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_from_point(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND NUMBER(1, 1) AND OUT(2, 1, 4, 4, 1, 4)
+#define PARTS_motor_from_point_angle(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND OUT(2, 1, 4, 4, 1, 4)
+#define SAME_motor_from_point_angle(IN, NUMBER, OUT, AND) NUMBER(1, 1)
+GAC_FORM(motor_from_point, angle, 1, TURNS, PLAIN, TILES)
+GAC_KERNEL_AND_FORMS(motor_from_point, TURNS, NO, GAC_USE(motor_from_point, angle, TILES, 2, 2, 3))
 
 INLINE void NAME(translator_from_vector)(const REAL *t, REAL *out)
 {
@@ -8680,51 +2069,8 @@ INLINE void NAME(translator_from_vector)(const REAL *t, REAL *out)
     out[1] = -(t_1 * (REAL)0.5);
 }
 
-static INLINE void NAME(translator_from_vector_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(translator_from_vector)(x0, x1);
-        NAME(store_2)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(translator_from_vector_block)
-
-static INLINE void NAME(translator_from_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(translator_from_vector)(x0, x1);
-            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
-        }
-        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
-    }
-}
-LOOPS(translator_from_vector_dense)
-
-void NAME(translator_from_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(translator_from_vector_block), WIDTHS(translator_from_vector_dense),
-        LANES, (any_function *)NAME(translator_from_vector), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_translator_from_vector(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND OUT(1, 1, 2, 2, 1, 2)
+GAC_KERNEL(translator_from_vector, PLAIN, DIRECT)
 
 INLINE void NAME(dilator_from_scale)(REAL scale, REAL *out)
 {
@@ -8734,51 +2080,8 @@ INLINE void NAME(dilator_from_scale)(REAL scale, REAL *out)
     out[1] = t1 - t0;
 }
 
-static INLINE void NAME(dilator_from_scale_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[0];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[1];
-        REAL x1[2];
-        NAME(load_scalar)(x0, a0 + i * w);
-        NAME(dilator_from_scale)(x0[0], x1);
-        NAME(store_2)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(dilator_from_scale_block)
-
-static INLINE void NAME(dilator_from_scale_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[1];
-            REAL x1[2];
-            NAME(load_scalar)(x0, (char *)a0 + (first + i) * w);
-            NAME(dilator_from_scale)(x0[0], x1);
-            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
-        }
-        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
-    }
-}
-LOOPS(dilator_from_scale_dense)
-
-void NAME(dilator_from_scale_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{1, 0, 0, {0}}, {2, 1, 0, {2}}};
-    static const struct kernel kernel = {WIDTHS(dilator_from_scale_block), WIDTHS(dilator_from_scale_dense), LANES,
-        (any_function *)NAME(dilator_from_scale), NAME(call_nr), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_dilator_from_scale(IN, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 0, 2, 2, 1, 2)
+GAC_KERNEL(dilator_from_scale, PLAIN, DIRECT)
 
 INLINE void NAME(dilator_to_scale)(const REAL *d, REAL *out)
 {
@@ -8787,51 +2090,8 @@ INLINE void NAME(dilator_to_scale)(const REAL *d, REAL *out)
     out[0] = t0 * t0;
 }
 
-static INLINE void NAME(dilator_to_scale_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[1];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(dilator_to_scale)(x0, x1);
-        NAME(store_scalar)(a1 + i * w, x1);
-    }
-}
-LOOPS(dilator_to_scale_block)
-
-static INLINE void NAME(dilator_to_scale_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[1];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(dilator_to_scale)(x0, x1);
-            NAME(store_scalar)((char *)(r1 + i), x1);
-        }
-        NAME(store_few)(a1 + first * 1, r1, 1, LANES, LANES);
-    }
-}
-LOOPS(dilator_to_scale_dense)
-
-void NAME(dilator_to_scale_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(dilator_to_scale_block), WIDTHS(dilator_to_scale_dense), LANES,
-        (any_function *)NAME(dilator_to_scale), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_dilator_to_scale(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND OUT(1, 1, scalar, 1, 0, 0)
+GAC_KERNEL(dilator_to_scale, PLAIN, DIRECT)
 
 INLINE void NAME(transversor_from_vector)(const REAL *b, REAL *out)
 {
@@ -8840,52 +2100,8 @@ INLINE void NAME(transversor_from_vector)(const REAL *b, REAL *out)
     out[1] = b_1;
 }
 
-static INLINE void NAME(transversor_from_vector_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(transversor_from_vector)(x0, x1);
-        NAME(store_2)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(transversor_from_vector_block)
-
-static INLINE void NAME(transversor_from_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(transversor_from_vector)(x0, x1);
-            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
-        }
-        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
-    }
-}
-LOOPS(transversor_from_vector_dense)
-
-void NAME(transversor_from_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(transversor_from_vector_block),
-        WIDTHS(transversor_from_vector_dense), LANES, (any_function *)NAME(transversor_from_vector), NAME(call_ar),
-        1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_transversor_from_vector(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND OUT(1, 1, 2, 2, 1, 2)
+GAC_KERNEL(transversor_from_vector, PLAIN, DIRECT)
 
 INLINE void NAME(motor_from_rotor_translation)(const REAL *r, const REAL *t, REAL *out)
 {
@@ -8899,62 +2115,9 @@ INLINE void NAME(motor_from_rotor_translation)(const REAL *r, const REAL *t, REA
     out[3] = -(r_e12 * t0 + r_1 * t1);
 }
 
-static INLINE void NAME(motor_from_rotor_translation_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[4];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(motor_from_rotor_translation)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(motor_from_rotor_translation_block)
-
-static INLINE void NAME(motor_from_rotor_translation_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[2 * TILE];
-    _Alignas(64) REAL r1[2 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_2)(r0, TILE, a0 + first * 2);
-        NAME(load_tile_2)(r1, TILE, a1 + first * 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[4];
-            NAME(load_2)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_2)(x1, (char *)(r1 + i), TILE * w);
-            NAME(motor_from_rotor_translation)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(motor_from_rotor_translation_dense)
-
-void NAME(motor_from_rotor_translation_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(motor_from_rotor_translation_block),
-        WIDTH(motor_from_rotor_translation_dense), TILE, (any_function *)NAME(motor_from_rotor_translation),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_from_rotor_translation(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, 2) AND \
+    OUT(2, 2, 4, 4, 1, 4)
+GAC_KERNEL(motor_from_rotor_translation, PLAIN, TILES)
 
 INLINE void NAME(motor_to_rotor_translation)(const REAL *m, REAL *out_0, REAL *out_1)
 {
@@ -8965,60 +2128,9 @@ INLINE void NAME(motor_to_rotor_translation)(const REAL *m, REAL *out_0, REAL *o
     out_1[1] = (REAL)2 * (m_e12 * m_e1inf - m_1 * m_e2inf);
 }
 
-static INLINE void NAME(motor_to_rotor_translation_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(motor_to_rotor_translation)(x0, x1, x2);
-        NAME(store_2)(a1 + i * w, c1a, x1);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(motor_to_rotor_translation_block)
-
-static INLINE void NAME(motor_to_rotor_translation_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r1[2 * LANES];
-    _Alignas(64) REAL r2[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[4];
-            REAL x1[2];
-            REAL x2[2];
-            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
-            NAME(motor_to_rotor_translation)(x0, x1, x2);
-            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
-            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
-        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
-    }
-}
-LOOPS(motor_to_rotor_translation_dense)
-
-void NAME(motor_to_rotor_translation_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(motor_to_rotor_translation_block),
-        WIDTHS(motor_to_rotor_translation_dense), LANES, (any_function *)NAME(motor_to_rotor_translation),
-        NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_to_rotor_translation(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(1, 1, 2, 2, 1, 2) AND \
+    OUT(2, 2, 2, 2, 1, 2)
+GAC_KERNEL(motor_to_rotor_translation, PLAIN, DIRECT)
 
 INLINE void NAME(motor_to_matrix)(const REAL *m, REAL *out)
 {
@@ -9038,53 +2150,8 @@ INLINE void NAME(motor_to_matrix)(const REAL *m, REAL *out)
     out[8] = (REAL)1;
 }
 
-static INLINE void NAME(motor_to_matrix_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c1b = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[9];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(motor_to_matrix)(x0, x1);
-        NAME(store_3x3)(a1 + i * w, c1a, c1b, x1);
-    }
-}
-LOOPS(motor_to_matrix_block)
-
-static INLINE void NAME(motor_to_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[9 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[9];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(motor_to_matrix)(x0, x1);
-            NAME(store_3x3)((char *)(r1 + i), 3 * TILE * w, TILE * w, x1);
-        }
-        NAME(store_tile_9)(a1 + first * 9, r1, TILE);
-    }
-}
-LOOP(motor_to_matrix_dense)
-
-void NAME(motor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {9, 2, 1, {3, 3}}};
-    static const struct kernel kernel = {WIDTHS(motor_to_matrix_block), WIDTH(motor_to_matrix_dense), TILE,
-        (any_function *)NAME(motor_to_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_to_matrix(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(1, 1, 3x3, 9, 2, 3, 3)
+GAC_KERNEL(motor_to_matrix, PLAIN, TILES)
 
 INLINE void NAME(motor_product)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -9096,61 +2163,9 @@ INLINE void NAME(motor_product)(const REAL *a, const REAL *b, REAL *out)
     out[3] = a_1 * b_e2inf - a_e12 * b_e1inf + a_e1inf * b_e12 + a_e2inf * b_1;
 }
 
-static INLINE void NAME(motor_product_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(motor_product)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(motor_product_block)
-
-static INLINE void NAME(motor_product_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            REAL x2[4];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
-            NAME(motor_product)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(motor_product_dense)
-
-void NAME(motor_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(motor_product_block), WIDTH(motor_product_dense), TILE,
-        (any_function *)NAME(motor_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_product(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 4, 4, 1, 4) AND OUT(2, 2, 4, 4, \
+    1, 4)
+GAC_KERNEL(motor_product, PLAIN, TILES)
 
 INLINE void NAME(motor_inverse)(const REAL *m, REAL *out)
 {
@@ -9161,53 +2176,8 @@ INLINE void NAME(motor_inverse)(const REAL *m, REAL *out)
     out[3] = -m_e2inf;
 }
 
-static INLINE void NAME(motor_inverse_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(motor_inverse)(x0, x1);
-        NAME(store_4)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(motor_inverse_block)
-
-static INLINE void NAME(motor_inverse_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(motor_inverse)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
-    }
-}
-LOOP(motor_inverse_dense)
-
-void NAME(motor_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(motor_inverse_block), WIDTH(motor_inverse_dense), TILE,
-        (any_function *)NAME(motor_inverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_inverse(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(1, 1, 4, 4, 1, 4)
+GAC_KERNEL(motor_inverse, PLAIN, TILES)
 
 static INLINE void NAME(motor_exponential_within)(const REAL *b, REAL *out, WORD *far)
 {
@@ -9227,41 +2197,8 @@ void NAME(motor_exponential)(const REAL *b, REAL *out)
     RUN(motor_exponential, (b, out), (b, out, NULL));
 }
 
-static INLINE void NAME(motor_exponential_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    for (intptr_t first = 0; first < n; first += CHUNK) {
-        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
-        WORD far = 0;
-        ANY_ORDER
-        for (intptr_t i = first; i < last; ++i) {
-            REAL x0[3];
-            REAL x1[4];
-            NAME(load_3)(x0, a0 + i * w, c0a);
-            NAME(motor_exponential_within)(x0, x1, &far);
-            NAME(store_4)(a1 + i * w, c1a, x1);
-        }
-        for (intptr_t i = first; far && i < last; ++i) {
-            REAL x0[3];
-            REAL x1[4];
-            NAME(load_3)(x0, a0 + i * w, c0a);
-            NAME(motor_exponential)(x0, x1);
-            NAME(store_4)(a1 + i * w, c1a, x1);
-        }
-    }
-}
-LOOPS(motor_exponential_block)
-
-void NAME(motor_exponential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(motor_exponential_block), {NULL}, 0, (any_function
-        *)NAME(motor_exponential), NAME(call_ar), 1, 2, 0, 1, 1, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_exponential(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND OUT(1, 1, 4, 4, 1, 4)
+GAC_KERNEL(motor_exponential, TURNS, NO)
 
 static INLINE void NAME(motor_logarithm_within)(const REAL *m, REAL *out)
 {
@@ -9283,30 +2220,8 @@ void NAME(motor_logarithm)(const REAL *m, REAL *out)
     RUN(motor_logarithm, (m, out), (m, out));
 }
 
-static INLINE void NAME(motor_logarithm_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[3];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(motor_logarithm_within)(x0, x1);
-        NAME(store_3)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(motor_logarithm_block)
-
-void NAME(motor_logarithm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(motor_logarithm_block), {NULL}, 0, (any_function
-        *)NAME(motor_logarithm), NAME(call_ar), 1, 2, 0, 0, 1, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_logarithm(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(1, 1, 3, 3, 1, 3)
+GAC_KERNEL(motor_logarithm, BUSY, NO)
 
 INLINE void NAME(motor_square_root)(const REAL *m, REAL *out)
 {
@@ -9319,53 +2234,8 @@ INLINE void NAME(motor_square_root)(const REAL *m, REAL *out)
     out[3] = m_e2inf * t1;
 }
 
-static INLINE void NAME(motor_square_root_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(motor_square_root)(x0, x1);
-        NAME(store_4)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(motor_square_root_block)
-
-static INLINE void NAME(motor_square_root_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(motor_square_root)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
-    }
-}
-LOOP(motor_square_root_dense)
-
-void NAME(motor_square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(motor_square_root_block), WIDTH(motor_square_root_dense), TILE,
-        (any_function *)NAME(motor_square_root), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_square_root(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(1, 1, 4, 4, 1, 4)
+GAC_KERNEL(motor_square_root, PLAIN, TILES)
 
 static INLINE void NAME(motor_power_within)(const REAL *m, REAL t, REAL *out, WORD *far)
 {
@@ -9420,84 +2290,11 @@ static INLINE void NAME(motor_power_apply_m)(const REAL *prepared, REAL t, REAL 
     out[3] = c7 * t3;
 }
 
-static INLINE void NAME(motor_power_block_m)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c2a = strides[1];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    for (intptr_t first = 0; first < n; first += CHUNK) {
-        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
-        WORD far = 0;
-        ANY_ORDER
-        for (intptr_t i = first; i < last; ++i) {
-            REAL x1[1];
-            REAL x2[4];
-            NAME(load_scalar)(x1, a1 + i * w);
-            NAME(motor_power_apply_m)(prepared, x1[0], x2, &far);
-            NAME(store_4)(a2 + i * w, c2a, x2);
-        }
-        for (intptr_t i = first; far && i < last; ++i) {
-            REAL x1[1];
-            REAL x2[4];
-            NAME(load_scalar)(x1, a1 + i * w);
-            NAME(motor_power_apply_m)(prepared, x1[0], x2, NULL);
-            NAME(store_4)(a2 + i * w, c2a, x2);
-        }
-    }
-}
-LOOPS(motor_power_block_m)
-
-static void NAME(motor_power_start_m)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0];
-    REAL x0[4];
-    NAME(load_4)(x0, args[0], c0a);
-    NAME(motor_power_prepare_m)(x0, prepared);
-}
-
-static INLINE void NAME(motor_power_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    for (intptr_t first = 0; first < n; first += CHUNK) {
-        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
-        WORD far = 0;
-        ANY_ORDER
-        for (intptr_t i = first; i < last; ++i) {
-            REAL x0[4];
-            REAL x1[1];
-            REAL x2[4];
-            NAME(load_4)(x0, a0 + i * w, c0a);
-            NAME(load_scalar)(x1, a1 + i * w);
-            NAME(motor_power_within)(x0, x1[0], x2, &far);
-            NAME(store_4)(a2 + i * w, c2a, x2);
-        }
-        for (intptr_t i = first; far && i < last; ++i) {
-            REAL x0[4];
-            REAL x1[1];
-            REAL x2[4];
-            NAME(load_4)(x0, a0 + i * w, c0a);
-            NAME(load_scalar)(x1, a1 + i * w);
-            NAME(motor_power)(x0, x1[0], x2);
-            NAME(store_4)(a2 + i * w, c2a, x2);
-        }
-    }
-}
-LOOPS(motor_power_block)
-
-void NAME(motor_power_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
-    static const struct form forms[] = {{1, 2, NAME(motor_power_start_m), WIDTHS(motor_power_block_m), {NULL}, 0}};
-    static const struct kernel kernel = {WIDTHS(motor_power_block), {NULL}, 0, (any_function *)NAME(motor_power),
-        NAME(call_anr), 2, 3, 1, 1, 1, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_power(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND NUMBER(1, 1) AND OUT(2, 1, 4, 4, 1, 4)
+#define PARTS_motor_power_m(IN, NUMBER, OUT, AND) NUMBER(1, 1) AND OUT(2, 1, 4, 4, 1, 4)
+#define SAME_motor_power_m(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4)
+GAC_FORM(motor_power, m, 0, PLAIN, TURNS, NO)
+GAC_KERNEL_AND_FORMS(motor_power, TURNS, NO, GAC_USE(motor_power, m, NO, 1, 2, 8))
 
 static INLINE void NAME(interpolate_motors_within)(const REAL *a, const REAL *b, REAL t, REAL *out, WORD *far)
 {
@@ -9570,92 +2367,12 @@ static INLINE void NAME(interpolate_motors_apply_a_b)(const REAL *prepared, REAL
     out[3] = c12 * t4 + c13 * t5;
 }
 
-static INLINE void NAME(interpolate_motors_block_a_b)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c3a = strides[2];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    for (intptr_t first = 0; first < n; first += CHUNK) {
-        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
-        WORD far = 0;
-        ANY_ORDER
-        for (intptr_t i = first; i < last; ++i) {
-            REAL x2[1];
-            REAL x3[4];
-            NAME(load_scalar)(x2, a2 + i * w);
-            NAME(interpolate_motors_apply_a_b)(prepared, x2[0], x3, &far);
-            NAME(store_4)(a3 + i * w, c3a, x3);
-        }
-        for (intptr_t i = first; far && i < last; ++i) {
-            REAL x2[1];
-            REAL x3[4];
-            NAME(load_scalar)(x2, a2 + i * w);
-            NAME(interpolate_motors_apply_a_b)(prepared, x2[0], x3, NULL);
-            NAME(store_4)(a3 + i * w, c3a, x3);
-        }
-    }
-}
-LOOPS(interpolate_motors_block_a_b)
-
-static void NAME(interpolate_motors_start_a_b)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    REAL x0[4];
-    NAME(load_4)(x0, args[0], c0a);
-    REAL x1[4];
-    NAME(load_4)(x1, args[1], c1a);
-    NAME(interpolate_motors_prepare_a_b)(x0, x1, prepared);
-}
-
-static INLINE void NAME(interpolate_motors_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c3a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    for (intptr_t first = 0; first < n; first += CHUNK) {
-        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
-        WORD far = 0;
-        ANY_ORDER
-        for (intptr_t i = first; i < last; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            REAL x2[1];
-            REAL x3[4];
-            NAME(load_4)(x0, a0 + i * w, c0a);
-            NAME(load_4)(x1, a1 + i * w, c1a);
-            NAME(load_scalar)(x2, a2 + i * w);
-            NAME(interpolate_motors_within)(x0, x1, x2[0], x3, &far);
-            NAME(store_4)(a3 + i * w, c3a, x3);
-        }
-        for (intptr_t i = first; far && i < last; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            REAL x2[1];
-            REAL x3[4];
-            NAME(load_4)(x0, a0 + i * w, c0a);
-            NAME(load_4)(x1, a1 + i * w, c1a);
-            NAME(load_scalar)(x2, a2 + i * w);
-            NAME(interpolate_motors)(x0, x1, x2[0], x3);
-            NAME(store_4)(a3 + i * w, c3a, x3);
-        }
-    }
-}
-LOOPS(interpolate_motors_block)
-
-void NAME(interpolate_motors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}, {4, 1, 2, {4}}};
-    static const struct form forms[] = {{3, 2, NAME(interpolate_motors_start_a_b),
-        WIDTHS(interpolate_motors_block_a_b), {NULL}, 0}};
-    static const struct kernel kernel = {WIDTHS(interpolate_motors_block), {NULL}, 0, (any_function
-        *)NAME(interpolate_motors), NAME(call_aanr), 3, 4, 1, 1, 1, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_interpolate_motors(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 4, 4, 1, 4) AND NUMBER(2, \
+    2) AND OUT(3, 2, 4, 4, 1, 4)
+#define PARTS_interpolate_motors_a_b(IN, NUMBER, OUT, AND) NUMBER(2, 2) AND OUT(3, 2, 4, 4, 1, 4)
+#define SAME_interpolate_motors_a_b(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 4, 4, 1, 4)
+GAC_FORM(interpolate_motors, a_b, 0, PLAIN, TURNS, NO)
+GAC_KERNEL_AND_FORMS(interpolate_motors, TURNS, NO, GAC_USE(interpolate_motors, a_b, NO, 3, 2, 14))
 
 static INLINE void NAME(versor_exponential_within)(const REAL *b, REAL *out, WORD *far)
 {
@@ -9715,41 +2432,8 @@ void NAME(versor_exponential)(const REAL *b, REAL *out)
     RUN(versor_exponential, (b, out), (b, out, NULL));
 }
 
-static INLINE void NAME(versor_exponential_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    for (intptr_t first = 0; first < n; first += CHUNK) {
-        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
-        WORD far = 0;
-        ANY_ORDER
-        for (intptr_t i = first; i < last; ++i) {
-            REAL x0[6];
-            REAL x1[8];
-            NAME(load_6)(x0, a0 + i * w, c0a);
-            NAME(versor_exponential_within)(x0, x1, &far);
-            NAME(store_8)(a1 + i * w, c1a, x1);
-        }
-        for (intptr_t i = first; far && i < last; ++i) {
-            REAL x0[6];
-            REAL x1[8];
-            NAME(load_6)(x0, a0 + i * w, c0a);
-            NAME(versor_exponential)(x0, x1);
-            NAME(store_8)(a1 + i * w, c1a, x1);
-        }
-    }
-}
-LOOPS(versor_exponential_block)
-
-void NAME(versor_exponential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(versor_exponential_block), {NULL}, 0, (any_function
-        *)NAME(versor_exponential), NAME(call_ar), 1, 2, 0, 1, 1, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_versor_exponential(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND OUT(1, 1, 8, 8, 1, 8)
+GAC_KERNEL(versor_exponential, TURNS, NO)
 
 static INLINE void NAME(versor_logarithm_within)(const REAL *v, REAL *out)
 {
@@ -9822,30 +2506,8 @@ void NAME(versor_logarithm)(const REAL *v, REAL *out)
     RUN(versor_logarithm, (v, out), (v, out));
 }
 
-static INLINE void NAME(versor_logarithm_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[6];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(versor_logarithm_within)(x0, x1);
-        NAME(store_6)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(versor_logarithm_block)
-
-void NAME(versor_logarithm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {WIDTHS(versor_logarithm_block), {NULL}, 0, (any_function
-        *)NAME(versor_logarithm), NAME(call_ar), 1, 2, 0, 0, 1, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_versor_logarithm(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND OUT(1, 1, 6, 6, 1, 6)
+GAC_KERNEL(versor_logarithm, BUSY, NO)
 
 INLINE void NAME(versor_square_root)(const REAL *v, REAL *out)
 {
@@ -9876,53 +2538,8 @@ INLINE void NAME(versor_square_root)(const REAL *v, REAL *out)
     out[7] = t8 * (t1 * t5 - t7 * t6);
 }
 
-static INLINE void NAME(versor_square_root_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(versor_square_root)(x0, x1);
-        NAME(store_8)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(versor_square_root_block)
-
-static INLINE void NAME(versor_square_root_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[8 * TILE];
-    _Alignas(64) REAL r1[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
-            NAME(versor_square_root)(x0, x1);
-            NAME(store_8)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_8)(a1 + first * 8, r1, TILE);
-    }
-}
-LOOP(versor_square_root_dense)
-
-void NAME(versor_square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(versor_square_root_block), WIDTH(versor_square_root_dense), TILE,
-        (any_function *)NAME(versor_square_root), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_versor_square_root(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND OUT(1, 1, 8, 8, 1, 8)
+GAC_KERNEL(versor_square_root, PLAIN, TILES)
 
 INLINE void NAME(normalize_versor)(const REAL *x, REAL *out)
 {
@@ -9946,53 +2563,8 @@ INLINE void NAME(normalize_versor)(const REAL *x, REAL *out)
     out[7] = x_e012inf * t6 - x_1 * t7;
 }
 
-static INLINE void NAME(normalize_versor_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(normalize_versor)(x0, x1);
-        NAME(store_8)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(normalize_versor_block)
-
-static INLINE void NAME(normalize_versor_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[8 * TILE];
-    _Alignas(64) REAL r1[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
-            NAME(normalize_versor)(x0, x1);
-            NAME(store_8)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_8)(a1 + first * 8, r1, TILE);
-    }
-}
-LOOP(normalize_versor_dense)
-
-void NAME(normalize_versor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(normalize_versor_block), WIDTH(normalize_versor_dense), TILE,
-        (any_function *)NAME(normalize_versor), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_normalize_versor(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND OUT(1, 1, 8, 8, 1, 8)
+GAC_KERNEL(normalize_versor, PLAIN, TILES)
 
 INLINE void NAME(versor_from_motor)(const REAL *m, REAL *out)
 {
@@ -10007,53 +2579,8 @@ INLINE void NAME(versor_from_motor)(const REAL *m, REAL *out)
     out[7] = (REAL)0;
 }
 
-static INLINE void NAME(versor_from_motor_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[8];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(versor_from_motor)(x0, x1);
-        NAME(store_8)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(versor_from_motor_block)
-
-static INLINE void NAME(versor_from_motor_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[8];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(versor_from_motor)(x0, x1);
-            NAME(store_8)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_8)(a1 + first * 8, r1, TILE);
-    }
-}
-LOOP(versor_from_motor_dense)
-
-void NAME(versor_from_motor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(versor_from_motor_block), WIDTH(versor_from_motor_dense), TILE,
-        (any_function *)NAME(versor_from_motor), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_versor_from_motor(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(1, 1, 8, 8, 1, 8)
+GAC_KERNEL(versor_from_motor, PLAIN, TILES)
 
 INLINE void NAME(versor_from_dilator)(const REAL *d, REAL *out)
 {
@@ -10068,53 +2595,8 @@ INLINE void NAME(versor_from_dilator)(const REAL *d, REAL *out)
     out[7] = (REAL)0;
 }
 
-static INLINE void NAME(versor_from_dilator_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[8];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(versor_from_dilator)(x0, x1);
-        NAME(store_8)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(versor_from_dilator_block)
-
-static INLINE void NAME(versor_from_dilator_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[2 * TILE];
-    _Alignas(64) REAL r1[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_2)(r0, TILE, a0 + first * 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[2];
-            REAL x1[8];
-            NAME(load_2)(x0, (char *)(r0 + i), TILE * w);
-            NAME(versor_from_dilator)(x0, x1);
-            NAME(store_8)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_8)(a1 + first * 8, r1, TILE);
-    }
-}
-LOOP(versor_from_dilator_dense)
-
-void NAME(versor_from_dilator_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(versor_from_dilator_block), WIDTH(versor_from_dilator_dense), TILE,
-        (any_function *)NAME(versor_from_dilator), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_versor_from_dilator(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND OUT(1, 1, 8, 8, 1, 8)
+GAC_KERNEL(versor_from_dilator, PLAIN, TILES)
 
 INLINE void NAME(versor_from_transversor)(const REAL *k, REAL *out)
 {
@@ -10129,54 +2611,8 @@ INLINE void NAME(versor_from_transversor)(const REAL *k, REAL *out)
     out[7] = (REAL)0;
 }
 
-static INLINE void NAME(versor_from_transversor_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[8];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(versor_from_transversor)(x0, x1);
-        NAME(store_8)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(versor_from_transversor_block)
-
-static INLINE void NAME(versor_from_transversor_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[2 * TILE];
-    _Alignas(64) REAL r1[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_2)(r0, TILE, a0 + first * 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[2];
-            REAL x1[8];
-            NAME(load_2)(x0, (char *)(r0 + i), TILE * w);
-            NAME(versor_from_transversor)(x0, x1);
-            NAME(store_8)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_8)(a1 + first * 8, r1, TILE);
-    }
-}
-LOOP(versor_from_transversor_dense)
-
-void NAME(versor_from_transversor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(versor_from_transversor_block),
-        WIDTH(versor_from_transversor_dense), TILE, (any_function *)NAME(versor_from_transversor), NAME(call_ar), 1,
-        2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_versor_from_transversor(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND OUT(1, 1, 8, 8, 1, 8)
+GAC_KERNEL(versor_from_transversor, PLAIN, TILES)
 
 INLINE void NAME(translator_between_points)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -10186,58 +2622,9 @@ INLINE void NAME(translator_between_points)(const REAL *a, const REAL *b, REAL *
     out[1] = -((REAL)0.5 * (b_e2 - a_e2));
 }
 
-static INLINE void NAME(translator_between_points_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(translator_between_points)(x0, x1, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(translator_between_points_block)
-
-static INLINE void NAME(translator_between_points_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[2];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
-            NAME(translator_between_points)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
-    }
-}
-LOOPS(translator_between_points_dense)
-
-void NAME(translator_between_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(translator_between_points_block),
-        WIDTHS(translator_between_points_dense), LANES, (any_function *)NAME(translator_between_points),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_translator_between_points(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, 2) AND \
+    OUT(2, 2, 2, 2, 1, 2)
+GAC_KERNEL(translator_between_points, PLAIN, DIRECT)
 
 INLINE void NAME(versor_decomposition)(const REAL *x, REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3)
 {
@@ -10262,76 +2649,9 @@ INLINE void NAME(versor_decomposition)(const REAL *x, REAL *out_0, REAL *out_1, 
     out_3[1] = t9 * (x_e20 * t3 - x_e10 * t8);
 }
 
-static INLINE void NAME(versor_decomposition_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[1], c3a = strides[2], c4a = strides[3];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[1];
-        REAL x2[2];
-        REAL x3[2];
-        REAL x4[2];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(versor_decomposition)(x0, x1, x2, x3, x4);
-        NAME(store_scalar)(a1 + i * w, x1);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-        NAME(store_2)(a3 + i * w, c3a, x3);
-        NAME(store_2)(a4 + i * w, c4a, x4);
-    }
-}
-LOOPS(versor_decomposition_block)
-
-static INLINE void NAME(versor_decomposition_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    REAL *a3 = (REAL *)args[3];
-    REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r1[1 * LANES];
-    _Alignas(64) REAL r2[2 * LANES];
-    _Alignas(64) REAL r3[2 * LANES];
-    _Alignas(64) REAL r4[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[8];
-            REAL x1[1];
-            REAL x2[2];
-            REAL x3[2];
-            REAL x4[2];
-            NAME(load_8)(x0, (char *)a0 + (first + i) * 8 * w, w);
-            NAME(versor_decomposition)(x0, x1, x2, x3, x4);
-            NAME(store_scalar)((char *)(r1 + i), x1);
-            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
-            NAME(store_2)((char *)(r3 + i), LANES * w, x3);
-            NAME(store_2)((char *)(r4 + i), LANES * w, x4);
-        }
-        NAME(store_few)(a1 + first * 1, r1, 1, LANES, LANES);
-        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
-        NAME(store_few)(a3 + first * 2, r3, 2, LANES, LANES);
-        NAME(store_few)(a4 + first * 2, r4, 2, LANES, LANES);
-    }
-}
-LOOPS(versor_decomposition_dense)
-
-void NAME(versor_decomposition_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {1, 0, 1, {0}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}, {2, 1, 3,
-        {2}}};
-    static const struct kernel kernel = {WIDTHS(versor_decomposition_block), WIDTHS(versor_decomposition_dense),
-        LANES, (any_function *)NAME(versor_decomposition), NAME(call_arrrr), 1, 5, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_versor_decomposition(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND OUT(1, 1, scalar, 1, 0, 0) AND \
+    OUT(2, 1, 2, 2, 1, 2) AND OUT(3, 2, 2, 2, 1, 2) AND OUT(4, 3, 2, 2, 1, 2)
+GAC_KERNEL(versor_decomposition, PLAIN, DIRECT)
 
 INLINE void NAME(move_point)(const REAL *m, const REAL *p, REAL *out)
 {
@@ -10343,57 +2663,9 @@ INLINE void NAME(move_point)(const REAL *m, const REAL *p, REAL *out)
     out[1] = p_e2 - (REAL)2 * (m_e12 * t0 + m_1 * t1);
 }
 
-static INLINE void NAME(move_point_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(move_point)(x0, x1, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(move_point_block)
-
-static INLINE void NAME(move_point_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[4];
-            REAL x1[2];
-            REAL x2[2];
-            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
-            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
-            NAME(move_point)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
-    }
-}
-LOOPS(move_point_dense)
-
-void NAME(move_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(move_point_block), WIDTHS(move_point_dense), LANES, (any_function
-        *)NAME(move_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_move_point(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 2, 2, 1, 2) AND OUT(2, 2, 2, 2, 1, \
+    2)
+GAC_KERNEL(move_point, PLAIN, DIRECT)
 
 INLINE void NAME(rotate_point)(const REAL *r, const REAL *p, REAL *out)
 {
@@ -10405,57 +2677,9 @@ INLINE void NAME(rotate_point)(const REAL *r, const REAL *p, REAL *out)
     out[1] = p_e2 * t0 - p_e1 * t1;
 }
 
-static INLINE void NAME(rotate_point_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(rotate_point)(x0, x1, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(rotate_point_block)
-
-static INLINE void NAME(rotate_point_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[2];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
-            NAME(rotate_point)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
-    }
-}
-LOOPS(rotate_point_dense)
-
-void NAME(rotate_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(rotate_point_block), WIDTHS(rotate_point_dense), LANES,
-        (any_function *)NAME(rotate_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_rotate_point(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, 2) AND OUT(2, 2, 2, 2, \
+    1, 2)
+GAC_KERNEL(rotate_point, PLAIN, DIRECT)
 
 INLINE void NAME(translate_point)(const REAL *t, const REAL *p, REAL *out)
 {
@@ -10465,57 +2689,9 @@ INLINE void NAME(translate_point)(const REAL *t, const REAL *p, REAL *out)
     out[1] = p_e2 - t_e2inf - t_e2inf;
 }
 
-static INLINE void NAME(translate_point_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(translate_point)(x0, x1, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(translate_point_block)
-
-static INLINE void NAME(translate_point_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[2];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
-            NAME(translate_point)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
-    }
-}
-LOOPS(translate_point_dense)
-
-void NAME(translate_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(translate_point_block), WIDTHS(translate_point_dense), LANES,
-        (any_function *)NAME(translate_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_translate_point(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, 2) AND OUT(2, 2, 2, \
+    2, 1, 2)
+GAC_KERNEL(translate_point, PLAIN, DIRECT)
 
 INLINE void NAME(dilate_point)(const REAL *d, const REAL *p, REAL *out)
 {
@@ -10527,57 +2703,9 @@ INLINE void NAME(dilate_point)(const REAL *d, const REAL *p, REAL *out)
     out[1] = p_e2 * t1;
 }
 
-static INLINE void NAME(dilate_point_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(dilate_point)(x0, x1, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(dilate_point_block)
-
-static INLINE void NAME(dilate_point_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[2];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
-            NAME(dilate_point)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
-    }
-}
-LOOPS(dilate_point_dense)
-
-void NAME(dilate_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(dilate_point_block), WIDTHS(dilate_point_dense), LANES,
-        (any_function *)NAME(dilate_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_dilate_point(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, 2) AND OUT(2, 2, 2, 2, \
+    1, 2)
+GAC_KERNEL(dilate_point, PLAIN, DIRECT)
 
 INLINE void NAME(move_vector)(const REAL *m, const REAL *x, REAL *out)
 {
@@ -10619,113 +2747,12 @@ static INLINE void NAME(move_vector_apply_m)(const REAL *prepared, const REAL *x
     out[3] = x_einf + (x_e1 * c4 - x_e2 * c5 + x_e0 * c6);
 }
 
-static INLINE void NAME(move_vector_block_m)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[1], c2a = strides[2];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(move_vector_apply_m)(prepared, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(move_vector_block_m)
-
-static INLINE void NAME(move_vector_dense_m)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r1[4 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x1[4];
-            REAL x2[4];
-            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
-            NAME(move_vector_apply_m)(prepared, x1, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(move_vector_dense_m)
-
-static void NAME(move_vector_start_m)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0];
-    REAL x0[4];
-    NAME(load_4)(x0, args[0], c0a);
-    NAME(move_vector_prepare_m)(x0, prepared);
-}
-
-static INLINE void NAME(move_vector_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(move_vector)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(move_vector_block)
-
-static INLINE void NAME(move_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            REAL x2[4];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
-            NAME(move_vector)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(move_vector_dense)
-
-void NAME(move_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct form forms[] = {{1, 3, NAME(move_vector_start_m), WIDTHS(move_vector_block_m),
-        WIDTH(move_vector_dense_m), TILE}};
-    static const struct kernel kernel = {WIDTHS(move_vector_block), WIDTH(move_vector_dense), TILE, (any_function
-        *)NAME(move_vector), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_move_vector(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 4, 4, 1, 4) AND OUT(2, 2, 4, 4, 1, \
+    4)
+#define PARTS_move_vector_m(IN, NUMBER, OUT, AND) IN(1, 1, 4, 4, 1, 4) AND OUT(2, 2, 4, 4, 1, 4)
+#define SAME_move_vector_m(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4)
+GAC_FORM(move_vector, m, 0, PLAIN, PLAIN, TILES)
+GAC_KERNEL_AND_FORMS(move_vector, PLAIN, TILES, GAC_USE(move_vector, m, TILES, 1, 3, 7))
 
 INLINE void NAME(move_point_pair)(const REAL *m, const REAL *x, REAL *out)
 {
@@ -10780,113 +2807,12 @@ static INLINE void NAME(move_point_pair_apply_m)(const REAL *prepared, const REA
     out[5] = x_e0inf + x_e10 * c1 + x_e20 * c0;
 }
 
-static INLINE void NAME(move_point_pair_block_m)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[1], c2a = strides[2];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[6];
-        REAL x2[6];
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(move_point_pair_apply_m)(prepared, x1, x2);
-        NAME(store_6)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(move_point_pair_block_m)
-
-static INLINE void NAME(move_point_pair_dense_m)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r1[6 * TILE];
-    _Alignas(64) REAL r2[6 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x1[6];
-            REAL x2[6];
-            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
-            NAME(move_point_pair_apply_m)(prepared, x1, x2);
-            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
-    }
-}
-LOOP(move_point_pair_dense_m)
-
-static void NAME(move_point_pair_start_m)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0];
-    REAL x0[4];
-    NAME(load_4)(x0, args[0], c0a);
-    NAME(move_point_pair_prepare_m)(x0, prepared);
-}
-
-static INLINE void NAME(move_point_pair_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[6];
-        REAL x2[6];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(move_point_pair)(x0, x1, x2);
-        NAME(store_6)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(move_point_pair_block)
-
-static INLINE void NAME(move_point_pair_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[6 * TILE];
-    _Alignas(64) REAL r2[6 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[6];
-            REAL x2[6];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
-            NAME(move_point_pair)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
-    }
-}
-LOOP(move_point_pair_dense)
-
-void NAME(move_point_pair_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
-    static const struct form forms[] = {{1, 2, NAME(move_point_pair_start_m), WIDTHS(move_point_pair_block_m),
-        WIDTH(move_point_pair_dense_m), TILE}};
-    static const struct kernel kernel = {WIDTHS(move_point_pair_block), WIDTH(move_point_pair_dense), TILE,
-        (any_function *)NAME(move_point_pair), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_move_point_pair(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 6, 6, 1, 6) AND OUT(2, 2, 6, \
+    6, 1, 6)
+#define PARTS_move_point_pair_m(IN, NUMBER, OUT, AND) IN(1, 1, 6, 6, 1, 6) AND OUT(2, 2, 6, 6, 1, 6)
+#define SAME_move_point_pair_m(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4)
+GAC_FORM(move_point_pair, m, 0, PLAIN, PLAIN, TILES)
+GAC_KERNEL_AND_FORMS(move_point_pair, PLAIN, TILES, GAC_USE(move_point_pair, m, TILES, 1, 2, 8))
 
 INLINE void NAME(move_line)(const REAL *m, const REAL *x, REAL *out)
 {
@@ -10919,107 +2845,12 @@ static INLINE void NAME(move_line_apply_m)(const REAL *prepared, const REAL *x, 
     out[2] = x_e20inf * c2 - x_e10inf * c3;
 }
 
-static INLINE void NAME(move_line_block_m)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[1], c2a = strides[2];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(move_line_apply_m)(prepared, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(move_line_block_m)
-
-static INLINE void NAME(move_line_dense_m)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x1[3];
-            REAL x2[3];
-            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
-            NAME(move_line_apply_m)(prepared, x1, x2);
-            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
-    }
-}
-LOOPS(move_line_dense_m)
-
-static void NAME(move_line_start_m)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0];
-    REAL x0[4];
-    NAME(load_4)(x0, args[0], c0a);
-    NAME(move_line_prepare_m)(x0, prepared);
-}
-
-static INLINE void NAME(move_line_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(move_line)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(move_line_block)
-
-static INLINE void NAME(move_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[4];
-            REAL x1[3];
-            REAL x2[3];
-            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
-            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
-            NAME(move_line)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
-    }
-}
-LOOPS(move_line_dense)
-
-void NAME(move_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct form forms[] = {{1, 3, NAME(move_line_start_m), WIDTHS(move_line_block_m),
-        WIDTHS(move_line_dense_m), LANES}};
-    static const struct kernel kernel = {WIDTHS(move_line_block), WIDTHS(move_line_dense), LANES, (any_function
-        *)NAME(move_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_move_line(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 3, 3, 1, 3) AND OUT(2, 2, 3, 3, 1, \
+    3)
+#define PARTS_move_line_m(IN, NUMBER, OUT, AND) IN(1, 1, 3, 3, 1, 3) AND OUT(2, 2, 3, 3, 1, 3)
+#define SAME_move_line_m(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4)
+GAC_FORM(move_line, m, 0, PLAIN, PLAIN, DIRECT)
+GAC_KERNEL_AND_FORMS(move_line, PLAIN, DIRECT, GAC_USE(move_line, m, DIRECT, 1, 3, 4))
 
 INLINE void NAME(move_circle)(const REAL *m, const REAL *x, REAL *out)
 {
@@ -11062,113 +2893,12 @@ static INLINE void NAME(move_circle_apply_m)(const REAL *prepared, const REAL *x
     out[3] = x_e20inf * c4 - x_e120 * c6 - x_e10inf * c5;
 }
 
-static INLINE void NAME(move_circle_block_m)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[1], c2a = strides[2];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(move_circle_apply_m)(prepared, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(move_circle_block_m)
-
-static INLINE void NAME(move_circle_dense_m)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r1[4 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x1[4];
-            REAL x2[4];
-            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
-            NAME(move_circle_apply_m)(prepared, x1, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(move_circle_dense_m)
-
-static void NAME(move_circle_start_m)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0];
-    REAL x0[4];
-    NAME(load_4)(x0, args[0], c0a);
-    NAME(move_circle_prepare_m)(x0, prepared);
-}
-
-static INLINE void NAME(move_circle_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(move_circle)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(move_circle_block)
-
-static INLINE void NAME(move_circle_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            REAL x2[4];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
-            NAME(move_circle)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(move_circle_dense)
-
-void NAME(move_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct form forms[] = {{1, 3, NAME(move_circle_start_m), WIDTHS(move_circle_block_m),
-        WIDTH(move_circle_dense_m), TILE}};
-    static const struct kernel kernel = {WIDTHS(move_circle_block), WIDTH(move_circle_dense), TILE, (any_function
-        *)NAME(move_circle), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_move_circle(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 4, 4, 1, 4) AND OUT(2, 2, 4, 4, 1, \
+    4)
+#define PARTS_move_circle_m(IN, NUMBER, OUT, AND) IN(1, 1, 4, 4, 1, 4) AND OUT(2, 2, 4, 4, 1, 4)
+#define SAME_move_circle_m(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4)
+GAC_FORM(move_circle, m, 0, PLAIN, PLAIN, TILES)
+GAC_KERNEL_AND_FORMS(move_circle, PLAIN, TILES, GAC_USE(move_circle, m, TILES, 1, 3, 7))
 
 INLINE void NAME(transform_vector)(const REAL *v, const REAL *x, REAL *out)
 {
@@ -11244,113 +2974,12 @@ static INLINE void NAME(transform_vector_apply_v)(const REAL *prepared, const RE
     out[3] = x_e1 * c12 - x_e2 * c13 + x_e0 * c14 + x_einf * c15;
 }
 
-static INLINE void NAME(transform_vector_block_v)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[1], c2a = strides[2];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(transform_vector_apply_v)(prepared, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(transform_vector_block_v)
-
-static INLINE void NAME(transform_vector_dense_v)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r1[4 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x1[4];
-            REAL x2[4];
-            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
-            NAME(transform_vector_apply_v)(prepared, x1, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(transform_vector_dense_v)
-
-static void NAME(transform_vector_start_v)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0];
-    REAL x0[8];
-    NAME(load_8)(x0, args[0], c0a);
-    NAME(transform_vector_prepare_v)(x0, prepared);
-}
-
-static INLINE void NAME(transform_vector_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(transform_vector)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(transform_vector_block)
-
-static INLINE void NAME(transform_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[8 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
-        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[8];
-            REAL x1[4];
-            REAL x2[4];
-            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
-            NAME(transform_vector)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(transform_vector_dense)
-
-void NAME(transform_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct form forms[] = {{1, 2, NAME(transform_vector_start_v), WIDTHS(transform_vector_block_v),
-        WIDTH(transform_vector_dense_v), TILE}};
-    static const struct kernel kernel = {WIDTHS(transform_vector_block), WIDTH(transform_vector_dense), TILE,
-        (any_function *)NAME(transform_vector), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_transform_vector(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND IN(1, 1, 4, 4, 1, 4) AND OUT(2, 2, 4, \
+    4, 1, 4)
+#define PARTS_transform_vector_v(IN, NUMBER, OUT, AND) IN(1, 1, 4, 4, 1, 4) AND OUT(2, 2, 4, 4, 1, 4)
+#define SAME_transform_vector_v(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8)
+GAC_FORM(transform_vector, v, 0, PLAIN, PLAIN, TILES)
+GAC_KERNEL_AND_FORMS(transform_vector, PLAIN, TILES, GAC_USE(transform_vector, v, TILES, 1, 2, 16))
 
 INLINE void NAME(transform_point)(const REAL *v, const REAL *p, REAL *out)
 {
@@ -11378,57 +3007,9 @@ INLINE void NAME(transform_point)(const REAL *v, const REAL *p, REAL *out)
     out[1] = t15 * (p_e2 * t7 + t9 * t13 - t12 * t10 - t16);
 }
 
-static INLINE void NAME(transform_point_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(transform_point)(x0, x1, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(transform_point_block)
-
-static INLINE void NAME(transform_point_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[8];
-            REAL x1[2];
-            REAL x2[2];
-            NAME(load_8)(x0, (char *)a0 + (first + i) * 8 * w, w);
-            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
-            NAME(transform_point)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
-    }
-}
-LOOPS(transform_point_dense)
-
-void NAME(transform_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(transform_point_block), WIDTHS(transform_point_dense), LANES,
-        (any_function *)NAME(transform_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_transform_point(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND IN(1, 1, 2, 2, 1, 2) AND OUT(2, 2, 2, \
+    2, 1, 2)
+GAC_KERNEL(transform_point, PLAIN, DIRECT)
 
 INLINE void NAME(transform_point_pair)(const REAL *v, const REAL *x, REAL *out)
 {
@@ -11501,113 +3082,12 @@ static INLINE void NAME(transform_point_pair_apply_v)(const REAL *prepared, cons
     out[5] = x_e10 * c2 - x_e2inf * c3 + x_e0inf * c1 - x_e12 * c5 + x_e20 * c0 - x_e1inf * c4;
 }
 
-static INLINE void NAME(transform_point_pair_block_v)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[1], c2a = strides[2];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[6];
-        REAL x2[6];
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(transform_point_pair_apply_v)(prepared, x1, x2);
-        NAME(store_6)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(transform_point_pair_block_v)
-
-static INLINE void NAME(transform_point_pair_dense_v)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r1[6 * TILE];
-    _Alignas(64) REAL r2[6 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x1[6];
-            REAL x2[6];
-            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
-            NAME(transform_point_pair_apply_v)(prepared, x1, x2);
-            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
-    }
-}
-LOOP(transform_point_pair_dense_v)
-
-static void NAME(transform_point_pair_start_v)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0];
-    REAL x0[8];
-    NAME(load_8)(x0, args[0], c0a);
-    NAME(transform_point_pair_prepare_v)(x0, prepared);
-}
-
-static INLINE void NAME(transform_point_pair_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[6];
-        REAL x2[6];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(transform_point_pair)(x0, x1, x2);
-        NAME(store_6)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(transform_point_pair_block)
-
-static INLINE void NAME(transform_point_pair_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[8 * TILE];
-    _Alignas(64) REAL r1[6 * TILE];
-    _Alignas(64) REAL r2[6 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
-        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[8];
-            REAL x1[6];
-            REAL x2[6];
-            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
-            NAME(transform_point_pair)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
-    }
-}
-LOOP(transform_point_pair_dense)
-
-void NAME(transform_point_pair_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
-    static const struct form forms[] = {{1, 2, NAME(transform_point_pair_start_v),
-        WIDTHS(transform_point_pair_block_v), WIDTH(transform_point_pair_dense_v), TILE}};
-    static const struct kernel kernel = {WIDTHS(transform_point_pair_block), WIDTH(transform_point_pair_dense),
-        TILE, (any_function *)NAME(transform_point_pair), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_transform_point_pair(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND IN(1, 1, 6, 6, 1, 6) AND OUT(2, 2, \
+    6, 6, 1, 6)
+#define PARTS_transform_point_pair_v(IN, NUMBER, OUT, AND) IN(1, 1, 6, 6, 1, 6) AND OUT(2, 2, 6, 6, 1, 6)
+#define SAME_transform_point_pair_v(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8)
+GAC_FORM(transform_point_pair, v, 0, PLAIN, PLAIN, TILES)
+GAC_KERNEL_AND_FORMS(transform_point_pair, PLAIN, TILES, GAC_USE(transform_point_pair, v, TILES, 1, 2, 18))
 
 INLINE void NAME(transform_circle)(const REAL *v, const REAL *x, REAL *out)
 {
@@ -11683,113 +3163,12 @@ static INLINE void NAME(transform_circle_apply_v)(const REAL *prepared, const RE
     out[3] = x_e12inf * c13 - x_e120 * c12 - x_e10inf * c14 + x_e20inf * c15;
 }
 
-static INLINE void NAME(transform_circle_block_v)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[1], c2a = strides[2];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(transform_circle_apply_v)(prepared, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(transform_circle_block_v)
-
-static INLINE void NAME(transform_circle_dense_v)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r1[4 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x1[4];
-            REAL x2[4];
-            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
-            NAME(transform_circle_apply_v)(prepared, x1, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(transform_circle_dense_v)
-
-static void NAME(transform_circle_start_v)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0];
-    REAL x0[8];
-    NAME(load_8)(x0, args[0], c0a);
-    NAME(transform_circle_prepare_v)(x0, prepared);
-}
-
-static INLINE void NAME(transform_circle_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(transform_circle)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(transform_circle_block)
-
-static INLINE void NAME(transform_circle_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[8 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
-        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[8];
-            REAL x1[4];
-            REAL x2[4];
-            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
-            NAME(transform_circle)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(transform_circle_dense)
-
-void NAME(transform_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct form forms[] = {{1, 2, NAME(transform_circle_start_v), WIDTHS(transform_circle_block_v),
-        WIDTH(transform_circle_dense_v), TILE}};
-    static const struct kernel kernel = {WIDTHS(transform_circle_block), WIDTH(transform_circle_dense), TILE,
-        (any_function *)NAME(transform_circle), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_transform_circle(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND IN(1, 1, 4, 4, 1, 4) AND OUT(2, 2, 4, \
+    4, 1, 4)
+#define PARTS_transform_circle_v(IN, NUMBER, OUT, AND) IN(1, 1, 4, 4, 1, 4) AND OUT(2, 2, 4, 4, 1, 4)
+#define SAME_transform_circle_v(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8)
+GAC_FORM(transform_circle, v, 0, PLAIN, PLAIN, TILES)
+GAC_KERNEL_AND_FORMS(transform_circle, PLAIN, TILES, GAC_USE(transform_circle, v, TILES, 1, 2, 16))
 
 INLINE void NAME(invert_vector)(const REAL *x, const REAL *s, REAL *out)
 {
@@ -11826,113 +3205,12 @@ static INLINE void NAME(invert_vector_apply_s)(const REAL *prepared, const REAL 
     out[3] = c2 * t0 - x_einf;
 }
 
-static INLINE void NAME(invert_vector_block_s)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[2];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x2[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(invert_vector_apply_s)(prepared, x0, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(invert_vector_block_s)
-
-static INLINE void NAME(invert_vector_dense_s)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x2[4];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(invert_vector_apply_s)(prepared, x0, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(invert_vector_dense_s)
-
-static void NAME(invert_vector_start_s)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c1a = strides[1];
-    REAL x1[4];
-    NAME(load_4)(x1, args[1], c1a);
-    NAME(invert_vector_prepare_s)(x1, prepared);
-}
-
-static INLINE void NAME(invert_vector_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(invert_vector)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(invert_vector_block)
-
-static INLINE void NAME(invert_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            REAL x2[4];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
-            NAME(invert_vector)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(invert_vector_dense)
-
-void NAME(invert_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct form forms[] = {{2, 2, NAME(invert_vector_start_s), WIDTHS(invert_vector_block_s),
-        WIDTH(invert_vector_dense_s), TILE}};
-    static const struct kernel kernel = {WIDTHS(invert_vector_block), WIDTH(invert_vector_dense), TILE,
-        (any_function *)NAME(invert_vector), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_invert_vector(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 4, 4, 1, 4) AND OUT(2, 2, 4, 4, \
+    1, 4)
+#define PARTS_invert_vector_s(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(2, 2, 4, 4, 1, 4)
+#define SAME_invert_vector_s(IN, NUMBER, OUT, AND) IN(1, 1, 4, 4, 1, 4)
+GAC_FORM(invert_vector, s, 1, PLAIN, PLAIN, TILES)
+GAC_KERNEL_AND_FORMS(invert_vector, PLAIN, TILES, GAC_USE(invert_vector, s, TILES, 2, 2, 5))
 
 INLINE void NAME(invert_point_pair)(const REAL *x, const REAL *s, REAL *out)
 {
@@ -11986,113 +3264,12 @@ static INLINE void NAME(invert_point_pair_apply_s)(const REAL *prepared, const R
     out[5] = x_e0inf + t2 * c7 - c6 * t3;
 }
 
-static INLINE void NAME(invert_point_pair_block_s)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[2];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x2[6];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(invert_point_pair_apply_s)(prepared, x0, x2);
-        NAME(store_6)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(invert_point_pair_block_s)
-
-static INLINE void NAME(invert_point_pair_dense_s)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r2[6 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x2[6];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(invert_point_pair_apply_s)(prepared, x0, x2);
-            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
-    }
-}
-LOOP(invert_point_pair_dense_s)
-
-static void NAME(invert_point_pair_start_s)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c1a = strides[1];
-    REAL x1[4];
-    NAME(load_4)(x1, args[1], c1a);
-    NAME(invert_point_pair_prepare_s)(x1, prepared);
-}
-
-static INLINE void NAME(invert_point_pair_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[4];
-        REAL x2[6];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(invert_point_pair)(x0, x1, x2);
-        NAME(store_6)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(invert_point_pair_block)
-
-static INLINE void NAME(invert_point_pair_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    _Alignas(64) REAL r2[6 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x1[4];
-            REAL x2[6];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
-            NAME(invert_point_pair)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
-    }
-}
-LOOP(invert_point_pair_dense)
-
-void NAME(invert_point_pair_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct form forms[] = {{2, 2, NAME(invert_point_pair_start_s), WIDTHS(invert_point_pair_block_s),
-        WIDTH(invert_point_pair_dense_s), TILE}};
-    static const struct kernel kernel = {WIDTHS(invert_point_pair_block), WIDTH(invert_point_pair_dense), TILE,
-        (any_function *)NAME(invert_point_pair), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_invert_point_pair(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND IN(1, 1, 4, 4, 1, 4) AND OUT(2, 2, 6, \
+    6, 1, 6)
+#define PARTS_invert_point_pair_s(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND OUT(2, 2, 6, 6, 1, 6)
+#define SAME_invert_point_pair_s(IN, NUMBER, OUT, AND) IN(1, 1, 4, 4, 1, 4)
+GAC_FORM(invert_point_pair, s, 1, PLAIN, PLAIN, TILES)
+GAC_KERNEL_AND_FORMS(invert_point_pair, PLAIN, TILES, GAC_USE(invert_point_pair, s, TILES, 2, 2, 8))
 
 INLINE void NAME(invert_circle)(const REAL *x, const REAL *s, REAL *out)
 {
@@ -12127,113 +3304,12 @@ static INLINE void NAME(invert_circle_apply_s)(const REAL *prepared, const REAL 
     out[3] = -(x_e20inf + c3 * t0);
 }
 
-static INLINE void NAME(invert_circle_block_s)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[2];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x2[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(invert_circle_apply_s)(prepared, x0, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(invert_circle_block_s)
-
-static INLINE void NAME(invert_circle_dense_s)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x2[4];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(invert_circle_apply_s)(prepared, x0, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(invert_circle_dense_s)
-
-static void NAME(invert_circle_start_s)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c1a = strides[1];
-    REAL x1[4];
-    NAME(load_4)(x1, args[1], c1a);
-    NAME(invert_circle_prepare_s)(x1, prepared);
-}
-
-static INLINE void NAME(invert_circle_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(invert_circle)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(invert_circle_block)
-
-static INLINE void NAME(invert_circle_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            REAL x2[4];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
-            NAME(invert_circle)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(invert_circle_dense)
-
-void NAME(invert_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct form forms[] = {{2, 2, NAME(invert_circle_start_s), WIDTHS(invert_circle_block_s),
-        WIDTH(invert_circle_dense_s), TILE}};
-    static const struct kernel kernel = {WIDTHS(invert_circle_block), WIDTH(invert_circle_dense), TILE,
-        (any_function *)NAME(invert_circle), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_invert_circle(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 4, 4, 1, 4) AND OUT(2, 2, 4, 4, \
+    1, 4)
+#define PARTS_invert_circle_s(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(2, 2, 4, 4, 1, 4)
+#define SAME_invert_circle_s(IN, NUMBER, OUT, AND) IN(1, 1, 4, 4, 1, 4)
+GAC_FORM(invert_circle, s, 1, PLAIN, PLAIN, TILES)
+GAC_KERNEL_AND_FORMS(invert_circle, PLAIN, TILES, GAC_USE(invert_circle, s, TILES, 2, 2, 5))
 
 INLINE void NAME(invert_point)(const REAL *p, const REAL *s, REAL *out)
 {
@@ -12246,57 +3322,9 @@ INLINE void NAME(invert_point)(const REAL *p, const REAL *s, REAL *out)
     out[1] = -(t2 * (p_e2 * t1 + (REAL)2 * (s_e2 * t0)));
 }
 
-static INLINE void NAME(invert_point_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[4];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(invert_point)(x0, x1, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(invert_point_block)
-
-static INLINE void NAME(invert_point_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[4];
-            REAL x2[2];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
-            NAME(invert_point)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
-    }
-}
-LOOPS(invert_point_dense)
-
-void NAME(invert_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {4, 1, 1, {4}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(invert_point_block), WIDTHS(invert_point_dense), LANES,
-        (any_function *)NAME(invert_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_invert_point(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 4, 4, 1, 4) AND OUT(2, 2, 2, 2, \
+    1, 2)
+GAC_KERNEL(invert_point, PLAIN, DIRECT)
 
 INLINE void NAME(motor_between_lines)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -12398,61 +3426,12 @@ static INLINE void NAME(motor_between_lines_apply_a)(const REAL *prepared, const
     out[3] = t11 * t18 + t16 * t22 + t12 * t25 - t15 * t17;
 }
 
-static INLINE void NAME(motor_between_lines_block_a)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[1], c2a = strides[2];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[4];
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(motor_between_lines_apply_a)(prepared, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(motor_between_lines_block_a)
-
-static void NAME(motor_between_lines_start_a)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0];
-    REAL x0[3];
-    NAME(load_3)(x0, args[0], c0a);
-    NAME(motor_between_lines_prepare_a)(x0, prepared);
-}
-
-static INLINE void NAME(motor_between_lines_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[4];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(motor_between_lines)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(motor_between_lines_block)
-
-void NAME(motor_between_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
-    static const struct form forms[] = {{1, 2, NAME(motor_between_lines_start_a),
-        WIDTHS(motor_between_lines_block_a), {NULL}, 0}};
-    static const struct kernel kernel = {WIDTHS(motor_between_lines_block), {NULL}, 0, (any_function
-        *)NAME(motor_between_lines), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_between_lines(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND OUT(2, 2, \
+    4, 4, 1, 4)
+#define PARTS_motor_between_lines_a(IN, NUMBER, OUT, AND) IN(1, 1, 3, 3, 1, 3) AND OUT(2, 2, 4, 4, 1, 4)
+#define SAME_motor_between_lines_a(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3)
+GAC_FORM(motor_between_lines, a, 0, PLAIN, PLAIN, NO)
+GAC_KERNEL_AND_FORMS(motor_between_lines, PLAIN, NO, GAC_USE(motor_between_lines, a, NO, 1, 2, 6))
 
 INLINE void NAME(versor_between_circles)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -12650,61 +3629,12 @@ static INLINE void NAME(versor_between_circles_apply_a)(const REAL *prepared, co
     out[7] = t49 + (t30 * t45 + t27 * t48) - t53;
 }
 
-static INLINE void NAME(versor_between_circles_block_a)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[1], c2a = strides[2];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[8];
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(versor_between_circles_apply_a)(prepared, x1, x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(versor_between_circles_block_a)
-
-static void NAME(versor_between_circles_start_a)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0];
-    REAL x0[4];
-    NAME(load_4)(x0, args[0], c0a);
-    NAME(versor_between_circles_prepare_a)(x0, prepared);
-}
-
-static INLINE void NAME(versor_between_circles_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[8];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(versor_between_circles)(x0, x1, x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(versor_between_circles_block)
-
-void NAME(versor_between_circles_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {8, 1, 2, {8}}};
-    static const struct form forms[] = {{1, 2, NAME(versor_between_circles_start_a),
-        WIDTHS(versor_between_circles_block_a), {NULL}, 0}};
-    static const struct kernel kernel = {WIDTHS(versor_between_circles_block), {NULL}, 0, (any_function
-        *)NAME(versor_between_circles), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_versor_between_circles(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 4, 4, 1, 4) AND OUT(2, \
+    2, 8, 8, 1, 8)
+#define PARTS_versor_between_circles_a(IN, NUMBER, OUT, AND) IN(1, 1, 4, 4, 1, 4) AND OUT(2, 2, 8, 8, 1, 8)
+#define SAME_versor_between_circles_a(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4)
+GAC_FORM(versor_between_circles, a, 0, PLAIN, PLAIN, NO)
+GAC_KERNEL_AND_FORMS(versor_between_circles, PLAIN, NO, GAC_USE(versor_between_circles, a, NO, 1, 2, 11))
 
 INLINE void NAME(versor_between_point_pairs)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -12897,61 +3827,12 @@ static INLINE void NAME(versor_between_point_pairs_apply_a)(const REAL *prepared
     out[7] = t47 * t49 + t39 * t58 - t48;
 }
 
-static INLINE void NAME(versor_between_point_pairs_block_a)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[1], c2a = strides[2];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[6];
-        REAL x2[8];
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(versor_between_point_pairs_apply_a)(prepared, x1, x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(versor_between_point_pairs_block_a)
-
-static void NAME(versor_between_point_pairs_start_a)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0];
-    REAL x0[6];
-    NAME(load_6)(x0, args[0], c0a);
-    NAME(versor_between_point_pairs_prepare_a)(x0, prepared);
-}
-
-static INLINE void NAME(versor_between_point_pairs_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[6];
-        REAL x2[8];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(versor_between_point_pairs)(x0, x1, x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(versor_between_point_pairs_block)
-
-void NAME(versor_between_point_pairs_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {8, 1, 2, {8}}};
-    static const struct form forms[] = {{1, 2, NAME(versor_between_point_pairs_start_a),
-        WIDTHS(versor_between_point_pairs_block_a), {NULL}, 0}};
-    static const struct kernel kernel = {WIDTHS(versor_between_point_pairs_block), {NULL}, 0, (any_function
-        *)NAME(versor_between_point_pairs), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_versor_between_point_pairs(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND IN(1, 1, 6, 6, 1, 6) AND \
+    OUT(2, 2, 8, 8, 1, 8)
+#define PARTS_versor_between_point_pairs_a(IN, NUMBER, OUT, AND) IN(1, 1, 6, 6, 1, 6) AND OUT(2, 2, 8, 8, 1, 8)
+#define SAME_versor_between_point_pairs_a(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6)
+GAC_FORM(versor_between_point_pairs, a, 0, PLAIN, PLAIN, NO)
+GAC_KERNEL_AND_FORMS(versor_between_point_pairs, PLAIN, NO, GAC_USE(versor_between_point_pairs, a, NO, 1, 2, 10))
 
 INLINE void NAME(similarity_between_rounds)(const REAL *a, const REAL *b, const REAL *n, const REAL *m, REAL scale,
     REAL *out)
@@ -13225,323 +4106,28 @@ static INLINE void NAME(similarity_between_rounds_apply_a_b_n_scale)(const REAL 
     out[7] = t20;
 }
 
-static INLINE void NAME(similarity_between_rounds_block_a_n_m_scale)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[1], c5a = strides[4];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a5 = args[5];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x5[8];
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(similarity_between_rounds_apply_a_n_m_scale)(prepared, x1, x5);
-        NAME(store_8)(a5 + i * w, c5a, x5);
-    }
-}
-LOOPS(similarity_between_rounds_block_a_n_m_scale)
-
-static INLINE void NAME(similarity_between_rounds_dense_a_n_m_scale)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a1 = (REAL *)args[1];
-    REAL *a5 = (REAL *)args[5];
-    _Alignas(64) REAL r1[2 * TILE];
-    _Alignas(64) REAL r5[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_2)(r1, TILE, a1 + first * 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x1[2];
-            REAL x5[8];
-            NAME(load_2)(x1, (char *)(r1 + i), TILE * w);
-            NAME(similarity_between_rounds_apply_a_n_m_scale)(prepared, x1, x5);
-            NAME(store_8)((char *)(r5 + i), TILE * w, x5);
-        }
-        NAME(store_tile_8)(a5 + first * 8, r5, TILE);
-    }
-}
-LOOP(similarity_between_rounds_dense_a_n_m_scale)
-
-static void NAME(similarity_between_rounds_start_a_n_m_scale)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0], c2a = strides[2], c3a = strides[3];
-    REAL x0[2];
-    NAME(load_2)(x0, args[0], c0a);
-    REAL x2[2];
-    NAME(load_2)(x2, args[2], c2a);
-    REAL x3[2];
-    NAME(load_2)(x3, args[3], c3a);
-    REAL x4[1];
-    NAME(load_scalar)(x4, args[4]);
-    NAME(similarity_between_rounds_prepare_a_n_m_scale)(x0, x2, x3, x4[0], prepared);
-}
-
-static INLINE void NAME(similarity_between_rounds_block_b_n_m_scale)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c5a = strides[4];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a5 = args[5];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x5[8];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(similarity_between_rounds_apply_b_n_m_scale)(prepared, x0, x5);
-        NAME(store_8)(a5 + i * w, c5a, x5);
-    }
-}
-LOOPS(similarity_between_rounds_block_b_n_m_scale)
-
-static INLINE void NAME(similarity_between_rounds_dense_b_n_m_scale)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a5 = (REAL *)args[5];
-    _Alignas(64) REAL r0[2 * TILE];
-    _Alignas(64) REAL r5[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_2)(r0, TILE, a0 + first * 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[2];
-            REAL x5[8];
-            NAME(load_2)(x0, (char *)(r0 + i), TILE * w);
-            NAME(similarity_between_rounds_apply_b_n_m_scale)(prepared, x0, x5);
-            NAME(store_8)((char *)(r5 + i), TILE * w, x5);
-        }
-        NAME(store_tile_8)(a5 + first * 8, r5, TILE);
-    }
-}
-LOOP(similarity_between_rounds_dense_b_n_m_scale)
-
-static void NAME(similarity_between_rounds_start_b_n_m_scale)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c1a = strides[1], c2a = strides[2], c3a = strides[3];
-    REAL x1[2];
-    NAME(load_2)(x1, args[1], c1a);
-    REAL x2[2];
-    NAME(load_2)(x2, args[2], c2a);
-    REAL x3[2];
-    NAME(load_2)(x3, args[3], c3a);
-    REAL x4[1];
-    NAME(load_scalar)(x4, args[4]);
-    NAME(similarity_between_rounds_prepare_b_n_m_scale)(x1, x2, x3, x4[0], prepared);
-}
-
-static INLINE void NAME(similarity_between_rounds_block_a_b_n_m)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c5a = strides[4];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a4 = args[4];
-    char *a5 = args[5];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x4[1];
-        REAL x5[8];
-        NAME(load_scalar)(x4, a4 + i * w);
-        NAME(similarity_between_rounds_apply_a_b_n_m)(prepared, x4[0], x5);
-        NAME(store_8)(a5 + i * w, c5a, x5);
-    }
-}
-LOOPS(similarity_between_rounds_block_a_b_n_m)
-
-static INLINE void NAME(similarity_between_rounds_dense_a_b_n_m)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a4 = (REAL *)args[4];
-    REAL *a5 = (REAL *)args[5];
-    _Alignas(64) REAL r4[1 * TILE];
-    _Alignas(64) REAL r5[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_1)(r4, TILE, a4 + first * 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x4[1];
-            REAL x5[8];
-            NAME(load_scalar)(x4, (char *)(r4 + i));
-            NAME(similarity_between_rounds_apply_a_b_n_m)(prepared, x4[0], x5);
-            NAME(store_8)((char *)(r5 + i), TILE * w, x5);
-        }
-        NAME(store_tile_8)(a5 + first * 8, r5, TILE);
-    }
-}
-LOOP(similarity_between_rounds_dense_a_b_n_m)
-
-static void NAME(similarity_between_rounds_start_a_b_n_m)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
-    REAL x0[2];
-    NAME(load_2)(x0, args[0], c0a);
-    REAL x1[2];
-    NAME(load_2)(x1, args[1], c1a);
-    REAL x2[2];
-    NAME(load_2)(x2, args[2], c2a);
-    REAL x3[2];
-    NAME(load_2)(x3, args[3], c3a);
-    NAME(similarity_between_rounds_prepare_a_b_n_m)(x0, x1, x2, x3, prepared);
-}
-
-static INLINE void NAME(similarity_between_rounds_block_a_b_n_scale)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c3a = strides[3], c5a = strides[4];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a3 = args[3];
-    char *a5 = args[5];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x3[2];
-        REAL x5[8];
-        NAME(load_2)(x3, a3 + i * w, c3a);
-        NAME(similarity_between_rounds_apply_a_b_n_scale)(prepared, x3, x5);
-        NAME(store_8)(a5 + i * w, c5a, x5);
-    }
-}
-LOOPS(similarity_between_rounds_block_a_b_n_scale)
-
-static INLINE void NAME(similarity_between_rounds_dense_a_b_n_scale)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a3 = (REAL *)args[3];
-    REAL *a5 = (REAL *)args[5];
-    _Alignas(64) REAL r3[2 * TILE];
-    _Alignas(64) REAL r5[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_2)(r3, TILE, a3 + first * 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x3[2];
-            REAL x5[8];
-            NAME(load_2)(x3, (char *)(r3 + i), TILE * w);
-            NAME(similarity_between_rounds_apply_a_b_n_scale)(prepared, x3, x5);
-            NAME(store_8)((char *)(r5 + i), TILE * w, x5);
-        }
-        NAME(store_tile_8)(a5 + first * 8, r5, TILE);
-    }
-}
-LOOP(similarity_between_rounds_dense_a_b_n_scale)
-
-static void NAME(similarity_between_rounds_start_a_b_n_scale)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    REAL x0[2];
-    NAME(load_2)(x0, args[0], c0a);
-    REAL x1[2];
-    NAME(load_2)(x1, args[1], c1a);
-    REAL x2[2];
-    NAME(load_2)(x2, args[2], c2a);
-    REAL x4[1];
-    NAME(load_scalar)(x4, args[4]);
-    NAME(similarity_between_rounds_prepare_a_b_n_scale)(x0, x1, x2, x4[0], prepared);
-}
-
-static INLINE void NAME(similarity_between_rounds_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3], c5a = strides[4];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    char *a5 = args[5];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[2];
-        REAL x3[2];
-        REAL x4[1];
-        REAL x5[8];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(load_2)(x2, a2 + i * w, c2a);
-        NAME(load_2)(x3, a3 + i * w, c3a);
-        NAME(load_scalar)(x4, a4 + i * w);
-        NAME(similarity_between_rounds)(x0, x1, x2, x3, x4[0], x5);
-        NAME(store_8)(a5 + i * w, c5a, x5);
-    }
-}
-LOOPS(similarity_between_rounds_block)
-
-static INLINE void NAME(similarity_between_rounds_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    REAL *a3 = (REAL *)args[3];
-    REAL *a4 = (REAL *)args[4];
-    REAL *a5 = (REAL *)args[5];
-    _Alignas(64) REAL r0[2 * TILE];
-    _Alignas(64) REAL r1[2 * TILE];
-    _Alignas(64) REAL r2[2 * TILE];
-    _Alignas(64) REAL r3[2 * TILE];
-    _Alignas(64) REAL r4[1 * TILE];
-    _Alignas(64) REAL r5[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_2)(r0, TILE, a0 + first * 2);
-        NAME(load_tile_2)(r1, TILE, a1 + first * 2);
-        NAME(load_tile_2)(r2, TILE, a2 + first * 2);
-        NAME(load_tile_2)(r3, TILE, a3 + first * 2);
-        NAME(load_tile_1)(r4, TILE, a4 + first * 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[2];
-            REAL x3[2];
-            REAL x4[1];
-            REAL x5[8];
-            NAME(load_2)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_2)(x1, (char *)(r1 + i), TILE * w);
-            NAME(load_2)(x2, (char *)(r2 + i), TILE * w);
-            NAME(load_2)(x3, (char *)(r3 + i), TILE * w);
-            NAME(load_scalar)(x4, (char *)(r4 + i));
-            NAME(similarity_between_rounds)(x0, x1, x2, x3, x4[0], x5);
-            NAME(store_8)((char *)(r5 + i), TILE * w, x5);
-        }
-        NAME(store_tile_8)(a5 + first * 8, r5, TILE);
-    }
-}
-LOOP(similarity_between_rounds_dense)
-
-void NAME(similarity_between_rounds_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}, {2, 1, 3, {2}}, {1, 0, 4,
-        {0}}, {8, 1, 4, {8}}};
-    static const struct form forms[] = {{29, 2, NAME(similarity_between_rounds_start_a_n_m_scale),
-        WIDTHS(similarity_between_rounds_block_a_n_m_scale), WIDTH(similarity_between_rounds_dense_a_n_m_scale),
-        TILE}, {30, 2, NAME(similarity_between_rounds_start_b_n_m_scale),
-        WIDTHS(similarity_between_rounds_block_b_n_m_scale), WIDTH(similarity_between_rounds_dense_b_n_m_scale),
-        TILE}, {15, 2, NAME(similarity_between_rounds_start_a_b_n_m),
-        WIDTHS(similarity_between_rounds_block_a_b_n_m), WIDTH(similarity_between_rounds_dense_a_b_n_m), TILE}, {23,
-        2, NAME(similarity_between_rounds_start_a_b_n_scale), WIDTHS(similarity_between_rounds_block_a_b_n_scale),
-        WIDTH(similarity_between_rounds_dense_a_b_n_scale), TILE}};
-    static const struct kernel kernel = {WIDTHS(similarity_between_rounds_block),
-        WIDTH(similarity_between_rounds_dense), TILE, (any_function *)NAME(similarity_between_rounds),
-        NAME(call_aaaanr), 5, 6, 4, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_similarity_between_rounds(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, 2) AND \
+    IN(2, 2, 2, 2, 1, 2) AND IN(3, 3, 2, 2, 1, 2) AND NUMBER(4, 4) AND OUT(5, 4, 8, 8, 1, 8)
+#define PARTS_similarity_between_rounds_a_n_m_scale(IN, NUMBER, OUT, AND) IN(1, 1, 2, 2, 1, 2) AND OUT(5, 4, 8, 8, \
+    1, 8)
+#define SAME_similarity_between_rounds_a_n_m_scale(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(2, 2, 2, 2, 1, \
+    2) AND IN(3, 3, 2, 2, 1, 2) AND NUMBER(4, 4)
+GAC_FORM(similarity_between_rounds, a_n_m_scale, 0, PLAIN, PLAIN, TILES)
+#define PARTS_similarity_between_rounds_b_n_m_scale(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND OUT(5, 4, 8, 8, \
+    1, 8)
+#define SAME_similarity_between_rounds_b_n_m_scale(IN, NUMBER, OUT, AND) IN(1, 1, 2, 2, 1, 2) AND IN(2, 2, 2, 2, 1, \
+    2) AND IN(3, 3, 2, 2, 1, 2) AND NUMBER(4, 4)
+GAC_FORM(similarity_between_rounds, b_n_m_scale, 1, PLAIN, PLAIN, TILES)
+#define PARTS_similarity_between_rounds_a_b_n_m(IN, NUMBER, OUT, AND) NUMBER(4, 4) AND OUT(5, 4, 8, 8, 1, 8)
+#define SAME_similarity_between_rounds_a_b_n_m(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, 2) \
+    AND IN(2, 2, 2, 2, 1, 2) AND IN(3, 3, 2, 2, 1, 2)
+GAC_FORM(similarity_between_rounds, a_b_n_m, 0, PLAIN, PLAIN, TILES)
+#define PARTS_similarity_between_rounds_a_b_n_scale(IN, NUMBER, OUT, AND) IN(3, 3, 2, 2, 1, 2) AND OUT(5, 4, 8, 8, \
+    1, 8)
+#define SAME_similarity_between_rounds_a_b_n_scale(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, \
+    2) AND IN(2, 2, 2, 2, 1, 2) AND NUMBER(4, 4)
+GAC_FORM(similarity_between_rounds, a_b_n_scale, 0, PLAIN, PLAIN, TILES)
+GAC_KERNEL_AND_FORMS(similarity_between_rounds, PLAIN, TILES, GAC_USE(similarity_between_rounds, a_n_m_scale, TILES,
+    29, 2, 8), GAC_USE(similarity_between_rounds, b_n_m_scale, TILES, 30, 2, 8), GAC_USE(similarity_between_rounds,
+    a_b_n_m, TILES, 15, 2, 6), GAC_USE(similarity_between_rounds, a_b_n_scale, TILES, 23, 2, 10))
 #endif

@@ -2,1697 +2,47 @@
 // command: gac generate --all pga2
 // spec: d439b4e167c1a603
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: fefa7ce48f6d46b795627e623872b2af1285938863a27f61ad871dc7062b9c94
+// body: f2343573cc3104a6a8a71c8d1dfd5e0221d3606ccd7e4844f4ce2ab8e08a0ff8
 
 #ifndef REAL
 #include "pga2.h"
+#include "gac_runtime/gac_runtime.h"
 
-#include <float.h>
-#include <math.h>
-#include <stddef.h>
-#include <string.h>
-
-#if defined(__GNUC__)
-#define INLINE inline __attribute__((always_inline))
-#else
-#define INLINE inline
+#if GAC_RUNTIME_INTERFACE != 1
+#error "this file needs interface 1 of gac_runtime: generate it again, or use the runtime that it came with"
 #endif
 
-// Elements are independent: an output is an input of the same element, or of none.
-#if defined(__clang__)
-#define ANY_ORDER _Pragma("clang loop vectorize(assume_safety)")
-#define NOT_UNROLLED _Pragma("clang loop unroll(disable)")
-#elif defined(__GNUC__)
-#define ANY_ORDER _Pragma("GCC ivdep")
-#define NOT_UNROLLED _Pragma("GCC unroll 1")
-#else
-#define ANY_ORDER
-#define NOT_UNROLLED
-#endif
-
-// The widest vectors of the machine that runs the loops: on x86-64 there is each for AVX2 (v3) and for AVX-512 (v4),
-// and machines that have neither run one element after the other; on others there is one.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(_WIN32)
-#if __GNUC__ >= 12 && !defined(__clang__)
-#define ON_v3 __attribute__((target("arch=x86-64-v3")))
-#define ON_v4 __attribute__((target("arch=x86-64-v4")))
-#define HAS_v3 __builtin_cpu_supports("x86-64-v3")
-#define HAS_v4 __builtin_cpu_supports("x86-64-v4")
-#define NAMES_MACHINES
-#else
-#define ON_v3 __attribute__((target("avx2,fma,bmi2")))
-#define ON_v4 __attribute__((target("avx2,fma,bmi2,avx512f,avx512bw,avx512dq,avx512vl")))
-#define FINDS(feature) __builtin_cpu_supports(feature)
-#if defined(__AVX2__) && defined(__FMA__) && defined(__BMI2__)
-#define HAS_v3 1
-#else
-#define HAS_v3 (FINDS("avx2") && FINDS("fma") && FINDS("bmi2"))
-#endif
-#define HAS_v4 (HAS_v3 && FINDS("avx512f") && FINDS("avx512bw") && FINDS("avx512dq") && FINDS("avx512vl"))
-#endif
-#endif
-#ifdef ON_v3
-#define ONE(name, level)                                                                        \
-    ON_##level static void NAME(name##_##level)(intptr_t n, char **args, const intptr_t *strides) \
-    {                                                                                           \
-        NAME(name)(n, args, strides);                                                           \
-    }
-#define LOOP(name) ONE(name, v3)
-#define LOOPS(name) ONE(name, v3) ONE(name, v4)
-#define WIDTH(name) {NAME(name##_v3), NAME(name##_v3)}
-#define WIDTHS(name) {NAME(name##_v3), NAME(name##_v4)}
-#define CHOSEN (HAS_v4 ? 1 : HAS_v3 ? 0 : -1)
-#else
-#define LOOP(name)
-#define LOOPS(name)
-#define WIDTH(name) {NAME(name)}
-#define WIDTHS(name) {NAME(name)}
-#define CHOSEN 0
-#endif
-#if defined(NAMES_MACHINES) && defined(__GLIBC__)
-#define WIDE __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
-#else
-#define WIDE
-#endif
-
-// A plain function whose body, elsewhere for loops, has sines or their kin: these round products and sums together,
-// which is an instruction of machines with AVX2, and a call on others.
-#ifdef ON_v3
-#define FUSED(name, parameters, within) ON_v3 static void NAME(name##_v3) parameters { NAME(name##_within) within; }
-#define RUN(name, arguments, within)        \
-    do {                                    \
-        if (HAS_v3)                         \
-            NAME(name##_v3) arguments;      \
-        else                                \
-            NAME(name##_within) within;     \
-    } while (0)
-#else
-#define FUSED(name, parameters, within)
-#define RUN(name, arguments, within) NAME(name##_within) within
-#endif
-
-// Loops run over whole vectors: a block is padded to a multiple of this many elements.
-#define LANES 16
-#define PADDED(n) (((n) + LANES - 1) & -LANES)
-
-// A block in which an argument is too far for the functions of a loop is done once more, in pieces of this many.
-#define CHUNK 64
-
-// Elements in C order go through rows of this many.
-#define SPAN 32
-
-// As many elements are run one after the other.
-#define ALONE 2
-
-// A vector of neighbours in memory, where the compiler turns such of 32 bytes well.
-#if defined(__has_builtin) && (defined(ON_v3) || defined(__clang__))
-#if __has_builtin(__builtin_shufflevector)
-#define SHUFFLE __builtin_shufflevector
-#define VECTOR(n) __attribute__((vector_size((n) * sizeof(REAL)), aligned(sizeof(REAL)), may_alias))
-#endif
-#endif
-
-// An argument or a result: how many numbers, along which axes, and which is the first of its strides.
-struct part {
-    int size, rank, first, shape[2];
-};
-
-// Where a number of an element lies, its components being counted in C order.
-static intptr_t offset_of(const struct part *part, intptr_t k, const intptr_t *strides)
-{
-    intptr_t offset = 0;
-    for (int axis = part->rank; axis-- > 1; k /= part->shape[axis])
-        offset += k % part->shape[axis] * strides[axis];
-    return part->rank ? offset + k * strides[0] : 0;
-}
-
-// What no cache holds goes to memory past them: whole lines, of which nothing is fetched first. So does what only the
-// last cache holds, where it is more rows than a core can have lines on their way.
-enum { LINE = 64 };
-#ifdef NAMES_MACHINES
-#define PASSES(bytes, rows) ((bytes) > ((rows) > 16 ? 1 << 21 : 1 << 25))
-ON_v3 static void stream(char *to, const char *from, intptr_t bytes)
-{
-    typedef double half __attribute__((vector_size(LINE / 2), aligned(4), may_alias));
-    const intptr_t start = -(intptr_t)to & (LINE - 1);
-    intptr_t i = 0;
-    for (; i < start && i < bytes; i += 4)
-        memcpy(to + i, from + i, 4);
-    for (; i + LINE <= bytes; i += LINE) {
-        __builtin_ia32_movntpd256((double *)(to + i), *(const half *)(from + i));
-        __builtin_ia32_movntpd256((double *)(to + i + LINE / 2), *(const half *)(from + i + LINE / 2));
-    }
-    for (; i < bytes; i += 4)
-        memcpy(to + i, from + i, 4);
-}
-#define STREAM_END() __builtin_ia32_sfence()
-#else
-#define PASSES(bytes, rows) ((void)(rows), 0)
-#define stream memcpy
-#define STREAM_END() (void)0
-#endif
-
-// Has memory bring what is read soon, or written.
-static void fetch(const char *from, intptr_t bytes, int to_write)
-{
-#ifdef __GNUC__
-    for (intptr_t i = 0; i < bytes; i += LINE) {
-        if (to_write)
-            __builtin_prefetch(from + i, 1, 3);
-        else
-            __builtin_prefetch(from + i, 0, 2);
-    }
-#else
-    (void)from, (void)bytes, (void)to_write;
-#endif
-}
-
-// What holds of some of the first arguments is a bit for each.
-enum { FLAGS = 32 };
-static int is_flagged(unsigned flags, int p)
-{
-    return p < FLAGS && flags >> p & 1;
-}
-
-typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
-typedef void any_function(void);
-
-// A form of a kernel for batches in which the `same` arguments (a bit each) are that for at least so many elements:
-// what depends on them is prepared once, and takes the place of the first of them.
-struct form {
-    unsigned same;
-    intptr_t least;
-    void (*start)(char **args, const intptr_t *strides, void *prepared);
-    loop_function *block[2], *dense[2];
-    int together;
-};
-
-// The loops of a kernel, over rows and in C order, which takes so many elements together; its plain function and how
-// that is called; and its forms. A kernel that repeats reads its inputs again after it has written: its outputs cannot
-// lie where they do.
-struct kernel {
-    loop_function *block[2], *dense[2];
-    int together;
-    any_function *function;
-    void (*call)(any_function *function, void **parts);
-    int n_inputs, n_parts, n_forms, repeats, busy;
-    const struct part *parts;
-    const struct form *forms;
-};
-
-enum { PARTS = 6, CORES = 4, NUMBERS = 24, SPACE = 4096, PREPARED = 14, SIZES = 9 };
-
-#define SQRT(x) FUNCTION(sqrt)(x)
-#define SIN(x) NAME(sin_of)(x, far)
-#define COS(x) NAME(cos_of)(x, far)
-#define ATAN2(y, x) NAME(atan2_of)(y, x)
-#define ABS(x) FUNCTION(fabs)(x)
-#define MAXIMUM(a, b) NAME(chosen_by)(WHERE((a) > (b)) | WHERE((a) != (a)), a, b)
-#define LESS(a, b) ((REAL)((a) < (b)))
-#define LESS_EQUAL(a, b) ((REAL)((a) <= (b)))
-#define SELECT(condition, a, b) NAME(chosen_by)(WHERE((condition) != 0), a, b)
-
-static INLINE double pga2_sin_polynomial_f64(double z)
-{
-    const double y = z * z;
-    const double even = fma(y, fma(y, -2.5051131845003624e-08, -0.00019841269836758574), -0.16666666666666666);
-    const double odd = fma(y, fma(y, 1.5918129294866608e-10, 2.755731610255244e-06), 0.008333333333330948);
-    return fma(z, odd, even);
-}
-
-static INLINE double pga2_cos_polynomial_f64(double z)
-{
-    const double y = z * z;
-    const double even = fma(y, fma(y, 2.08761462684032e-09, 2.480158729876569e-05), 0.041666666666666664);
-    const double odd = fma(y, fma(y, -1.1382632425521717e-11, -2.7557317271729793e-07), -0.0013888888888887398);
-    return fma(z, odd, even);
-}
-
-static INLINE double pga2_exp_polynomial_f64(double z)
-{
-    const double y = z * z;
-    const double even = fma(y, fma(y, fma(y, fma(y, 2.7620075879983367e-07, 2.4801521322368692e-05),
-        0.0013888888917196719), 0.041666666666624164), 0.5000000000000001);
-    const double odd = fma(y, fma(y, fma(y, fma(y, 2.5100375832561234e-08, 2.7557268480310024e-06),
-        0.00019841269863040545), 0.008333333333330065), 0.16666666666666669);
-    return fma(z, odd, even);
-}
-
-static INLINE double pga2_log_polynomial_f64(double z)
-{
-    const double y = z * z;
-    const double even = fma(y, fma(y, fma(y, 0.14616449685043406, 0.18182889125261723), 0.28571428625975487),
-        0.666666666666667);
-    const double odd = fma(y, fma(y, 0.15331721600556042, 0.2222221113479508), 0.39999999999899505);
-    return fma(z, odd, even);
-}
-
-static INLINE double pga2_atan_polynomial_f64(double z)
-{
-    const double y = z * z;
-    const double even = fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, -2.8373324902198374e-05,
-        -3.504433556095341e-05), -0.00010789905799306997), -0.0002713884068435811), -0.000712529877324769),
-        -0.0019209389488175712), -0.005394792734515503), -0.016172974900145312), -0.054814840604579904),
-        -0.2591604972657936);
-    const double odd = fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, 1.806195461861215e-05,
-        2.2095024431396628e-05), 6.77580169120214e-05), 0.00016895422802807932), 0.0004387712318266148),
-        0.0011650648417818904), 0.0031991751955030576), 0.009243096224092707), 0.029135862645225958),
-        0.11081482513071414);
-    return fma(z, odd, even);
-}
-
-static INLINE double pga2_asin_polynomial_f64(double z)
-{
-    const double y = z * z;
-    const double even = fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, 0.028757851367421566, 0.01740087944269402),
-        0.01032281435018578), 0.013971212973552933), 0.02237217294214989), 0.04464285714635543),
-        0.16666666666666669);
-    const double odd = fma(y, fma(y, fma(y, fma(y, fma(y, -0.014851887071247204, 0.005457506718640358),
-        0.011479177415184906), 0.017352392720869973), 0.030381944138531247), 0.07499999999998433);
-    return fma(z, odd, even);
-}
-
-static INLINE float pga2_sin_polynomial_f32(float z)
-{
-    const float y = z * z;
-    const float even = fmaf(y, (float)-0.00019587890710681677, (float)-0.166666641831398);
-    const float odd = (float)0.008332747966051102;
-    return fmaf(z, odd, even);
-}
-
-static INLINE float pga2_cos_polynomial_f32(float z)
-{
-    const float y = z * z;
-    const float even = fmaf(y, (float)2.454794230288826e-05, (float)0.0416666641831398);
-    const float odd = (float)-0.001388830249197781;
-    return fmaf(z, odd, even);
-}
-
-static INLINE float pga2_exp_polynomial_f32(float z)
-{
-    const float y = z * z;
-    const float even = fmaf(y, fmaf(y, (float)0.0013926175888627768, (float)0.041666556149721146), (float)0.5);
-    const float odd = fmaf(y, (float)0.008363173343241215, (float)0.16666577756404877);
-    return fmaf(z, odd, even);
-}
-
-static INLINE float pga2_log_polynomial_f32(float z)
-{
-    const float y = z * z;
-    const float even = fmaf(y, (float)0.29579949378967285, (float)0.6666668653488159);
-    const float odd = (float)0.3998878002166748;
-    return fmaf(z, odd, even);
-}
-
-static INLINE float pga2_atan_polynomial_f32(float z)
-{
-    const float y = z * z;
-    const float even = fmaf(y, fmaf(y, fmaf(y, fmaf(y, (float)-0.0023869972210377455, (float)-0.00530332000926137),
-        (float)-0.01617945171892643), (float)-0.054814718663692474), (float)-0.25916048884391785);
-    const float odd = fmaf(y, fmaf(y, fmaf(y, (float)0.00395978195592761, (float)0.009093896485865116),
-        (float)0.029146425426006317), (float)0.11081462353467941);
-    return fmaf(z, odd, even);
-}
-
-static INLINE float pga2_asin_polynomial_f32(float z)
-{
-    const float y = z * z;
-    const float even = fmaf(y, fmaf(y, (float)0.017149237915873528, (float)0.04459940269589424),
-        (float)0.1666666567325592);
-    const float odd = fmaf(y, fmaf(y, (float)0.03369084745645523, (float)0.031100662425160408),
-        (float)0.07500094175338745);
-    return fmaf(z, odd, even);
-}
+#define NAME(name) PRECISION(pga2_##name##_f64, pga2_##name##_f32)
 
 // The kernels are written once, below; this file includes itself for each precision.
 #ifndef ONLY_F32
 #define REAL double
-#define WORD uint64_t
 #define PRECISION(of_double, of_float) of_double
-#define NAME(name) pga2_##name##_f64
-#define FUNCTION(name) name
 #include "pga2.c"
 #undef REAL
-#undef WORD
 #undef PRECISION
-#undef NAME
-#undef FUNCTION
 #endif
 #ifndef ONLY_F64
 #define REAL float
-#define WORD uint32_t
 #define PRECISION(of_double, of_float) of_float
-#define NAME(name) pga2_##name##_f32
-#define FUNCTION(name) name##f
 #include "pga2.c"
 #endif
 
 #else
 
-// Words as wide as a number; a condition as a mask, because conditions that occur often would become branches.
-#define SIGN_BIT PRECISION(63, 31)
-#define SIGN ((WORD)1 << SIGN_BIT)
-#define WHERE(condition) ((WORD)0 - (WORD)(condition))
-
-static INLINE WORD NAME(bits_of)(REAL x)
-{
-    WORD bits;
-    memcpy(&bits, &x, sizeof bits);
-    return bits;
-}
-
-static INLINE REAL NAME(of_bits)(WORD bits)
-{
-    REAL x;
-    memcpy(&x, &bits, sizeof x);
-    return x;
-}
-
-static INLINE REAL NAME(chosen_by)(WORD where, REAL a, REAL b)
-{
-    return NAME(of_bits)((NAME(bits_of)(a) & where) | (NAME(bits_of)(b) & ~where));
-}
-
-// Sine and its kin without branches, so that loops over them are vectorised: at most 2 ulp from the exact values.
-
-// A number so large that the bits of what is added to it, up to half a million, are its last.
-#define SHIFT PRECISION(6755399441055744.0, 12582912.0f)
-#define QUARTER_0 PRECISION(1.5707963267948966, 1.5707963705062866f)
-#define QUARTER_1 PRECISION(6.123233995736766e-17, -4.371138828673793e-08f)
-#define LOG_0 PRECISION(0.6931471805599453, 0.6931471824645996f)
-#define LOG_1 PRECISION(2.3190468138462996e-17, -1.9046542121259336e-09f)
-
-// A product and a sum that are rounded once, together.
-#define FMA(a, b, c) FUNCTION(fma)(a, b, c)
-
-// How many quarter turns an angle has, modulo 4, and what is left, up to an eighth of a turn: the first difference is
-// exact, so what the three parts of a quarter turn leave is rounded where it is small.
-static INLINE WORD NAME(quarters_of)(REAL x, REAL *rest)
-{
-    const REAL shifted = FMA(x, PRECISION(0.6366197723675814, 0.6366197466850281f), SHIFT), k = SHIFT - shifted;
-    *rest = FMA(k, PRECISION(-1.4973849048591698e-33, -1.7151245100058819e-15f), FMA(k, QUARTER_1, FMA(k, QUARTER_0, x)));
-    return NAME(bits_of)(shifted);
-}
-
-static INLINE REAL NAME(sin_of_rest)(REAL x)
-{
-    const REAL z = x * x;
-    return FMA(x * z, NAME(sin_polynomial)(z), x);
-}
-
-static INLINE REAL NAME(cos_of_rest)(REAL x)
-{
-    const REAL z = x * x;
-    return FMA(z, FMA(z, NAME(cos_polynomial)(z), (REAL)-0.5), 1);
-}
-
-// Beyond 65536 the C library's; a caller that has a place for it is told so instead.
-static INLINE REAL NAME(sin_of)(REAL x, WORD *far)
-{
-    REAL rest;
-    const WORD n = NAME(quarters_of)(FUNCTION(fabs)(x), &rest);
-    const WORD is_far = WHERE(FUNCTION(fabs)(x) > 65536), sign = (NAME(bits_of)(x) ^ n << (SIGN_BIT - 1)) & SIGN;
-    const REAL s = NAME(sin_of_rest)(rest), c = NAME(cos_of_rest)(rest);
-    const REAL y = NAME(of_bits)(NAME(bits_of)(NAME(chosen_by)(WHERE(n & 1), c, s)) ^ sign);
-    if (far == NULL)
-        return is_far ? FUNCTION(sin)(x) : y;
-    *far |= is_far;
-    return y;
-}
-
-static INLINE REAL NAME(cos_of)(REAL x, WORD *far)
-{
-    REAL rest;
-    const WORD n = NAME(quarters_of)(FUNCTION(fabs)(x), &rest);
-    const WORD is_far = WHERE(FUNCTION(fabs)(x) > 65536), sign = (n + 1) << (SIGN_BIT - 1) & SIGN;
-    const REAL s = NAME(sin_of_rest)(rest), c = NAME(cos_of_rest)(rest);
-    const REAL y = NAME(of_bits)(NAME(bits_of)(NAME(chosen_by)(WHERE(n & 1), s, c)) ^ sign);
-    if (far == NULL)
-        return is_far ? FUNCTION(cos)(x) : y;
-    *far |= is_far;
-    return y;
-}
-
-#define FRACTION_BITS PRECISION(52, 23)
-#define BIAS PRECISION(1023, 127)
-
-// The power of 2 comes in two factors, so that the largest and the smallest results are reached.
-static INLINE REAL NAME(exp_of)(REAL x)
-{
-    const REAL most = PRECISION(710, 89), least = PRECISION(-746, -105);
-    const REAL y = NAME(chosen_by)(WHERE(x > most), most, NAME(chosen_by)(WHERE(x < least), least, x));
-    const REAL shifted = FMA(y, PRECISION(1.4426950408889634, 1.4426950216293335f), SHIFT), k = SHIFT - shifted;
-    const REAL z = FMA(k, LOG_1, FMA(k, LOG_0, y)), above = FMA(z * z, NAME(exp_polynomial)(z), z);
-    const WORD n = NAME(bits_of)(shifted) - NAME(bits_of)(SHIFT), half = ((n + 2 * BIAS) >> 1) - BIAS;
-    const REAL a = NAME(of_bits)((half + BIAS) << FRACTION_BITS), b = NAME(of_bits)((n - half + BIAS) << FRACTION_BITS);
-    return FMA(above, a, a) * b;
-}
-
-static INLINE REAL NAME(log_of)(REAL x)
-{
-    // x = 2^k (1 + f), 1 + f between the roots of 1/2 and 2; numbers below the normal ones are scaled first.
-    const WORD tiny = WHERE(x < PRECISION(DBL_MIN, FLT_MIN)), fraction = ((WORD)1 << FRACTION_BITS) - 1;
-    const WORD root = PRECISION(0x3FE6A09E667F3BCD, 0x3F3504F3), one = (WORD)BIAS << FRACTION_BITS;
-    const REAL y = x * NAME(chosen_by)(tiny, (WORD)1 << (FRACTION_BITS + 2), 1);
-    const WORD n = NAME(bits_of)(y) + (one - root);
-    const REAL shift = (WORD)1 << FRACTION_BITS, bias = NAME(chosen_by)(tiny, BIAS + FRACTION_BITS + 2, BIAS);
-    const REAL k = NAME(of_bits)((n >> FRACTION_BITS) + NAME(bits_of)(shift)) - (shift + bias);
-    const REAL f = NAME(of_bits)((n & fraction) + root) - 1, half = f * f / 2, s = f / (2 + f), z = s * s;
-    const REAL low = FMA(s, FMA(z, NAME(log_polynomial)(z), half), k * LOG_1);
-    const REAL finite = FMA(k, LOG_0, f - (half - low));
-    const REAL other = NAME(chosen_by)(WHERE(x == 0), -INFINITY, NAME(chosen_by)(WHERE(x > 0), x, NAN));
-    return NAME(chosen_by)(WHERE(x > 0) & WHERE(x < INFINITY), finite, other);
-}
-
-static INLINE REAL NAME(atan2_of)(REAL y, REAL x)
-{
-    const REAL u = FUNCTION(fabs)(x), v = FUNCTION(fabs)(y);
-    const WORD swapped = WHERE(v > u), left = WHERE(NAME(bits_of)(x) >> SIGN_BIT);
-    const REAL most = NAME(chosen_by)(swapped, v, u), least = NAME(chosen_by)(swapped, u, v);
-    // Two infinities have the ratio 1, two zeros 0.
-    const REAL same = NAME(chosen_by)(WHERE(u > 0), 1, 0), t = NAME(chosen_by)(WHERE(u == v), same, least / most);
-    const REAL z = t * t, angle = FMA(t * z, NAME(atan_polynomial)(z - (REAL)0.5), t);
-    const REAL quarters = NAME(chosen_by)(swapped, 1, NAME(chosen_by)(left, 2, 0));
-    const REAL turned = NAME(of_bits)(NAME(bits_of)(angle) ^ ((left ^ swapped) & SIGN));
-    const REAL whole = FMA(quarters, QUARTER_0, FMA(quarters, QUARTER_1, turned));
-    return NAME(of_bits)(NAME(bits_of)(whole) ^ (NAME(bits_of)(y) & SIGN));
-}
-
-static INLINE REAL NAME(acos_of)(REAL x)
-{
-    const REAL u = FUNCTION(fabs)(x);
-    const WORD large = WHERE(u > (REAL)0.5);
-    const REAL z = NAME(chosen_by)(large, (1 - u) / 2, x * x), s = NAME(chosen_by)(large, FUNCTION(sqrt)(z), x);
-    const REAL more = s * (z * NAME(asin_polynomial)(z));
-    const REAL middle = QUARTER_0 - (s - (QUARTER_1 - more));
-    const REAL right = 2 * (s + more), left = 2 * QUARTER_0 - (right - 2 * QUARTER_1);
-    return NAME(chosen_by)(large, NAME(chosen_by)(WHERE(x < 0), left, right), middle);
-}
-
-static INLINE void NAME(load_scalar)(REAL *x, const char *a)
-{
-    x[0] = *(const REAL *)(a);
-}
-
-static INLINE void NAME(load_2)(REAL *x, const char *a, intptr_t ca)
-{
-    x[0] = *(const REAL *)(a + 0 * ca);
-    x[1] = *(const REAL *)(a + 1 * ca);
-}
-
-static INLINE void NAME(load_3)(REAL *x, const char *a, intptr_t ca)
-{
-    x[0] = *(const REAL *)(a + 0 * ca);
-    x[1] = *(const REAL *)(a + 1 * ca);
-    x[2] = *(const REAL *)(a + 2 * ca);
-}
-
-static INLINE void NAME(load_3x3)(REAL *x, const char *a, intptr_t ca, intptr_t cb)
-{
-    x[0] = *(const REAL *)(a + 0 * ca + 0 * cb);
-    x[1] = *(const REAL *)(a + 0 * ca + 1 * cb);
-    x[2] = *(const REAL *)(a + 0 * ca + 2 * cb);
-    x[3] = *(const REAL *)(a + 1 * ca + 0 * cb);
-    x[4] = *(const REAL *)(a + 1 * ca + 1 * cb);
-    x[5] = *(const REAL *)(a + 1 * ca + 2 * cb);
-    x[6] = *(const REAL *)(a + 2 * ca + 0 * cb);
-    x[7] = *(const REAL *)(a + 2 * ca + 1 * cb);
-    x[8] = *(const REAL *)(a + 2 * ca + 2 * cb);
-}
-
-static INLINE void NAME(load_4)(REAL *x, const char *a, intptr_t ca)
-{
-    x[0] = *(const REAL *)(a + 0 * ca);
-    x[1] = *(const REAL *)(a + 1 * ca);
-    x[2] = *(const REAL *)(a + 2 * ca);
-    x[3] = *(const REAL *)(a + 3 * ca);
-}
-
-static INLINE void NAME(load_8)(REAL *x, const char *a, intptr_t ca)
-{
-    x[0] = *(const REAL *)(a + 0 * ca);
-    x[1] = *(const REAL *)(a + 1 * ca);
-    x[2] = *(const REAL *)(a + 2 * ca);
-    x[3] = *(const REAL *)(a + 3 * ca);
-    x[4] = *(const REAL *)(a + 4 * ca);
-    x[5] = *(const REAL *)(a + 5 * ca);
-    x[6] = *(const REAL *)(a + 6 * ca);
-    x[7] = *(const REAL *)(a + 7 * ca);
-}
-
-static INLINE void NAME(store_scalar)(char *a, const REAL *x)
-{
-    *(REAL *)(a) = x[0];
-}
-
-static INLINE void NAME(store_2)(char *a, intptr_t ca, const REAL *x)
-{
-    *(REAL *)(a + 0 * ca) = x[0];
-    *(REAL *)(a + 1 * ca) = x[1];
-}
-
-static INLINE void NAME(store_3)(char *a, intptr_t ca, const REAL *x)
-{
-    *(REAL *)(a + 0 * ca) = x[0];
-    *(REAL *)(a + 1 * ca) = x[1];
-    *(REAL *)(a + 2 * ca) = x[2];
-}
-
-static INLINE void NAME(store_3x3)(char *a, intptr_t ca, intptr_t cb, const REAL *x)
-{
-    *(REAL *)(a + 0 * ca + 0 * cb) = x[0];
-    *(REAL *)(a + 0 * ca + 1 * cb) = x[1];
-    *(REAL *)(a + 0 * ca + 2 * cb) = x[2];
-    *(REAL *)(a + 1 * ca + 0 * cb) = x[3];
-    *(REAL *)(a + 1 * ca + 1 * cb) = x[4];
-    *(REAL *)(a + 1 * ca + 2 * cb) = x[5];
-    *(REAL *)(a + 2 * ca + 0 * cb) = x[6];
-    *(REAL *)(a + 2 * ca + 1 * cb) = x[7];
-    *(REAL *)(a + 2 * ca + 2 * cb) = x[8];
-}
-
-static INLINE void NAME(store_4)(char *a, intptr_t ca, const REAL *x)
-{
-    *(REAL *)(a + 0 * ca) = x[0];
-    *(REAL *)(a + 1 * ca) = x[1];
-    *(REAL *)(a + 2 * ca) = x[2];
-    *(REAL *)(a + 3 * ca) = x[3];
-}
-
-static INLINE void NAME(store_8)(char *a, intptr_t ca, const REAL *x)
-{
-    *(REAL *)(a + 0 * ca) = x[0];
-    *(REAL *)(a + 1 * ca) = x[1];
-    *(REAL *)(a + 2 * ca) = x[2];
-    *(REAL *)(a + 3 * ca) = x[3];
-    *(REAL *)(a + 4 * ca) = x[4];
-    *(REAL *)(a + 5 * ca) = x[5];
-    *(REAL *)(a + 6 * ca) = x[6];
-    *(REAL *)(a + 7 * ca) = x[7];
-}
-
-static void NAME(call_aaaarr)(any_function *function, void **x)
-{
-    ((void (*)(const REAL *, const REAL *, const REAL *, const REAL *, REAL *, REAL *))function)(x[0], x[1], x[2], x[3],
-        x[4], x[5]);
-}
-
-static void NAME(call_aaannr)(any_function *function, void **x)
-{
-    ((void (*)(const REAL *, const REAL *, const REAL *, REAL, REAL, REAL *))function)(x[0], x[1], x[2], *(REAL *)x[3],
-        *(REAL *)x[4], x[5]);
-}
-
-static void NAME(call_aaar)(any_function *function, void **x)
-{
-    ((void (*)(const REAL *, const REAL *, const REAL *, REAL *))function)(x[0], x[1], x[2], x[3]);
-}
-
-static void NAME(call_aaarr)(any_function *function, void **x)
-{
-    ((void (*)(const REAL *, const REAL *, const REAL *, REAL *, REAL *))function)(x[0], x[1], x[2], x[3], x[4]);
-}
-
-static void NAME(call_aannr)(any_function *function, void **x)
-{
-    ((void (*)(const REAL *, const REAL *, REAL, REAL, REAL *))function)(x[0], x[1], *(REAL *)x[2], *(REAL *)x[3],
-        x[4]);
-}
-
-static void NAME(call_aanr)(any_function *function, void **x)
-{
-    ((void (*)(const REAL *, const REAL *, REAL, REAL *))function)(x[0], x[1], *(REAL *)x[2], x[3]);
-}
-
-static void NAME(call_aar)(any_function *function, void **x)
-{
-    ((void (*)(const REAL *, const REAL *, REAL *))function)(x[0], x[1], x[2]);
-}
-
-static void NAME(call_aarr)(any_function *function, void **x)
-{
-    ((void (*)(const REAL *, const REAL *, REAL *, REAL *))function)(x[0], x[1], x[2], x[3]);
-}
-
-static void NAME(call_anr)(any_function *function, void **x)
-{
-    ((void (*)(const REAL *, REAL, REAL *))function)(x[0], *(REAL *)x[1], x[2]);
-}
-
-static void NAME(call_ar)(any_function *function, void **x)
-{
-    ((void (*)(const REAL *, REAL *))function)(x[0], x[1]);
-}
-
-static void NAME(call_arr)(any_function *function, void **x)
-{
-    ((void (*)(const REAL *, REAL *, REAL *))function)(x[0], x[1], x[2]);
-}
-
-static void NAME(call_nar)(any_function *function, void **x)
-{
-    ((void (*)(REAL, const REAL *, REAL *))function)(*(REAL *)x[0], x[1], x[2]);
-}
-
-static void NAME(call_nr)(any_function *function, void **x)
-{
-    ((void (*)(REAL, REAL *))function)(*(REAL *)x[0], x[1]);
-}
-
-// Blocks of a batch, and how they get there from strides of any kind: a component of a part (an argument or a result)
-// is a row, `row` numbers long, of the elements of a block.
-
-// As many elements as fill 32 bytes, which every wide machine turns alike.
-#define TILE PRECISION(4, 8)
-
-#ifdef SHUFFLE
-typedef REAL NAME(four) VECTOR(4);
-#define AT(a, k, s) (*(NAME(four) *)((a) + (k) * (s)))
-
-#if PRECISION(1, 0)
-// From four places, `s` bytes apart, to four, `t` bytes apart.
-static INLINE void NAME(turn)(char *a, intptr_t s, char *b, intptr_t t)
-{
-    const NAME(four) a0 = AT(a, 0, s), a1 = AT(a, 1, s), a2 = AT(a, 2, s), a3 = AT(a, 3, s);
-    const NAME(four) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6), b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
-    const NAME(four) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6), b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
-    AT(b, 0, t) = SHUFFLE(b0, b2, 0, 1, 4, 5);
-    AT(b, 1, t) = SHUFFLE(b1, b3, 0, 1, 4, 5);
-    AT(b, 2, t) = SHUFFLE(b0, b2, 2, 3, 6, 7);
-    AT(b, 3, t) = SHUFFLE(b1, b3, 2, 3, 6, 7);
-}
-
-static INLINE void NAME(load_tile)(char *x, intptr_t row, char *a, intptr_t s)
-{
-    NAME(turn)(a, s, x, row);
-}
-
-static INLINE void NAME(store_tile)(char *a, intptr_t s, char *x, intptr_t row)
-{
-    NAME(turn)(x, row, a, s);
-}
-#else
-typedef REAL NAME(eight) VECTOR(8);
-#define ROW(x, k, row) (*(NAME(eight) *)((x) + (k) * (row)))
-
-static INLINE void NAME(load_tile)(char *x, intptr_t row, char *a, intptr_t s)
-{
-#define PAIR(k) SHUFFLE(AT(a, k, s), AT(a, (k) + 4, s), 0, 1, 2, 3, 4, 5, 6, 7)
-    const NAME(eight) a0 = PAIR(0), a1 = PAIR(1), a2 = PAIR(2), a3 = PAIR(3);
-#undef PAIR
-    const NAME(eight) b0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13), b1 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(eight) b2 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13), b3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
-    ROW(x, 0, row) = SHUFFLE(b0, b2, 0, 1, 8, 9, 4, 5, 12, 13);
-    ROW(x, 1, row) = SHUFFLE(b0, b2, 2, 3, 10, 11, 6, 7, 14, 15);
-    ROW(x, 2, row) = SHUFFLE(b1, b3, 0, 1, 8, 9, 4, 5, 12, 13);
-    ROW(x, 3, row) = SHUFFLE(b1, b3, 2, 3, 10, 11, 6, 7, 14, 15);
-}
-
-static INLINE void NAME(store_tile)(char *a, intptr_t s, char *x, intptr_t row)
-{
-    const NAME(eight) x0 = ROW(x, 0, row), x1 = ROW(x, 1, row), x2 = ROW(x, 2, row), x3 = ROW(x, 3, row);
-    const NAME(eight) b0 = SHUFFLE(x0, x1, 0, 8, 1, 9, 4, 12, 5, 13), b1 = SHUFFLE(x0, x1, 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(eight) b2 = SHUFFLE(x2, x3, 0, 8, 1, 9, 4, 12, 5, 13), b3 = SHUFFLE(x2, x3, 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(eight) a0 = SHUFFLE(b0, b2, 0, 1, 8, 9, 4, 5, 12, 13), a1 = SHUFFLE(b0, b2, 2, 3, 10, 11, 6, 7, 14, 15);
-    const NAME(eight) a2 = SHUFFLE(b1, b3, 0, 1, 8, 9, 4, 5, 12, 13), a3 = SHUFFLE(b1, b3, 2, 3, 10, 11, 6, 7, 14, 15);
-#define HALVES(k, v) AT(a, k, s) = SHUFFLE(v, v, 0, 1, 2, 3), AT(a, (k) + 4, s) = SHUFFLE(v, v, 4, 5, 6, 7)
-    HALVES(0, a0);
-    HALVES(1, a1);
-    HALVES(2, a2);
-    HALVES(3, a3);
-#undef HALVES
-}
-#undef ROW
-#endif
-
-// Tiles of `size` components that are neighbours, of elements `s` bytes apart: how many elements are done. What is
-// known of the size when this is compiled saves half the time.
-static INLINE intptr_t NAME(turn_tiles)(int back, char *x, intptr_t row, char *a, intptr_t s, intptr_t size, intptr_t n)
-{
-    const intptr_t w = sizeof(REAL);
-    intptr_t done = 0;
-    NOT_UNROLLED
-    for (; done + TILE <= n; done += TILE) {
-        for (intptr_t k = 0; k < size; k += 4) {
-            const intptr_t first = k + 4 <= size ? k : size - 4;
-            char *in_rows = x + first * row + done * w, *in_element = a + done * s + first * w;
-            if (back)
-                NAME(store_tile)(in_element, s, in_rows, row);
-            else
-                NAME(load_tile)(in_rows, row, in_element, s);
-        }
-    }
-    return done;
-}
-
-static INLINE intptr_t NAME(turn_all)(int back, REAL *x, intptr_t row, char *a, intptr_t s, intptr_t size, intptr_t n)
-{
-    switch (size) {
-    case 4:
-        return NAME(turn_tiles)(back, (char *)x, row * sizeof(REAL), a, s, 4, n);
-    case 6:
-        return NAME(turn_tiles)(back, (char *)x, row * sizeof(REAL), a, s, 6, n);
-    case 8:
-        return NAME(turn_tiles)(back, (char *)x, row * sizeof(REAL), a, s, 8, n);
-    default:
-        return NAME(turn_tiles)(back, (char *)x, row * sizeof(REAL), a, s, size, n);
-    }
-}
-#undef AT
-#endif
-
-// Rows of `size` components that lie `c` bytes apart, of `n` elements that lie `s` bytes apart.
-WIDE static void NAME(load_rows)(REAL *x, intptr_t row, char *a, intptr_t s, intptr_t c, intptr_t size, intptr_t n)
-{
-    const intptr_t w = sizeof(REAL);
-    intptr_t done = 0;
-    if (size == 3 && c == w && s == 3 * w) {
-        const REAL *b = (const REAL *)a;
-        ANY_ORDER
-        for (intptr_t i = 0; i < n; ++i) {
-            x[i] = b[3 * i];
-            x[i + row] = b[3 * i + 1];
-            x[i + 2 * row] = b[3 * i + 2];
-        }
-        return;
-    }
-#ifdef SHUFFLE
-    if (size >= 4 && c == w) {
-        done = NAME(turn_all)(0, x, row, a, s, size, n);
-    } else if (s != w) {
-        for (; done + 4 <= n; done += 4) {
-            for (intptr_t k = 0; k < size; ++k) {
-                const char *b = a + done * s + k * c;
-                *(NAME(four) *)(x + k * row + done) = (NAME(four)){*(const REAL *)b, *(const REAL *)(b + s),
-                    *(const REAL *)(b + 2 * s), *(const REAL *)(b + 3 * s)};
-            }
-        }
-    }
-#endif
-    if (done == n)
-        return;
-    for (intptr_t k = 0; k < size; ++k) {
-        const char *from = a + k * c;
-        REAL *to = x + k * row;
-        if (s == w) {
-            ANY_ORDER
-            for (intptr_t i = done; i < n; ++i)
-                to[i] = ((const REAL *)from)[i];
-        } else {
-            for (intptr_t i = done; i < n; ++i)
-                to[i] = *(const REAL *)(from + i * s);
-        }
-    }
-}
-
-// The inverse of load_rows.
-WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, REAL *x, intptr_t row, intptr_t size, intptr_t n)
-{
-    const intptr_t w = sizeof(REAL);
-    intptr_t done = 0;
-    if (size == 3 && c == w && s == 3 * w) {
-        REAL *b = (REAL *)a;
-        ANY_ORDER
-        for (intptr_t i = 0; i < n; ++i) {
-            b[3 * i] = x[i];
-            b[3 * i + 1] = x[i + row];
-            b[3 * i + 2] = x[i + 2 * row];
-        }
-        return;
-    }
-#ifdef SHUFFLE
-    if (size >= 4 && c == w)
-        done = NAME(turn_all)(1, x, row, a, s, size, n);
-#endif
-    if (done == n)
-        return;
-    for (intptr_t k = 0; k < size; ++k) {
-        const REAL *from = x + k * row;
-        char *to = a + k * c;
-        for (intptr_t i = done; i < n; ++i)
-            *(REAL *)(to + i * s) = from[i];
-    }
-}
-
-// A tile of elements of each size in C order, to rows and back. Vectors are read and written in halves, the upper one
-// from half of the elements further on.
-#ifdef SHUFFLE
-typedef REAL NAME(tile) VECTOR(TILE);
-typedef REAL NAME(half) VECTOR(TILE / 2);
-#define COLUMN(k) (*(NAME(tile) *)(x + (k) * row))
-#define HALF(a, k) (((NAME(half) *)(a))[k])
-#define WHOLE(offset) (*(NAME(tile) *)(a + (offset)))
-#define UPPER(offset, size) (a + (offset) + TILE / 2 * (size))
-#define JOINED(v, w) PRECISION(SHUFFLE(v, w, 0, 1, 2, 3), SHUFFLE(v, w, 0, 1, 2, 3, 4, 5, 6, 7))
-#define LOWERS(v, w) PRECISION(SHUFFLE(v, w, 0, 1, 4, 5), SHUFFLE(v, w, 0, 1, 2, 3, 8, 9, 10, 11))
-#define UPPERS(v, w) PRECISION(SHUFFLE(v, w, 2, 3, 6, 7), SHUFFLE(v, w, 4, 5, 6, 7, 12, 13, 14, 15))
-#define READ(offset, size) JOINED(HALF(a + (offset), 0), HALF(UPPER(offset, size), 0))
-#define WRITE(offset, size, v) HALF(a + (offset), 0) = HALF(&v, 0), HALF(UPPER(offset, size), 0) = HALF(&v, 1)
-#define WRITE_BOTH(offset, size, v, w) \
-    WHOLE(offset) = LOWERS(v, w), WHOLE((offset) + TILE / 2 * (size)) = UPPERS(v, w)
-
-static INLINE void NAME(load_tile_1)(REAL *x, intptr_t row, REAL *a)
-{
-#if PRECISION(1, 0)
-    COLUMN(0) = WHOLE(0);
-#else
-    COLUMN(0) = WHOLE(0);
-#endif
-}
-
-static INLINE void NAME(store_tile_1)(REAL *a, REAL *x, intptr_t row)
-{
-#if PRECISION(1, 0)
-    WHOLE(0) = COLUMN(0);
-#else
-    WHOLE(0) = COLUMN(0);
-#endif
-}
-
-static INLINE void NAME(load_tile_2)(REAL *x, intptr_t row, REAL *a)
-{
-#if PRECISION(1, 0)
-    const NAME(tile) a0 = READ(0, 2);
-    const NAME(tile) a1 = READ(2, 2);
-    COLUMN(0) = SHUFFLE(a0, a1, 0, 4, 2, 6);
-    COLUMN(1) = SHUFFLE(a0, a1, 1, 5, 3, 7);
-#else
-    const NAME(tile) a0 = READ(0, 2);
-    const NAME(tile) a1 = READ(4, 2);
-    COLUMN(0) = SHUFFLE(a0, a1, 0, 2, 8, 10, 4, 6, 12, 14);
-    COLUMN(1) = SHUFFLE(a0, a1, 1, 3, 9, 11, 5, 7, 13, 15);
-#endif
-}
-
-static INLINE void NAME(store_tile_2)(REAL *a, REAL *x, intptr_t row)
-{
-#if PRECISION(1, 0)
-    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
-    const NAME(tile) a1 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
-    WRITE_BOTH(0, 2, a0, a1);
-#else
-    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a1 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
-    WRITE_BOTH(0, 2, a0, a1);
-#endif
-}
-
-static INLINE void NAME(load_tile_3)(REAL *x, intptr_t row, REAL *a)
-{
-#if PRECISION(1, 0)
-    const NAME(tile) a0 = READ(0, 3);
-    const NAME(tile) a1 = READ(2, 3);
-    COLUMN(0) = SHUFFLE(a0, a1, 0, 5, 2, 7);
-    const NAME(tile) a2 = READ(4, 3);
-    COLUMN(1) = SHUFFLE(a0, a2, 1, 4, 3, 6);
-    COLUMN(2) = SHUFFLE(a1, a2, 0, 5, 2, 7);
-#else
-    const NAME(tile) a1 = READ(4, 3);
-    const NAME(tile) a2 = READ(8, 3);
-    const NAME(tile) b0 = SHUFFLE(a1, a2, 2, 3, 9, 10, 6, 7, 13, 14);
-    const NAME(tile) a0 = READ(0, 3);
-    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 2, 8, 9, 5, 6, 12, 13);
-    COLUMN(0) = SHUFFLE(a0, b0, 0, 3, 8, 10, 4, 7, 12, 14);
-    COLUMN(1) = SHUFFLE(b1, b0, 0, 2, 9, 11, 4, 6, 13, 15);
-    COLUMN(2) = SHUFFLE(b1, a2, 1, 3, 8, 11, 5, 7, 12, 15);
-#endif
-}
-
-static INLINE void NAME(store_tile_3)(REAL *a, REAL *x, intptr_t row)
-{
-#if PRECISION(1, 0)
-    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
-    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(0), 0, 5, 2, 7);
-    WRITE_BOTH(0, 3, a0, a1);
-    const NAME(tile) a2 = SHUFFLE(COLUMN(1), COLUMN(2), 1, 5, 3, 7);
-    WRITE(4, 3, a2);
-#else
-    const NAME(tile) b0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 2, 8, 10, 4, 6, 12, 14);
-    const NAME(tile) b2 = SHUFFLE(COLUMN(2), COLUMN(0), 0, 2, 9, 11, 4, 6, 13, 15);
-    const NAME(tile) a0 = SHUFFLE(b0, b2, 0, 2, 8, 10, 4, 6, 12, 14);
-    const NAME(tile) b1 = SHUFFLE(COLUMN(1), COLUMN(2), 1, 3, 9, 11, 5, 7, 13, 15);
-    const NAME(tile) a1 = SHUFFLE(b1, b0, 0, 2, 9, 11, 4, 6, 13, 15);
-    WRITE_BOTH(0, 3, a0, a1);
-    const NAME(tile) a2 = SHUFFLE(b2, b1, 1, 3, 9, 11, 5, 7, 13, 15);
-    WRITE(8, 3, a2);
-#endif
-}
-
-static INLINE void NAME(load_tile_4)(REAL *x, intptr_t row, REAL *a)
-{
-#if PRECISION(1, 0)
-    const NAME(tile) a0 = WHOLE(0);
-    const NAME(tile) a1 = WHOLE(4);
-    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
-    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
-    const NAME(tile) a2 = WHOLE(8);
-    const NAME(tile) a3 = WHOLE(12);
-    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
-    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
-    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
-    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
-    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
-    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
-#else
-    const NAME(tile) a0 = READ(0, 4);
-    const NAME(tile) a1 = READ(4, 4);
-    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a2 = READ(8, 4);
-    const NAME(tile) a3 = READ(12, 4);
-    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
-    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
-#endif
-}
-
-static INLINE void NAME(store_tile_4)(REAL *a, REAL *x, intptr_t row)
-{
-#if PRECISION(1, 0)
-    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
-    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
-    WRITE_BOTH(0, 4, a0, a1);
-    const NAME(tile) a2 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
-    const NAME(tile) a3 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
-    WRITE_BOTH(4, 4, a2, a3);
-#else
-    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE_BOTH(0, 4, a0, a1);
-    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE_BOTH(8, 4, a2, a3);
-#endif
-}
-
-static INLINE void NAME(load_tile_8)(REAL *x, intptr_t row, REAL *a)
-{
-#if PRECISION(1, 0)
-    const NAME(tile) a0 = WHOLE(0);
-    const NAME(tile) a1 = WHOLE(8);
-    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
-    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
-    const NAME(tile) a2 = WHOLE(16);
-    const NAME(tile) a3 = WHOLE(24);
-    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
-    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
-    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
-    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
-    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
-    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
-    const NAME(tile) a4 = WHOLE(4);
-    const NAME(tile) a5 = WHOLE(12);
-    const NAME(tile) b4 = SHUFFLE(a4, a5, 0, 4, 2, 6);
-    const NAME(tile) b5 = SHUFFLE(a4, a5, 1, 5, 3, 7);
-    const NAME(tile) a6 = WHOLE(20);
-    const NAME(tile) a7 = WHOLE(28);
-    const NAME(tile) b6 = SHUFFLE(a6, a7, 0, 4, 2, 6);
-    const NAME(tile) b7 = SHUFFLE(a6, a7, 1, 5, 3, 7);
-    COLUMN(4) = SHUFFLE(b4, b6, 0, 1, 4, 5);
-    COLUMN(5) = SHUFFLE(b5, b7, 0, 1, 4, 5);
-    COLUMN(6) = SHUFFLE(b4, b6, 2, 3, 6, 7);
-    COLUMN(7) = SHUFFLE(b5, b7, 2, 3, 6, 7);
-#else
-    const NAME(tile) a0 = READ(0, 8);
-    const NAME(tile) a1 = READ(8, 8);
-    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a2 = READ(16, 8);
-    const NAME(tile) a3 = READ(24, 8);
-    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
-    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    const NAME(tile) a4 = READ(4, 8);
-    const NAME(tile) a5 = READ(12, 8);
-    const NAME(tile) b4_0 = SHUFFLE(a4, a5, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a6 = READ(20, 8);
-    const NAME(tile) a7 = READ(28, 8);
-    const NAME(tile) b4_1 = SHUFFLE(a6, a7, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
-    COLUMN(4) = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(5) = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    COLUMN(6) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(7) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
-#endif
-}
-
-static INLINE void NAME(store_tile_8)(REAL *a, REAL *x, intptr_t row)
-{
-#if PRECISION(1, 0)
-    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
-    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
-    WRITE_BOTH(0, 8, a0, a1);
-    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
-    const NAME(tile) a3 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 4, 2, 6);
-    WRITE_BOTH(4, 8, a2, a3);
-    const NAME(tile) a4 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
-    const NAME(tile) a5 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
-    WRITE_BOTH(8, 8, a4, a5);
-    const NAME(tile) a6 = SHUFFLE(COLUMN(4), COLUMN(5), 1, 5, 3, 7);
-    const NAME(tile) a7 = SHUFFLE(COLUMN(6), COLUMN(7), 1, 5, 3, 7);
-    WRITE_BOTH(12, 8, a6, a7);
-#else
-    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    const NAME(tile) b4_0 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b4_1 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    WRITE_BOTH(0, 8, a0, a4);
-    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE_BOTH(8, 8, a1, a5);
-    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    const NAME(tile) b4_2 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b4_3 = SHUFFLE(COLUMN(6), COLUMN(7), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    WRITE_BOTH(16, 8, a2, a6);
-    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE_BOTH(24, 8, a3, a7);
-#endif
-}
-
-static INLINE void NAME(load_tile_9)(REAL *x, intptr_t row, REAL *a)
-{
-#if PRECISION(1, 0)
-    const NAME(tile) a0 = WHOLE(0);
-    const NAME(tile) a1 = WHOLE(9);
-    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
-    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
-    const NAME(tile) a2 = WHOLE(18);
-    const NAME(tile) a3 = WHOLE(27);
-    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
-    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
-    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
-    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
-    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
-    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
-    const NAME(tile) a4 = WHOLE(4);
-    const NAME(tile) a5 = WHOLE(13);
-    const NAME(tile) b4 = SHUFFLE(a4, a5, 0, 4, 2, 6);
-    const NAME(tile) b5 = SHUFFLE(a4, a5, 1, 5, 3, 7);
-    const NAME(tile) a6 = WHOLE(22);
-    const NAME(tile) a7 = WHOLE(31);
-    const NAME(tile) b6 = SHUFFLE(a6, a7, 0, 4, 2, 6);
-    const NAME(tile) b7 = SHUFFLE(a6, a7, 1, 5, 3, 7);
-    COLUMN(4) = SHUFFLE(b4, b6, 0, 1, 4, 5);
-    COLUMN(5) = SHUFFLE(b5, b7, 0, 1, 4, 5);
-    COLUMN(6) = SHUFFLE(b4, b6, 2, 3, 6, 7);
-    COLUMN(7) = SHUFFLE(b5, b7, 2, 3, 6, 7);
-    const NAME(tile) a8 = READ(7, 9);
-    const NAME(tile) a9 = READ(16, 9);
-    COLUMN(8) = SHUFFLE(a8, a9, 1, 5, 3, 7);
-#else
-    const NAME(tile) a0 = READ(0, 9);
-    const NAME(tile) a1 = READ(9, 9);
-    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a2 = READ(18, 9);
-    const NAME(tile) a3 = READ(27, 9);
-    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
-    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    const NAME(tile) a4 = READ(4, 9);
-    const NAME(tile) a5 = READ(13, 9);
-    const NAME(tile) b4_0 = SHUFFLE(a4, a5, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a6 = READ(22, 9);
-    const NAME(tile) a7 = READ(31, 9);
-    const NAME(tile) b4_1 = SHUFFLE(a6, a7, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
-    COLUMN(4) = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(5) = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    COLUMN(6) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(7) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    const NAME(tile) a8 = READ(5, 9);
-    const NAME(tile) a9 = READ(14, 9);
-    const NAME(tile) b8_2 = SHUFFLE(a8, a9, 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) a10 = READ(23, 9);
-    const NAME(tile) a11 = READ(32, 9);
-    const NAME(tile) b8_3 = SHUFFLE(a10, a11, 2, 10, 3, 11, 6, 14, 7, 15);
-    COLUMN(8) = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
-#endif
-}
-
-static INLINE void NAME(store_tile_9)(REAL *a, REAL *x, intptr_t row)
-{
-#if PRECISION(1, 0)
-    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
-    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
-    WRITE_BOTH(0, 9, a0, a1);
-    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
-    const NAME(tile) a3 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 4, 2, 6);
-    WRITE_BOTH(4, 9, a2, a3);
-    const NAME(tile) a4 = SHUFFLE(COLUMN(8), COLUMN(0), 0, 5, 2, 7);
-    const NAME(tile) a5 = SHUFFLE(COLUMN(1), COLUMN(2), 1, 5, 3, 7);
-    WRITE_BOTH(8, 9, a4, a5);
-    const NAME(tile) a6 = SHUFFLE(COLUMN(3), COLUMN(4), 1, 5, 3, 7);
-    const NAME(tile) a7 = SHUFFLE(COLUMN(5), COLUMN(6), 1, 5, 3, 7);
-    WRITE_BOTH(12, 9, a6, a7);
-    const NAME(tile) a8 = SHUFFLE(COLUMN(7), COLUMN(8), 1, 5, 3, 7);
-    WRITE(16, 9, a8);
-#else
-    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    const NAME(tile) b4_0 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b4_1 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    WRITE_BOTH(0, 9, a0, a4);
-    const NAME(tile) b8_0 = SHUFFLE(COLUMN(5), COLUMN(6), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b8_1 = SHUFFLE(COLUMN(7), COLUMN(8), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a8 = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE_BOTH(5, 9, a8, a1);
-    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE(13, 9, a5);
-    const NAME(tile) a9 = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    WRITE_BOTH(14, 9, a9, a2);
-    const NAME(tile) b4_2 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b4_3 = SHUFFLE(COLUMN(6), COLUMN(7), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    WRITE(22, 9, a6);
-    const NAME(tile) b8_2 = SHUFFLE(COLUMN(5), COLUMN(6), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b8_3 = SHUFFLE(COLUMN(7), COLUMN(8), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) a10 = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE_BOTH(23, 9, a10, a3);
-    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE(31, 9, a7);
-    const NAME(tile) a11 = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE(32, 9, a11);
-#endif
-}
-#undef COLUMN
-#undef HALF
-#undef WHOLE
-#undef UPPER
-#undef JOINED
-#undef LOWERS
-#undef UPPERS
-#undef READ
-#undef WRITE
-#undef WRITE_BOTH
-#else
-
-static INLINE void NAME(load_tile_1)(REAL *x, intptr_t row, const REAL *a)
-{
-    for (intptr_t k = 0; k < 1; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            x[k * row + i] = a[i * 1 + k];
-}
-
-static INLINE void NAME(store_tile_1)(REAL *a, const REAL *x, intptr_t row)
-{
-    for (intptr_t k = 0; k < 1; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            a[i * 1 + k] = x[k * row + i];
-}
-
-static INLINE void NAME(load_tile_2)(REAL *x, intptr_t row, const REAL *a)
-{
-    for (intptr_t k = 0; k < 2; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            x[k * row + i] = a[i * 2 + k];
-}
-
-static INLINE void NAME(store_tile_2)(REAL *a, const REAL *x, intptr_t row)
-{
-    for (intptr_t k = 0; k < 2; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            a[i * 2 + k] = x[k * row + i];
-}
-
-static INLINE void NAME(load_tile_3)(REAL *x, intptr_t row, const REAL *a)
-{
-    for (intptr_t k = 0; k < 3; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            x[k * row + i] = a[i * 3 + k];
-}
-
-static INLINE void NAME(store_tile_3)(REAL *a, const REAL *x, intptr_t row)
-{
-    for (intptr_t k = 0; k < 3; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            a[i * 3 + k] = x[k * row + i];
-}
-
-static INLINE void NAME(load_tile_4)(REAL *x, intptr_t row, const REAL *a)
-{
-    for (intptr_t k = 0; k < 4; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            x[k * row + i] = a[i * 4 + k];
-}
-
-static INLINE void NAME(store_tile_4)(REAL *a, const REAL *x, intptr_t row)
-{
-    for (intptr_t k = 0; k < 4; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            a[i * 4 + k] = x[k * row + i];
-}
-
-static INLINE void NAME(load_tile_8)(REAL *x, intptr_t row, const REAL *a)
-{
-    for (intptr_t k = 0; k < 8; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            x[k * row + i] = a[i * 8 + k];
-}
-
-static INLINE void NAME(store_tile_8)(REAL *a, const REAL *x, intptr_t row)
-{
-    for (intptr_t k = 0; k < 8; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            a[i * 8 + k] = x[k * row + i];
-}
-
-static INLINE void NAME(load_tile_9)(REAL *x, intptr_t row, const REAL *a)
-{
-    for (intptr_t k = 0; k < 9; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            x[k * row + i] = a[i * 9 + k];
-}
-
-static INLINE void NAME(store_tile_9)(REAL *a, const REAL *x, intptr_t row)
-{
-    for (intptr_t k = 0; k < 9; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            a[i * 9 + k] = x[k * row + i];
-}
-#endif
-
-// Rows, `row` numbers long, of `n` elements of at most three numbers in C order, and back.
-static INLINE void NAME(load_few)(REAL *x, const REAL *a, intptr_t size, intptr_t row, intptr_t n)
-{
-    if (size == 1) {
-        memcpy(x, a, n * sizeof(REAL));
-    } else if (size == 2) {
-        for (intptr_t i = 0; i < n; ++i) {
-            x[i] = a[2 * i];
-            x[row + i] = a[2 * i + 1];
-        }
-    } else {
-        for (intptr_t i = 0; i < n; ++i) {
-            x[i] = a[3 * i];
-            x[row + i] = a[3 * i + 1];
-            x[2 * row + i] = a[3 * i + 2];
-        }
-    }
-}
-
-static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr_t row, intptr_t n)
-{
-    if (size == 1) {
-        memcpy(a, x, n * sizeof(REAL));
-    } else if (size == 2) {
-        for (intptr_t i = 0; i < n; ++i) {
-            a[2 * i] = x[i];
-            a[2 * i + 1] = x[row + i];
-        }
-    } else {
-        for (intptr_t i = 0; i < n; ++i) {
-            a[3 * i] = x[i];
-            a[3 * i + 1] = x[row + i];
-            a[3 * i + 2] = x[2 * row + i];
-        }
-    }
-}
-
-// Loops between rows and elements of each size.
-static INLINE void NAME(load_span_1)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 1, SPAN, n);
-}
-LOOPS(load_span_1)
-
-static INLINE void NAME(store_span_1)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 1, SPAN, n);
-}
-LOOPS(store_span_1)
-
-static INLINE void NAME(load_span_2)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 2, SPAN, n);
-}
-LOOPS(load_span_2)
-
-static INLINE void NAME(store_span_2)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 2, SPAN, n);
-}
-LOOPS(store_span_2)
-
-static INLINE void NAME(load_span_3)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 3, SPAN, n);
-}
-LOOPS(load_span_3)
-
-static INLINE void NAME(store_span_3)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 3, SPAN, n);
-}
-LOOPS(store_span_3)
-
-static INLINE void NAME(load_span_4)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NOT_UNROLLED
-    for (intptr_t i = 0; i < n; i += TILE)
-        NAME(load_tile_4)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 4);
-}
-LOOP(load_span_4)
-
-static INLINE void NAME(store_span_4)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NOT_UNROLLED
-    for (intptr_t i = 0; i < n; i += TILE)
-        NAME(store_tile_4)((REAL *)args[1] + i * 4, (REAL *)args[0] + i, SPAN);
-}
-LOOP(store_span_4)
-
-static INLINE void NAME(load_span_8)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NOT_UNROLLED
-    for (intptr_t i = 0; i < n; i += TILE)
-        NAME(load_tile_8)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 8);
-}
-LOOP(load_span_8)
-
-static INLINE void NAME(store_span_8)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NOT_UNROLLED
-    for (intptr_t i = 0; i < n; i += TILE)
-        NAME(store_tile_8)((REAL *)args[1] + i * 8, (REAL *)args[0] + i, SPAN);
-}
-LOOP(store_span_8)
-
-static INLINE void NAME(load_span_9)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NOT_UNROLLED
-    for (intptr_t i = 0; i < n; i += TILE)
-        NAME(load_tile_9)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 9);
-}
-LOOP(load_span_9)
-
-static INLINE void NAME(store_span_9)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NOT_UNROLLED
-    for (intptr_t i = 0; i < n; i += TILE)
-        NAME(store_tile_9)((REAL *)args[1] + i * 9, (REAL *)args[0] + i, SPAN);
-}
-LOOP(store_span_9)
-
-static const struct {
-    loop_function *load[2], *store[2];
-} NAME(spans)[SIZES + 1] = {
-    [1] = {WIDTHS(load_span_1), WIDTHS(store_span_1)},
-    [2] = {WIDTHS(load_span_2), WIDTHS(store_span_2)},
-    [3] = {WIDTHS(load_span_3), WIDTHS(store_span_3)},
-    [4] = {WIDTH(load_span_4), WIDTH(store_span_4)},
-    [8] = {WIDTH(load_span_8), WIDTH(store_span_8)},
-    [9] = {WIDTH(load_span_9), WIDTH(store_span_9)},
-};
-
-// All rows of a part, from the batch or back to it; axes that lie as one are moved as one.
-static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *part, char *a, intptr_t s,
-    const intptr_t *c, intptr_t n)
-{
-    intptr_t count = 1, step = sizeof(REAL);
-    int axis = part->rank;
-    for (; axis > 0 && (count == 1 || c[axis - 1] == count * step); --axis) {
-        step = count == 1 ? c[axis - 1] : step;
-        count *= part->shape[axis - 1];
-    }
-    if (count == part->size && back)
-        NAME(store_rows)(a, s, step, x, row, count, n);
-    else if (count == part->size)
-        NAME(load_rows)(x, row, a, s, step, count, n);
-    for (intptr_t k = 0; count < part->size && k < part->size; k += count) {
-        intptr_t offset = 0, rest = k / count;
-        for (int outer = axis; outer-- > 0; rest /= part->shape[outer])
-            offset += rest % part->shape[outer] * c[outer];
-        if (back)
-            NAME(store_rows)(a + offset, s, step, x + k * row, row, count, n);
-        else
-            NAME(load_rows)(x + k * row, row, a + offset, s, step, count, n);
-    }
-}
-
-// The numbers of an element of a part, from the batch or back to it.
-static void NAME(move_element)(int back, REAL *x, const struct part *part, char *a, const intptr_t *c)
-{
-    for (intptr_t k = 0; k < part->size; ++k) {
-        REAL *number = (REAL *)(a + offset_of(part, k, c));
-        if (back)
-            *number = x[k];
-        else
-            x[k] = *number;
-    }
-}
-
-// All rows of a part to a batch in which they are contiguous, past the caches.
-static void NAME(stream_part)(REAL *x, intptr_t row, const struct part *part, char *a, const intptr_t *c, intptr_t n)
-{
-    for (intptr_t k = 0; k < part->size; ++k)
-        stream(a + offset_of(part, k, c), (const char *)(x + k * row), n * sizeof(REAL));
-}
-
-// Runs a kernel on one element after the other.
-static void NAME(each)(const struct kernel *kernel, char **args, intptr_t n, const intptr_t *steps)
-{
-    const intptr_t *strides = steps + kernel->n_parts;
-    const struct part *parts = kernel->parts;
-    REAL numbers[NUMBERS], *next = numbers;
-    void *places[PARTS];
-    for (int p = 0; p < kernel->n_parts; next += parts[p++].size)
-        places[p] = next;
-    for (intptr_t i = 0; i < n; ++i) {
-        for (int p = 0; p < kernel->n_inputs; ++p)
-            NAME(move_element)(0, places[p], &parts[p], args[p] + i * steps[p], strides + parts[p].first);
-        kernel->call(kernel->function, places);
-        for (int p = kernel->n_inputs; p < kernel->n_parts; ++p)
-            NAME(move_element)(1, places[p], &parts[p], args[p] + i * steps[p], strides + parts[p].first);
-    }
-}
-
-// Runs a loop over `n` elements as they lie, from the `first` on.
-static void NAME(run_from)(intptr_t first, intptr_t n, const struct kernel *kernel, loop_function *loop, char **args,
-    const intptr_t *steps, unsigned hoisted, REAL *prepared)
-{
-    char *starts[PARTS];
-    for (int p = 0; p < kernel->n_parts; ++p)
-        starts[p] = is_flagged(hoisted, p) ? (char *)prepared : args[p] + first * steps[p];
-    loop(n, starts, steps + kernel->n_parts);
-}
-
-// Runs a loop over elements as they lie, `unit` at a time, and returns how many it did. Those before `head` are run
-// with some after them, and the last ones with some before them, which are run twice, unless arguments are replaced by
-// results.
-static intptr_t NAME(as_they_lie)(intptr_t unit, intptr_t head, const struct kernel *kernel, loop_function *loop,
-    char **args, intptr_t n, const intptr_t *steps, unsigned hoisted, REAL *prepared)
-{
-    int twice = n > unit;
-    for (int p = kernel->n_inputs; p < kernel->n_parts; ++p)
-        for (int q = 0; q < kernel->n_inputs; ++q)
-            twice = twice && args[p] != args[q];
-    const intptr_t first = twice ? head : 0, whole = (n - first) & -unit;
-    if (first)
-        NAME(run_from)(0, unit, kernel, loop, args, steps, hoisted, prepared);
-    if (whole)
-        NAME(run_from)(first, whole, kernel, loop, args, steps, hoisted, prepared);
-    if (!twice || first + whole == n)
-        return first + whole;
-    NAME(run_from)(n - unit, unit, kernel, loop, args, steps, hoisted, prepared);
-    return n;
-}
-
-// Runs a kernel over a batch. What lies at unit stride, or is hoisted, is used where it lies, and so is a whole batch
-// in C order if there is a loop for it; everything else goes through rows, in blocks.
-static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, const intptr_t *steps)
-{
-    const intptr_t w = sizeof(REAL), *strides = steps + kernel->n_parts;
-    const int n_parts = kernel->n_parts, n_inputs = kernel->n_inputs, width = CHOSEN;
-    enum { SAME, HOISTED, UNIT, ANY } kinds[PARTS];
-    _Alignas(64) REAL space[SPACE], prepared[PREPARED];
-    REAL *rows[PARTS];
-    char *starts[PARTS], *rest[PARTS];
-    intptr_t cores[CORES], row_cores[CORES], total = 0, numbers = 0, results = 0, bytes = 0;
-    unsigned still = 0, hoisted = 0;
-    int in_place = 1, ordered = 1, known = 1, at_unit_stride = 1;
-    if (width < 0 || n <= 1) {
-        NAME(each)(kernel, args, n, steps);
-        return;
-    }
-    loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width], *loads[PARTS], *stores[PARTS];
-    int together = kernel->together;
-    for (int p = 0; p < n_parts; ++p) {
-        const struct part *part = &kernel->parts[p];
-        const int same = p < n_inputs && p < FLAGS && steps[p] == 0;
-        intptr_t step = w;
-        for (int q = part->rank; q-- > 0; step *= part->shape[q])
-            ordered = ordered && (same || strides[part->first + q] == step);
-        ordered = ordered && (same || steps[p] == step);
-        known = known && part->size <= SIZES && NAME(spans)[part->size].load[width];
-        total += part->size;
-        numbers += same ? 0 : part->size;
-        results += p < n_inputs ? 0 : part->size;
-        bytes += steps[p] < 0 ? -steps[p] : steps[p];
-        if (same)
-            still |= 1u << p;
-    }
-    for (int f = 0; f < kernel->n_forms && !hoisted; ++f) {
-        const struct form *form = &kernel->forms[f];
-        if ((still & form->same) == form->same && n >= form->least) {
-            form->start(args, strides, prepared);
-            hoisted = form->same, together = form->together;
-            in_rows = form->block[width], in_order = form->dense[width];
-        }
-    }
-    // Results go past caches that do not hold them, where that is what takes the time and all rows start lines alike.
-    int past = PASSES(n * numbers * w, results) && !kernel->busy && !ordered;
-    for (int p = n_inputs; past && p < n_parts; ++p) {
-        const struct part *part = &kernel->parts[p];
-        past = steps[p] == w && (args[p] - args[n_inputs]) % LINE == 0;
-        for (int q = part->first; past && q < part->first + part->rank; ++q)
-            past = strides[q] % LINE == 0;
-    }
-    // Elements before the first whose result starts a line. A vector stored across two lines takes twice the time, so
-    // it is worth a turn more where elements are many and more than the first cache holds.
-    const int aligned = past || (steps[n_inputs] == w && n >= 16 * LANES && n * numbers * w >= 1 << 15);
-    intptr_t head = aligned ? (-(intptr_t)args[n_inputs] & (LINE - 1)) / w : 0;
-    // All that lies as a loop reads it is run at once.
-    for (int p = 0; p < n_parts; ++p)
-        at_unit_stride = at_unit_stride && (steps[p] == w || is_flagged(hoisted, p));
-    loop_function *const at_once = ordered && still == hoisted && in_order ? in_order
-        : at_unit_stride && !past && !kernel->repeats ? in_rows : NULL;
-    if (at_once) {
-        const intptr_t unit = at_once == in_order ? together : LANES, first = at_once == in_order ? 0 : head;
-        const intptr_t done = NAME(as_they_lie)(unit, first, kernel, at_once, args, n, steps, hoisted, prepared);
-        for (int p = 0; p < n_parts; ++p)
-            rest[p] = args[p] + done * steps[p];
-        args = rest, n -= done, head = 0;
-        if (n == 0)
-            return;
-    }
-    // Rows cost more than a few elements do.
-    if (n <= ALONE && !hoisted) {
-        NAME(each)(kernel, args, n, steps);
-        return;
-    }
-    const int spans = ordered && known && total * SPAN <= SPACE;
-    // Long rows spare calls; beyond the last cache, short turns keep reading and writing going side by side.
-    const int near = n < (1 << 24) / (bytes + 1);
-    intptr_t row = spans ? SPAN : near || past ? 512 / w : LANES;
-    while (row > LANES && row * total > SPACE)
-        row /= 2;
-    total = 0;
-    for (int p = 0; p < n_parts; ++p) {
-        const struct part *part = &kernel->parts[p];
-        intptr_t row_step = row * w;
-        starts[p] = is_flagged(hoisted, p) ? (char *)prepared : args[p];
-        rows[p] = space + row * total;
-        total += part->size;
-        kinds[p] = is_flagged(hoisted, p) ? HOISTED : is_flagged(still, p) ? SAME : steps[p] == w ? UNIT : ANY;
-        for (int q = 0; kernel->repeats && p >= n_inputs && q < n_inputs; ++q)
-            kinds[p] = args[p] == args[q] ? ANY : kinds[p];
-        kinds[p] = past && p >= n_inputs ? ANY : kinds[p];
-        in_place = in_place && (kinds[p] == UNIT || kinds[p] == HOISTED);
-        for (int q = part->first + part->rank; q-- > part->first; row_step *= part->shape[q - part->first]) {
-            cores[q] = kinds[p] == SAME || kinds[p] == ANY ? row_step : strides[q];
-            row_cores[q] = row_step;
-        }
-        if (kinds[p] == HOISTED || kinds[p] == UNIT)
-            continue;
-        starts[p] = (char *)rows[p];
-        loads[p] = spans ? NAME(spans)[part->size].load[width] : NULL;
-        stores[p] = spans ? NAME(spans)[part->size].store[width] : NULL;
-        if (kinds[p] == SAME)
-            NAME(move_part)(0, rows[p], row, part, args[p], 0, strides + part->first, n < row ? PADDED(n) : row);
-    }
-    const intptr_t turn = near ? SPAN : LANES;
-    intptr_t i = 0;
-    // In C order, by functions that know the sizes.
-    for (; spans && !in_place && n - i >= turn; i += turn) {
-        for (int p = 0; p < n_parts; ++p) {
-            if (kinds[p] == UNIT)
-                starts[p] = args[p] + i * w;
-            else if (kinds[p] == ANY && p < n_inputs)
-                loads[p](turn, (char *[]){starts[p], args[p] + i * steps[p]}, NULL);
-        }
-        for (int p = 0; !near && p < n_parts; ++p) {
-            const intptr_t first = p < n_inputs ? i + turn : i, count = n - first < turn ? n - first : turn;
-            if (kinds[p] == ANY)
-                fetch(args[p] + first * steps[p], count * steps[p], p >= n_inputs);
-        }
-        in_rows(turn, starts, cores);
-        for (int p = n_inputs; p < n_parts; ++p)
-            if (kinds[p] == ANY)
-                stores[p](turn, (char *[]){starts[p], args[p] + i * steps[p]}, NULL);
-    }
-    for (intptr_t m; i < n; i += m) {
-        m = i < head ? head - i : n - i < LANES ? n - i : in_place || n - i < row ? (n - i) & -LANES : row;
-        const int few = m < LANES;
-        for (int p = 0; p < n_parts; ++p) {
-            const struct part *part = &kernel->parts[p];
-            const int lies = kinds[p] == UNIT && !few;
-            if (kinds[p] < UNIT)
-                continue;
-            starts[p] = lies ? args[p] + i * w : (char *)rows[p];
-            for (int q = part->first; q < part->first + part->rank; ++q)
-                cores[q] = lies ? strides[q] : row_cores[q];
-            if (lies)
-                continue;
-            if (p < n_inputs)
-                NAME(move_part)(0, rows[p], row, part, args[p] + i * steps[p], steps[p], strides + part->first, m);
-            for (intptr_t k = 0; few && p < n_inputs && k < part->size; ++k)
-                for (intptr_t j = m; j < LANES; ++j)
-                    rows[p][k * row + j] = rows[p][k * row + m - 1];
-        }
-        in_rows(m, starts, cores);
-        for (int p = n_inputs; p < n_parts; ++p) {
-            const struct part *part = &kernel->parts[p];
-            char *to = args[p] + i * steps[p];
-            if (past)
-                NAME(stream_part)(rows[p], row, part, to, strides + part->first, m);
-            else if (starts[p] == (char *)rows[p])
-                NAME(move_part)(1, rows[p], row, part, to, steps[p], strides + part->first, m);
-        }
-    }
-    if (past)
-        STREAM_END();
-}
+GAC_AXIS(1, 1)
+GAC_AXIS(2, 2)
+GAC_AXIS(3, 4)
+GAC_AXIS(4, 4)
+GAC_AXIS(8, 8)
+GAC_AXIS(9, 16)
+GAC_AXES(3x3, 3, 4, 3, 3)
+GAC_TILE(1)
+GAC_TILE(2)
+GAC_TILE(3)
+GAC_TILE(4)
+GAC_TILE(8)
+GAC_TILE(9)
 
 INLINE void NAME(geometric_product)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -1734,61 +84,9 @@ INLINE void NAME(geometric_product)(const REAL *a, const REAL *b, REAL *out)
     out[7] = (t22 + t23) * (REAL)0.5;
 }
 
-static INLINE void NAME(geometric_product_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        REAL x2[8];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(load_8)(x1, a1 + i * w, c1a);
-        NAME(geometric_product)(x0, x1, x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(geometric_product_block)
-
-static INLINE void NAME(geometric_product_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[8 * TILE];
-    _Alignas(64) REAL r1[8 * TILE];
-    _Alignas(64) REAL r2[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
-        NAME(load_tile_8)(r1, TILE, a1 + first * 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            REAL x2[8];
-            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_8)(x1, (char *)(r1 + i), TILE * w);
-            NAME(geometric_product)(x0, x1, x2);
-            NAME(store_8)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_8)(a2 + first * 8, r2, TILE);
-    }
-}
-LOOP(geometric_product_dense)
-
-void NAME(geometric_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(geometric_product_block), WIDTH(geometric_product_dense), TILE,
-        (any_function *)NAME(geometric_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_geometric_product(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND IN(1, 1, 8, 8, 1, 8) AND OUT(2, 2, 8, \
+    8, 1, 8)
+GAC_KERNEL(geometric_product, PLAIN, TILES)
 
 INLINE void NAME(outer_product)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -1807,61 +105,9 @@ INLINE void NAME(outer_product)(const REAL *a, const REAL *b, REAL *out)
     out[7] = t0 + a_e20 * b_e1 + a_e012 * b_1;
 }
 
-static INLINE void NAME(outer_product_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        REAL x2[8];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(load_8)(x1, a1 + i * w, c1a);
-        NAME(outer_product)(x0, x1, x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(outer_product_block)
-
-static INLINE void NAME(outer_product_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[8 * TILE];
-    _Alignas(64) REAL r1[8 * TILE];
-    _Alignas(64) REAL r2[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
-        NAME(load_tile_8)(r1, TILE, a1 + first * 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            REAL x2[8];
-            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_8)(x1, (char *)(r1 + i), TILE * w);
-            NAME(outer_product)(x0, x1, x2);
-            NAME(store_8)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_8)(a2 + first * 8, r2, TILE);
-    }
-}
-LOOP(outer_product_dense)
-
-void NAME(outer_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(outer_product_block), WIDTH(outer_product_dense), TILE,
-        (any_function *)NAME(outer_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_outer_product(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND IN(1, 1, 8, 8, 1, 8) AND OUT(2, 2, 8, 8, \
+    1, 8)
+GAC_KERNEL(outer_product, PLAIN, TILES)
 
 INLINE void NAME(regressive_product)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -1880,61 +126,9 @@ INLINE void NAME(regressive_product)(const REAL *a, const REAL *b, REAL *out)
     out[7] = a_e012 * b_e012;
 }
 
-static INLINE void NAME(regressive_product_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        REAL x2[8];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(load_8)(x1, a1 + i * w, c1a);
-        NAME(regressive_product)(x0, x1, x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(regressive_product_block)
-
-static INLINE void NAME(regressive_product_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[8 * TILE];
-    _Alignas(64) REAL r1[8 * TILE];
-    _Alignas(64) REAL r2[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
-        NAME(load_tile_8)(r1, TILE, a1 + first * 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            REAL x2[8];
-            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_8)(x1, (char *)(r1 + i), TILE * w);
-            NAME(regressive_product)(x0, x1, x2);
-            NAME(store_8)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_8)(a2 + first * 8, r2, TILE);
-    }
-}
-LOOP(regressive_product_dense)
-
-void NAME(regressive_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(regressive_product_block), WIDTH(regressive_product_dense), TILE,
-        (any_function *)NAME(regressive_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_regressive_product(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND IN(1, 1, 8, 8, 1, 8) AND OUT(2, 2, \
+    8, 8, 1, 8)
+GAC_KERNEL(regressive_product, PLAIN, TILES)
 
 INLINE void NAME(inner_product)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -1953,61 +147,9 @@ INLINE void NAME(inner_product)(const REAL *a, const REAL *b, REAL *out)
     out[7] = a_1 * b_e012 + a_e012 * b_1;
 }
 
-static INLINE void NAME(inner_product_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        REAL x2[8];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(load_8)(x1, a1 + i * w, c1a);
-        NAME(inner_product)(x0, x1, x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(inner_product_block)
-
-static INLINE void NAME(inner_product_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[8 * TILE];
-    _Alignas(64) REAL r1[8 * TILE];
-    _Alignas(64) REAL r2[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
-        NAME(load_tile_8)(r1, TILE, a1 + first * 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            REAL x2[8];
-            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_8)(x1, (char *)(r1 + i), TILE * w);
-            NAME(inner_product)(x0, x1, x2);
-            NAME(store_8)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_8)(a2 + first * 8, r2, TILE);
-    }
-}
-LOOP(inner_product_dense)
-
-void NAME(inner_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(inner_product_block), WIDTH(inner_product_dense), TILE,
-        (any_function *)NAME(inner_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_inner_product(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND IN(1, 1, 8, 8, 1, 8) AND OUT(2, 2, 8, 8, \
+    1, 8)
+GAC_KERNEL(inner_product, PLAIN, TILES)
 
 INLINE void NAME(reverse)(const REAL *a, REAL *out)
 {
@@ -2023,53 +165,8 @@ INLINE void NAME(reverse)(const REAL *a, REAL *out)
     out[7] = -a_e012;
 }
 
-static INLINE void NAME(reverse_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(reverse)(x0, x1);
-        NAME(store_8)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(reverse_block)
-
-static INLINE void NAME(reverse_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[8 * TILE];
-    _Alignas(64) REAL r1[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
-            NAME(reverse)(x0, x1);
-            NAME(store_8)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_8)(a1 + first * 8, r1, TILE);
-    }
-}
-LOOP(reverse_dense)
-
-void NAME(reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(reverse_block), WIDTH(reverse_dense), TILE, (any_function
-        *)NAME(reverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_reverse(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND OUT(1, 1, 8, 8, 1, 8)
+GAC_KERNEL(reverse, PLAIN, TILES)
 
 INLINE void NAME(grade_involution)(const REAL *a, REAL *out)
 {
@@ -2085,53 +182,8 @@ INLINE void NAME(grade_involution)(const REAL *a, REAL *out)
     out[7] = -a_e012;
 }
 
-static INLINE void NAME(grade_involution_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(grade_involution)(x0, x1);
-        NAME(store_8)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(grade_involution_block)
-
-static INLINE void NAME(grade_involution_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[8 * TILE];
-    _Alignas(64) REAL r1[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
-            NAME(grade_involution)(x0, x1);
-            NAME(store_8)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_8)(a1 + first * 8, r1, TILE);
-    }
-}
-LOOP(grade_involution_dense)
-
-void NAME(grade_involution_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(grade_involution_block), WIDTH(grade_involution_dense), TILE,
-        (any_function *)NAME(grade_involution), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_grade_involution(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND OUT(1, 1, 8, 8, 1, 8)
+GAC_KERNEL(grade_involution, PLAIN, TILES)
 
 INLINE void NAME(dual)(const REAL *a, REAL *out)
 {
@@ -2147,53 +199,8 @@ INLINE void NAME(dual)(const REAL *a, REAL *out)
     out[7] = a_1;
 }
 
-static INLINE void NAME(dual_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(dual)(x0, x1);
-        NAME(store_8)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(dual_block)
-
-static INLINE void NAME(dual_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[8 * TILE];
-    _Alignas(64) REAL r1[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
-            NAME(dual)(x0, x1);
-            NAME(store_8)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_8)(a1 + first * 8, r1, TILE);
-    }
-}
-LOOP(dual_dense)
-
-void NAME(dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(dual_block), WIDTH(dual_dense), TILE, (any_function *)NAME(dual),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_dual(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND OUT(1, 1, 8, 8, 1, 8)
+GAC_KERNEL(dual, PLAIN, TILES)
 
 INLINE void NAME(undual)(const REAL *a, REAL *out)
 {
@@ -2209,53 +216,8 @@ INLINE void NAME(undual)(const REAL *a, REAL *out)
     out[7] = a_1;
 }
 
-static INLINE void NAME(undual_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(undual)(x0, x1);
-        NAME(store_8)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(undual_block)
-
-static INLINE void NAME(undual_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[8 * TILE];
-    _Alignas(64) REAL r1[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
-            NAME(undual)(x0, x1);
-            NAME(store_8)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_8)(a1 + first * 8, r1, TILE);
-    }
-}
-LOOP(undual_dense)
-
-void NAME(undual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(undual_block), WIDTH(undual_dense), TILE, (any_function
-        *)NAME(undual), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_undual(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND OUT(1, 1, 8, 8, 1, 8)
+GAC_KERNEL(undual, PLAIN, TILES)
 
 INLINE void NAME(norm)(const REAL *a, REAL *out)
 {
@@ -2263,51 +225,8 @@ INLINE void NAME(norm)(const REAL *a, REAL *out)
     out[0] = SQRT(a_1 * a_1 + a_e1 * a_e1 + a_e2 * a_e2 + a_e12 * a_e12);
 }
 
-static INLINE void NAME(norm_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[1];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(norm)(x0, x1);
-        NAME(store_scalar)(a1 + i * w, x1);
-    }
-}
-LOOPS(norm_block)
-
-static INLINE void NAME(norm_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[8];
-            REAL x1[1];
-            NAME(load_8)(x0, (char *)a0 + (first + i) * 8 * w, w);
-            NAME(norm)(x0, x1);
-            NAME(store_scalar)((char *)(r1 + i), x1);
-        }
-        NAME(store_few)(a1 + first * 1, r1, 1, LANES, LANES);
-    }
-}
-LOOPS(norm_dense)
-
-void NAME(norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(norm_block), WIDTHS(norm_dense), LANES, (any_function *)NAME(norm),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_norm(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND OUT(1, 1, scalar, 1, 0, 0)
+GAC_KERNEL(norm, PLAIN, DIRECT)
 
 INLINE void NAME(point_from_bivector)(const REAL *b, REAL *out)
 {
@@ -2317,51 +236,8 @@ INLINE void NAME(point_from_bivector)(const REAL *b, REAL *out)
     out[1] = b_e01 * t0;
 }
 
-static INLINE void NAME(point_from_bivector_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[2];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(point_from_bivector)(x0, x1);
-        NAME(store_2)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(point_from_bivector_block)
-
-static INLINE void NAME(point_from_bivector_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x1[2];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(point_from_bivector)(x0, x1);
-            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
-        }
-        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
-    }
-}
-LOOPS(point_from_bivector_dense)
-
-void NAME(point_from_bivector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(point_from_bivector_block), WIDTHS(point_from_bivector_dense),
-        LANES, (any_function *)NAME(point_from_bivector), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_point_from_bivector(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND OUT(1, 1, 2, 2, 1, 2)
+GAC_KERNEL(point_from_bivector, PLAIN, DIRECT)
 
 INLINE void NAME(normalize_line)(const REAL *line, REAL *out)
 {
@@ -2372,51 +248,8 @@ INLINE void NAME(normalize_line)(const REAL *line, REAL *out)
     out[2] = line_e0 * t0;
 }
 
-static INLINE void NAME(normalize_line_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(normalize_line)(x0, x1);
-        NAME(store_3)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(normalize_line_block)
-
-static INLINE void NAME(normalize_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(normalize_line)(x0, x1);
-            NAME(store_3)((char *)(r1 + i), LANES * w, x1);
-        }
-        NAME(store_few)(a1 + first * 3, r1, 3, LANES, LANES);
-    }
-}
-LOOPS(normalize_line_dense)
-
-void NAME(normalize_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(normalize_line_block), WIDTHS(normalize_line_dense), LANES,
-        (any_function *)NAME(normalize_line), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_normalize_line(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND OUT(1, 1, 3, 3, 1, 3)
+GAC_KERNEL(normalize_line, PLAIN, DIRECT)
 
 INLINE void NAME(join_points)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -2427,57 +260,9 @@ INLINE void NAME(join_points)(const REAL *a, const REAL *b, REAL *out)
     out[2] = a_e20 * b_e01 - a_e01 * b_e20;
 }
 
-static INLINE void NAME(join_points_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[3];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(join_points)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(join_points_block)
-
-static INLINE void NAME(join_points_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[3];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
-            NAME(join_points)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
-    }
-}
-LOOPS(join_points_dense)
-
-void NAME(join_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(join_points_block), WIDTHS(join_points_dense), LANES, (any_function
-        *)NAME(join_points), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_join_points(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, 2) AND OUT(2, 2, 3, 3, 1, \
+    3)
+GAC_KERNEL(join_points, PLAIN, DIRECT)
 
 INLINE void NAME(join_point_direction)(const REAL *p, const REAL *d, REAL *out)
 {
@@ -2488,57 +273,9 @@ INLINE void NAME(join_point_direction)(const REAL *p, const REAL *d, REAL *out)
     out[2] = p_e20 * d_e01 - p_e01 * d_e20;
 }
 
-static INLINE void NAME(join_point_direction_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[3];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(join_point_direction)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(join_point_direction_block)
-
-static INLINE void NAME(join_point_direction_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[3];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
-            NAME(join_point_direction)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
-    }
-}
-LOOPS(join_point_direction_dense)
-
-void NAME(join_point_direction_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(join_point_direction_block), WIDTHS(join_point_direction_dense),
-        LANES, (any_function *)NAME(join_point_direction), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_join_point_direction(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, 2) AND OUT(2, 2, \
+    3, 3, 1, 3)
+GAC_KERNEL(join_point_direction, PLAIN, DIRECT)
 
 INLINE void NAME(meet_lines)(const REAL *line, const REAL *other, REAL *out)
 {
@@ -2549,57 +286,9 @@ INLINE void NAME(meet_lines)(const REAL *line, const REAL *other, REAL *out)
     out[2] = line_e0 * other_e1 - line_e1 * other_e0;
 }
 
-static INLINE void NAME(meet_lines_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(meet_lines)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(meet_lines_block)
-
-static INLINE void NAME(meet_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[3];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
-            NAME(meet_lines)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
-    }
-}
-LOOPS(meet_lines_dense)
-
-void NAME(meet_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(meet_lines_block), WIDTHS(meet_lines_dense), LANES, (any_function
-        *)NAME(meet_lines), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_meet_lines(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND OUT(2, 2, 3, 3, 1, \
+    3)
+GAC_KERNEL(meet_lines, PLAIN, DIRECT)
 
 INLINE void NAME(line_orthogonal_to_line)(const REAL *p, const REAL *line, REAL *out)
 {
@@ -2610,58 +299,9 @@ INLINE void NAME(line_orthogonal_to_line)(const REAL *p, const REAL *line, REAL 
     out[2] = p_e01 * line_e1 - p_e20 * line_e2;
 }
 
-static INLINE void NAME(line_orthogonal_to_line_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(line_orthogonal_to_line)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(line_orthogonal_to_line_block)
-
-static INLINE void NAME(line_orthogonal_to_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[3];
-            REAL x2[3];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
-            NAME(line_orthogonal_to_line)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
-    }
-}
-LOOPS(line_orthogonal_to_line_dense)
-
-void NAME(line_orthogonal_to_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(line_orthogonal_to_line_block),
-        WIDTHS(line_orthogonal_to_line_dense), LANES, (any_function *)NAME(line_orthogonal_to_line), NAME(call_aar),
-        2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_line_orthogonal_to_line(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 3, 3, 1, 3) AND OUT(2, \
+    2, 3, 3, 1, 3)
+GAC_KERNEL(line_orthogonal_to_line, PLAIN, DIRECT)
 
 INLINE void NAME(distance_squared_points)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -2672,58 +312,9 @@ INLINE void NAME(distance_squared_points)(const REAL *a, const REAL *b, REAL *ou
     out[0] = t0 * t0 + t1 * t1;
 }
 
-static INLINE void NAME(distance_squared_points_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[1];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(distance_squared_points)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(distance_squared_points_block)
-
-static INLINE void NAME(distance_squared_points_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[1];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
-            NAME(distance_squared_points)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
-    }
-}
-LOOPS(distance_squared_points_dense)
-
-void NAME(distance_squared_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(distance_squared_points_block),
-        WIDTHS(distance_squared_points_dense), LANES, (any_function *)NAME(distance_squared_points), NAME(call_aar),
-        2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_distance_squared_points(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, 2) AND OUT(2, \
+    2, scalar, 1, 0, 0)
+GAC_KERNEL(distance_squared_points, PLAIN, DIRECT)
 
 INLINE void NAME(distance_points)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -2734,57 +325,9 @@ INLINE void NAME(distance_points)(const REAL *a, const REAL *b, REAL *out)
     out[0] = SQRT(t0 * t0 + t1 * t1);
 }
 
-static INLINE void NAME(distance_points_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[1];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(distance_points)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(distance_points_block)
-
-static INLINE void NAME(distance_points_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[1];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
-            NAME(distance_points)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
-    }
-}
-LOOPS(distance_points_dense)
-
-void NAME(distance_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(distance_points_block), WIDTHS(distance_points_dense), LANES,
-        (any_function *)NAME(distance_points), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_distance_points(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, 2) AND OUT(2, 2, \
+    scalar, 1, 0, 0)
+GAC_KERNEL(distance_points, PLAIN, DIRECT)
 
 INLINE void NAME(signed_distance_point_line)(const REAL *p, const REAL *line, REAL *out)
 {
@@ -2793,58 +336,9 @@ INLINE void NAME(signed_distance_point_line)(const REAL *p, const REAL *line, RE
     out[0] = line_e0 + (p_e20 * line_e1 + p_e01 * line_e2);
 }
 
-static INLINE void NAME(signed_distance_point_line_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[3];
-        REAL x2[1];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(signed_distance_point_line)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(signed_distance_point_line_block)
-
-static INLINE void NAME(signed_distance_point_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[3];
-            REAL x2[1];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
-            NAME(signed_distance_point_line)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
-    }
-}
-LOOPS(signed_distance_point_line_dense)
-
-void NAME(signed_distance_point_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(signed_distance_point_line_block),
-        WIDTHS(signed_distance_point_line_dense), LANES, (any_function *)NAME(signed_distance_point_line),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_signed_distance_point_line(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 3, 3, 1, 3) AND \
+    OUT(2, 2, scalar, 1, 0, 0)
+GAC_KERNEL(signed_distance_point_line, PLAIN, DIRECT)
 
 INLINE void NAME(signed_area)(const REAL *a, const REAL *b, const REAL *c, REAL *out)
 {
@@ -2854,63 +348,9 @@ INLINE void NAME(signed_area)(const REAL *a, const REAL *b, const REAL *c, REAL 
     out[0] = (a_e20 - c_e20) * (b_e01 - c_e01) - (b_e20 - c_e20) * (a_e01 - c_e01);
 }
 
-static INLINE void NAME(signed_area_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[2];
-        REAL x3[1];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(load_2)(x2, a2 + i * w, c2a);
-        NAME(signed_area)(x0, x1, x2, x3);
-        NAME(store_scalar)(a3 + i * w, x3);
-    }
-}
-LOOPS(signed_area_block)
-
-static INLINE void NAME(signed_area_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r3[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[2];
-            REAL x3[1];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
-            NAME(load_2)(x2, (char *)a2 + (first + i) * 2 * w, w);
-            NAME(signed_area)(x0, x1, x2, x3);
-            NAME(store_scalar)((char *)(r3 + i), x3);
-        }
-        NAME(store_few)(a3 + first * 1, r3, 1, LANES, LANES);
-    }
-}
-LOOPS(signed_area_dense)
-
-void NAME(signed_area_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}, {1, 0, 3, {0}}};
-    static const struct kernel kernel = {WIDTHS(signed_area_block), WIDTHS(signed_area_dense), LANES, (any_function
-        *)NAME(signed_area), NAME(call_aaar), 3, 4, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_signed_area(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, 2) AND IN(2, 2, 2, 2, 1, \
+    2) AND OUT(3, 3, scalar, 1, 0, 0)
+GAC_KERNEL(signed_area, PLAIN, DIRECT)
 
 static INLINE void NAME(angle_between_lines_within)(const REAL *line, const REAL *other, REAL *out)
 {
@@ -2925,33 +365,9 @@ void NAME(angle_between_lines)(const REAL *line, const REAL *other, REAL *out)
     RUN(angle_between_lines, (line, other, out), (line, other, out));
 }
 
-static INLINE void NAME(angle_between_lines_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[1];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(angle_between_lines_within)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(angle_between_lines_block)
-
-void NAME(angle_between_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(angle_between_lines_block), {NULL}, 0, (any_function
-        *)NAME(angle_between_lines), NAME(call_aar), 2, 3, 0, 0, 1, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_angle_between_lines(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND OUT(2, 2, \
+    scalar, 1, 0, 0)
+GAC_KERNEL(angle_between_lines, BUSY, NO)
 
 INLINE void NAME(project_point_on_line)(const REAL *p, const REAL *line, REAL *out)
 {
@@ -2984,107 +400,12 @@ static INLINE void NAME(project_point_on_line_apply_line)(const REAL *prepared, 
     out[1] = p_e01 * c3 - p_e20 * c1 - c4;
 }
 
-static INLINE void NAME(project_point_on_line_block_line)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[2];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(project_point_on_line_apply_line)(prepared, x0, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(project_point_on_line_block_line)
-
-static INLINE void NAME(project_point_on_line_dense_line)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x2[2];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(project_point_on_line_apply_line)(prepared, x0, x2);
-            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
-    }
-}
-LOOPS(project_point_on_line_dense_line)
-
-static void NAME(project_point_on_line_start_line)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c1a = strides[1];
-    REAL x1[3];
-    NAME(load_3)(x1, args[1], c1a);
-    NAME(project_point_on_line_prepare_line)(x1, prepared);
-}
-
-static INLINE void NAME(project_point_on_line_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[3];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(project_point_on_line)(x0, x1, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(project_point_on_line_block)
-
-static INLINE void NAME(project_point_on_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[3];
-            REAL x2[2];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
-            NAME(project_point_on_line)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
-    }
-}
-LOOPS(project_point_on_line_dense)
-
-void NAME(project_point_on_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {2, 1, 2, {2}}};
-    static const struct form forms[] = {{2, 2, NAME(project_point_on_line_start_line),
-        WIDTHS(project_point_on_line_block_line), WIDTHS(project_point_on_line_dense_line), LANES}};
-    static const struct kernel kernel = {WIDTHS(project_point_on_line_block), WIDTHS(project_point_on_line_dense),
-        LANES, (any_function *)NAME(project_point_on_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_project_point_on_line(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 3, 3, 1, 3) AND OUT(2, \
+    2, 2, 2, 1, 2)
+#define PARTS_project_point_on_line_line(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND OUT(2, 2, 2, 2, 1, 2)
+#define SAME_project_point_on_line_line(IN, NUMBER, OUT, AND) IN(1, 1, 3, 3, 1, 3)
+GAC_FORM(project_point_on_line, line, 1, PLAIN, PLAIN, DIRECT)
+GAC_KERNEL_AND_FORMS(project_point_on_line, PLAIN, DIRECT, GAC_USE(project_point_on_line, line, DIRECT, 2, 2, 5))
 
 INLINE void NAME(project_point_on_unit_line)(const REAL *p, const REAL *line, REAL *out)
 {
@@ -3095,58 +416,9 @@ INLINE void NAME(project_point_on_unit_line)(const REAL *p, const REAL *line, RE
     out[1] = line_e1 * t0 - line_e2 * line_e0;
 }
 
-static INLINE void NAME(project_point_on_unit_line_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[3];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(project_point_on_unit_line)(x0, x1, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(project_point_on_unit_line_block)
-
-static INLINE void NAME(project_point_on_unit_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[3];
-            REAL x2[2];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
-            NAME(project_point_on_unit_line)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
-    }
-}
-LOOPS(project_point_on_unit_line_dense)
-
-void NAME(project_point_on_unit_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(project_point_on_unit_line_block),
-        WIDTHS(project_point_on_unit_line_dense), LANES, (any_function *)NAME(project_point_on_unit_line),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_project_point_on_unit_line(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 3, 3, 1, 3) AND \
+    OUT(2, 2, 2, 2, 1, 2)
+GAC_KERNEL(project_point_on_unit_line, PLAIN, DIRECT)
 
 INLINE void NAME(reflect_point)(const REAL *p, const REAL *line, REAL *out)
 {
@@ -3157,57 +429,9 @@ INLINE void NAME(reflect_point)(const REAL *p, const REAL *line, REAL *out)
     out[1] = p_e01 - line_e2 * t0;
 }
 
-static INLINE void NAME(reflect_point_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[3];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(reflect_point)(x0, x1, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(reflect_point_block)
-
-static INLINE void NAME(reflect_point_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[3];
-            REAL x2[2];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
-            NAME(reflect_point)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
-    }
-}
-LOOPS(reflect_point_dense)
-
-void NAME(reflect_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(reflect_point_block), WIDTHS(reflect_point_dense), LANES,
-        (any_function *)NAME(reflect_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_reflect_point(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 3, 3, 1, 3) AND OUT(2, 2, 2, 2, \
+    1, 2)
+GAC_KERNEL(reflect_point, PLAIN, DIRECT)
 
 INLINE void NAME(line_from_normal)(const REAL *normal, REAL distance, REAL *out)
 {
@@ -3217,57 +441,8 @@ INLINE void NAME(line_from_normal)(const REAL *normal, REAL distance, REAL *out)
     out[2] = -distance;
 }
 
-static INLINE void NAME(line_from_normal_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[1];
-        REAL x2[3];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(line_from_normal)(x0, x1[0], x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(line_from_normal_block)
-
-static INLINE void NAME(line_from_normal_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[1];
-            REAL x2[3];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_scalar)(x1, (char *)a1 + (first + i) * w);
-            NAME(line_from_normal)(x0, x1[0], x2);
-            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
-    }
-}
-LOOPS(line_from_normal_dense)
-
-void NAME(line_from_normal_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(line_from_normal_block), WIDTHS(line_from_normal_dense), LANES,
-        (any_function *)NAME(line_from_normal), NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_line_from_normal(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND NUMBER(1, 1) AND OUT(2, 1, 3, 3, 1, 3)
+GAC_KERNEL(line_from_normal, PLAIN, DIRECT)
 
 INLINE void NAME(line_from_point_normal)(const REAL *p, const REAL *normal, REAL *out)
 {
@@ -3278,57 +453,9 @@ INLINE void NAME(line_from_point_normal)(const REAL *p, const REAL *normal, REAL
     out[2] = -(p_e20 * normal_e20 + p_e01 * normal_e01);
 }
 
-static INLINE void NAME(line_from_point_normal_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[3];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(line_from_point_normal)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(line_from_point_normal_block)
-
-static INLINE void NAME(line_from_point_normal_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[3];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
-            NAME(line_from_point_normal)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
-    }
-}
-LOOPS(line_from_point_normal_dense)
-
-void NAME(line_from_point_normal_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(line_from_point_normal_block), WIDTHS(line_from_point_normal_dense),
-        LANES, (any_function *)NAME(line_from_point_normal), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_line_from_point_normal(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, 2) AND OUT(2, \
+    2, 3, 3, 1, 3)
+GAC_KERNEL(line_from_point_normal, PLAIN, DIRECT)
 
 INLINE void NAME(line_to_normal)(const REAL *line, REAL *out_0, REAL *out_1)
 {
@@ -3339,59 +466,9 @@ INLINE void NAME(line_to_normal)(const REAL *line, REAL *out_0, REAL *out_1)
     out_1[0] = -(line_e0 * t0);
 }
 
-static INLINE void NAME(line_to_normal_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[2];
-        REAL x2[1];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(line_to_normal)(x0, x1, x2);
-        NAME(store_2)(a1 + i * w, c1a, x1);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(line_to_normal_block)
-
-static INLINE void NAME(line_to_normal_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r1[2 * LANES];
-    _Alignas(64) REAL r2[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x1[2];
-            REAL x2[1];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(line_to_normal)(x0, x1, x2);
-            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
-        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
-    }
-}
-LOOPS(line_to_normal_dense)
-
-void NAME(line_to_normal_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(line_to_normal_block), WIDTHS(line_to_normal_dense), LANES,
-        (any_function *)NAME(line_to_normal), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_line_to_normal(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND OUT(1, 1, 2, 2, 1, 2) AND OUT(2, 2, \
+    scalar, 1, 0, 0)
+GAC_KERNEL(line_to_normal, PLAIN, DIRECT)
 
 INLINE void NAME(line_direction)(const REAL *line, REAL *out)
 {
@@ -3400,51 +477,8 @@ INLINE void NAME(line_direction)(const REAL *line, REAL *out)
     out[1] = -line_e1;
 }
 
-static INLINE void NAME(line_direction_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[2];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(line_direction)(x0, x1);
-        NAME(store_2)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(line_direction_block)
-
-static INLINE void NAME(line_direction_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x1[2];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(line_direction)(x0, x1);
-            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
-        }
-        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
-    }
-}
-LOOPS(line_direction_dense)
-
-void NAME(line_direction_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(line_direction_block), WIDTHS(line_direction_dense), LANES,
-        (any_function *)NAME(line_direction), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_line_direction(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND OUT(1, 1, 2, 2, 1, 2)
+GAC_KERNEL(line_direction, PLAIN, DIRECT)
 
 INLINE void NAME(line_support)(const REAL *line, REAL *out)
 {
@@ -3454,51 +488,8 @@ INLINE void NAME(line_support)(const REAL *line, REAL *out)
     out[1] = -(line_e2 * t0);
 }
 
-static INLINE void NAME(line_support_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[2];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(line_support)(x0, x1);
-        NAME(store_2)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(line_support_block)
-
-static INLINE void NAME(line_support_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x1[2];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(line_support)(x0, x1);
-            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
-        }
-        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
-    }
-}
-LOOPS(line_support_dense)
-
-void NAME(line_support_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(line_support_block), WIDTHS(line_support_dense), LANES,
-        (any_function *)NAME(line_support), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_line_support(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND OUT(1, 1, 2, 2, 1, 2)
+GAC_KERNEL(line_support, PLAIN, DIRECT)
 
 INLINE void NAME(point_on_line)(const REAL *line, REAL t, REAL *out)
 {
@@ -3507,57 +498,8 @@ INLINE void NAME(point_on_line)(const REAL *line, REAL t, REAL *out)
     out[1] = -(line_e2 * line_e0 + line_e1 * t);
 }
 
-static INLINE void NAME(point_on_line_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[1];
-        REAL x2[2];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(point_on_line)(x0, x1[0], x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(point_on_line_block)
-
-static INLINE void NAME(point_on_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x1[1];
-            REAL x2[2];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(load_scalar)(x1, (char *)a1 + (first + i) * w);
-            NAME(point_on_line)(x0, x1[0], x2);
-            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
-    }
-}
-LOOPS(point_on_line_dense)
-
-void NAME(point_on_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(point_on_line_block), WIDTHS(point_on_line_dense), LANES,
-        (any_function *)NAME(point_on_line), NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_point_on_line(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND NUMBER(1, 1) AND OUT(2, 1, 2, 2, 1, 2)
+GAC_KERNEL(point_on_line, PLAIN, DIRECT)
 
 INLINE void NAME(position_along_line)(const REAL *p, const REAL *line, REAL *out)
 {
@@ -3566,57 +508,9 @@ INLINE void NAME(position_along_line)(const REAL *p, const REAL *line, REAL *out
     out[0] = p_e20 * line_e2 - p_e01 * line_e1;
 }
 
-static INLINE void NAME(position_along_line_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[3];
-        REAL x2[1];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(position_along_line)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(position_along_line_block)
-
-static INLINE void NAME(position_along_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[3];
-            REAL x2[1];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
-            NAME(position_along_line)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
-    }
-}
-LOOPS(position_along_line_dense)
-
-void NAME(position_along_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(position_along_line_block), WIDTHS(position_along_line_dense),
-        LANES, (any_function *)NAME(position_along_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_position_along_line(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 3, 3, 1, 3) AND OUT(2, 2, \
+    scalar, 1, 0, 0)
+GAC_KERNEL(position_along_line, PLAIN, DIRECT)
 
 INLINE void NAME(bisector_line)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -3629,57 +523,9 @@ INLINE void NAME(bisector_line)(const REAL *a, const REAL *b, REAL *out)
     out[2] = -((t0 * (a_e20 + b_e20) + t1 * (a_e01 + b_e01)) * (REAL)0.5);
 }
 
-static INLINE void NAME(bisector_line_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[3];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(bisector_line)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(bisector_line_block)
-
-static INLINE void NAME(bisector_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[3];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
-            NAME(bisector_line)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
-    }
-}
-LOOPS(bisector_line_dense)
-
-void NAME(bisector_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(bisector_line_block), WIDTHS(bisector_line_dense), LANES,
-        (any_function *)NAME(bisector_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_bisector_line(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, 2) AND OUT(2, 2, 3, 3, \
+    1, 3)
+GAC_KERNEL(bisector_line, PLAIN, DIRECT)
 
 INLINE void NAME(bisectors_of_lines)(const REAL *a, const REAL *b, REAL *out_0, REAL *out_1)
 {
@@ -3693,65 +539,9 @@ INLINE void NAME(bisectors_of_lines)(const REAL *a, const REAL *b, REAL *out_0, 
     out_1[2] = a_e0 + b_e0;
 }
 
-static INLINE void NAME(bisectors_of_lines_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[3];
-        REAL x3[3];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(bisectors_of_lines)(x0, x1, x2, x3);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-        NAME(store_3)(a3 + i * w, c3a, x3);
-    }
-}
-LOOPS(bisectors_of_lines_block)
-
-static INLINE void NAME(bisectors_of_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r2[3 * LANES];
-    _Alignas(64) REAL r3[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[3];
-            REAL x3[3];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
-            NAME(bisectors_of_lines)(x0, x1, x2, x3);
-            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
-            NAME(store_3)((char *)(r3 + i), LANES * w, x3);
-        }
-        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
-        NAME(store_few)(a3 + first * 3, r3, 3, LANES, LANES);
-    }
-}
-LOOPS(bisectors_of_lines_dense)
-
-void NAME(bisectors_of_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}};
-    static const struct kernel kernel = {WIDTHS(bisectors_of_lines_block), WIDTHS(bisectors_of_lines_dense), LANES,
-        (any_function *)NAME(bisectors_of_lines), NAME(call_aarr), 2, 4, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_bisectors_of_lines(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND OUT(2, 2, \
+    3, 3, 1, 3) AND OUT(3, 3, 3, 3, 1, 3)
+GAC_KERNEL(bisectors_of_lines, PLAIN, DIRECT)
 
 INLINE void NAME(midpoint)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -3761,57 +551,8 @@ INLINE void NAME(midpoint)(const REAL *a, const REAL *b, REAL *out)
     out[1] = (a_e01 + b_e01) * (REAL)0.5;
 }
 
-static INLINE void NAME(midpoint_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(midpoint)(x0, x1, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(midpoint_block)
-
-static INLINE void NAME(midpoint_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[2];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
-            NAME(midpoint)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
-    }
-}
-LOOPS(midpoint_dense)
-
-void NAME(midpoint_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(midpoint_block), WIDTHS(midpoint_dense), LANES, (any_function
-        *)NAME(midpoint), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_midpoint(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, 2) AND OUT(2, 2, 2, 2, 1, 2)
+GAC_KERNEL(midpoint, PLAIN, DIRECT)
 
 INLINE void NAME(signed_distance_lines)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -3822,57 +563,9 @@ INLINE void NAME(signed_distance_lines)(const REAL *a, const REAL *b, REAL *out)
     out[0] = SELECT(LESS_EQUAL(t0 * t0, (REAL)1e-24), t1, (REAL)0);
 }
 
-static INLINE void NAME(signed_distance_lines_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[1];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(signed_distance_lines)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(signed_distance_lines_block)
-
-static INLINE void NAME(signed_distance_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[1];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
-            NAME(signed_distance_lines)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
-    }
-}
-LOOPS(signed_distance_lines_dense)
-
-void NAME(signed_distance_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(signed_distance_lines_block), WIDTHS(signed_distance_lines_dense),
-        LANES, (any_function *)NAME(signed_distance_lines), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_signed_distance_lines(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND OUT(2, \
+    2, scalar, 1, 0, 0)
+GAC_KERNEL(signed_distance_lines, PLAIN, DIRECT)
 
 INLINE void NAME(relation_of_lines)(const REAL *a, const REAL *b, REAL distance, REAL sine, REAL *out)
 {
@@ -3914,133 +607,18 @@ static INLINE void NAME(relation_of_lines_apply_a_b_sine)(const REAL *prepared, 
     out[0] = SELECT(c1, t0, (REAL)2);
 }
 
-static INLINE void NAME(relation_of_lines_block_a_b_distance)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    const REAL *prepared = (const REAL *)args[0];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x3[1];
-        REAL x4[1];
-        NAME(load_scalar)(x3, a3 + i * w);
-        NAME(relation_of_lines_apply_a_b_distance)(prepared, x3[0], x4);
-        NAME(store_scalar)(a4 + i * w, x4);
-    }
-}
-LOOPS(relation_of_lines_block_a_b_distance)
-
-static void NAME(relation_of_lines_start_a_b_distance)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    REAL x0[3];
-    NAME(load_3)(x0, args[0], c0a);
-    REAL x1[3];
-    NAME(load_3)(x1, args[1], c1a);
-    REAL x2[1];
-    NAME(load_scalar)(x2, args[2]);
-    NAME(relation_of_lines_prepare_a_b_distance)(x0, x1, x2[0], prepared);
-}
-
-static INLINE void NAME(relation_of_lines_block_a_b_sine)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    const REAL *prepared = (const REAL *)args[0];
-    char *a2 = args[2];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x2[1];
-        REAL x4[1];
-        NAME(load_scalar)(x2, a2 + i * w);
-        NAME(relation_of_lines_apply_a_b_sine)(prepared, x2[0], x4);
-        NAME(store_scalar)(a4 + i * w, x4);
-    }
-}
-LOOPS(relation_of_lines_block_a_b_sine)
-
-static void NAME(relation_of_lines_start_a_b_sine)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    REAL x0[3];
-    NAME(load_3)(x0, args[0], c0a);
-    REAL x1[3];
-    NAME(load_3)(x1, args[1], c1a);
-    REAL x3[1];
-    NAME(load_scalar)(x3, args[3]);
-    NAME(relation_of_lines_prepare_a_b_sine)(x0, x1, x3[0], prepared);
-}
-
-static INLINE void NAME(relation_of_lines_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[1];
-        REAL x3[1];
-        REAL x4[1];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(load_scalar)(x2, a2 + i * w);
-        NAME(load_scalar)(x3, a3 + i * w);
-        NAME(relation_of_lines)(x0, x1, x2[0], x3[0], x4);
-        NAME(store_scalar)(a4 + i * w, x4);
-    }
-}
-LOOPS(relation_of_lines_block)
-
-static INLINE void NAME(relation_of_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    REAL *a3 = (REAL *)args[3];
-    REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r4[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[1];
-            REAL x3[1];
-            REAL x4[1];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
-            NAME(load_scalar)(x2, (char *)a2 + (first + i) * w);
-            NAME(load_scalar)(x3, (char *)a3 + (first + i) * w);
-            NAME(relation_of_lines)(x0, x1, x2[0], x3[0], x4);
-            NAME(store_scalar)((char *)(r4 + i), x4);
-        }
-        NAME(store_few)(a4 + first * 1, r4, 1, LANES, LANES);
-    }
-}
-LOOPS(relation_of_lines_dense)
-
-void NAME(relation_of_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}, {1, 0, 2, {0}}, {1, 0, 2,
-        {0}}};
-    static const struct form forms[] = {{7, 2, NAME(relation_of_lines_start_a_b_distance),
-        WIDTHS(relation_of_lines_block_a_b_distance), {NULL}, 0}, {11, 2, NAME(relation_of_lines_start_a_b_sine),
-        WIDTHS(relation_of_lines_block_a_b_sine), {NULL}, 0}};
-    static const struct kernel kernel = {WIDTHS(relation_of_lines_block), WIDTHS(relation_of_lines_dense), LANES,
-        (any_function *)NAME(relation_of_lines), NAME(call_aannr), 4, 5, 2, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_relation_of_lines(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND NUMBER(2, 2) \
+    AND NUMBER(3, 2) AND OUT(4, 2, scalar, 1, 0, 0)
+#define PARTS_relation_of_lines_a_b_distance(IN, NUMBER, OUT, AND) NUMBER(3, 2) AND OUT(4, 2, scalar, 1, 0, 0)
+#define SAME_relation_of_lines_a_b_distance(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND \
+    NUMBER(2, 2)
+GAC_FORM(relation_of_lines, a_b_distance, 0, PLAIN, PLAIN, NO)
+#define PARTS_relation_of_lines_a_b_sine(IN, NUMBER, OUT, AND) NUMBER(2, 2) AND OUT(4, 2, scalar, 1, 0, 0)
+#define SAME_relation_of_lines_a_b_sine(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND \
+    NUMBER(3, 2)
+GAC_FORM(relation_of_lines, a_b_sine, 0, PLAIN, PLAIN, NO)
+GAC_KERNEL_AND_FORMS(relation_of_lines, PLAIN, DIRECT, GAC_USE(relation_of_lines, a_b_distance, NO, 7, 2, 2),
+    GAC_USE(relation_of_lines, a_b_sine, NO, 11, 2, 2))
 
 INLINE void NAME(relation_of_three_lines)(const REAL *a, const REAL *b, const REAL *c, REAL distance, REAL sine,
     REAL *out)
@@ -4165,181 +743,25 @@ static INLINE void NAME(relation_of_three_lines_apply_a_b_distance_sine)(const R
     out[0] = SELECT(LESS_EQUAL(t3, c12), t9, t5);
 }
 
-static INLINE void NAME(relation_of_three_lines_block_a_b_c_distance)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    const REAL *prepared = (const REAL *)args[0];
-    char *a4 = args[4];
-    char *a5 = args[5];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x4[1];
-        REAL x5[1];
-        NAME(load_scalar)(x4, a4 + i * w);
-        NAME(relation_of_three_lines_apply_a_b_c_distance)(prepared, x4[0], x5);
-        NAME(store_scalar)(a5 + i * w, x5);
-    }
-}
-LOOPS(relation_of_three_lines_block_a_b_c_distance)
-
-static void NAME(relation_of_three_lines_start_a_b_c_distance)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    REAL x0[3];
-    NAME(load_3)(x0, args[0], c0a);
-    REAL x1[3];
-    NAME(load_3)(x1, args[1], c1a);
-    REAL x2[3];
-    NAME(load_3)(x2, args[2], c2a);
-    REAL x3[1];
-    NAME(load_scalar)(x3, args[3]);
-    NAME(relation_of_three_lines_prepare_a_b_c_distance)(x0, x1, x2, x3[0], prepared);
-}
-
-static INLINE void NAME(relation_of_three_lines_block_a_b_c_sine)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    const REAL *prepared = (const REAL *)args[0];
-    char *a3 = args[3];
-    char *a5 = args[5];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x3[1];
-        REAL x5[1];
-        NAME(load_scalar)(x3, a3 + i * w);
-        NAME(relation_of_three_lines_apply_a_b_c_sine)(prepared, x3[0], x5);
-        NAME(store_scalar)(a5 + i * w, x5);
-    }
-}
-LOOPS(relation_of_three_lines_block_a_b_c_sine)
-
-static void NAME(relation_of_three_lines_start_a_b_c_sine)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    REAL x0[3];
-    NAME(load_3)(x0, args[0], c0a);
-    REAL x1[3];
-    NAME(load_3)(x1, args[1], c1a);
-    REAL x2[3];
-    NAME(load_3)(x2, args[2], c2a);
-    REAL x4[1];
-    NAME(load_scalar)(x4, args[4]);
-    NAME(relation_of_three_lines_prepare_a_b_c_sine)(x0, x1, x2, x4[0], prepared);
-}
-
-static INLINE void NAME(relation_of_three_lines_block_a_b_distance_sine)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c2a = strides[2];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a2 = args[2];
-    char *a5 = args[5];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x2[3];
-        REAL x5[1];
-        NAME(load_3)(x2, a2 + i * w, c2a);
-        NAME(relation_of_three_lines_apply_a_b_distance_sine)(prepared, x2, x5);
-        NAME(store_scalar)(a5 + i * w, x5);
-    }
-}
-LOOPS(relation_of_three_lines_block_a_b_distance_sine)
-
-static void NAME(relation_of_three_lines_start_a_b_distance_sine)(char **args, const intptr_t *strides, void
-    *prepared)
-{
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    REAL x0[3];
-    NAME(load_3)(x0, args[0], c0a);
-    REAL x1[3];
-    NAME(load_3)(x1, args[1], c1a);
-    REAL x3[1];
-    NAME(load_scalar)(x3, args[3]);
-    REAL x4[1];
-    NAME(load_scalar)(x4, args[4]);
-    NAME(relation_of_three_lines_prepare_a_b_distance_sine)(x0, x1, x3[0], x4[0], prepared);
-}
-
-static INLINE void NAME(relation_of_three_lines_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    char *a5 = args[5];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[3];
-        REAL x3[1];
-        REAL x4[1];
-        REAL x5[1];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(load_3)(x2, a2 + i * w, c2a);
-        NAME(load_scalar)(x3, a3 + i * w);
-        NAME(load_scalar)(x4, a4 + i * w);
-        NAME(relation_of_three_lines)(x0, x1, x2, x3[0], x4[0], x5);
-        NAME(store_scalar)(a5 + i * w, x5);
-    }
-}
-LOOPS(relation_of_three_lines_block)
-
-static INLINE void NAME(relation_of_three_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    REAL *a3 = (REAL *)args[3];
-    REAL *a4 = (REAL *)args[4];
-    REAL *a5 = (REAL *)args[5];
-    _Alignas(64) REAL r5[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[3];
-            REAL x3[1];
-            REAL x4[1];
-            REAL x5[1];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
-            NAME(load_3)(x2, (char *)a2 + (first + i) * 3 * w, w);
-            NAME(load_scalar)(x3, (char *)a3 + (first + i) * w);
-            NAME(load_scalar)(x4, (char *)a4 + (first + i) * w);
-            NAME(relation_of_three_lines)(x0, x1, x2, x3[0], x4[0], x5);
-            NAME(store_scalar)((char *)(r5 + i), x5);
-        }
-        NAME(store_few)(a5 + first * 1, r5, 1, LANES, LANES);
-    }
-}
-LOOPS(relation_of_three_lines_dense)
-
-void NAME(relation_of_three_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {1, 0, 3, {0}}, {1, 0, 3,
-        {0}}, {1, 0, 3, {0}}};
-    static const struct form forms[] = {{15, 2, NAME(relation_of_three_lines_start_a_b_c_distance),
-        WIDTHS(relation_of_three_lines_block_a_b_c_distance), {NULL}, 0}, {23, 2,
-        NAME(relation_of_three_lines_start_a_b_c_sine), WIDTHS(relation_of_three_lines_block_a_b_c_sine), {NULL},
-        0}, {27, 2, NAME(relation_of_three_lines_start_a_b_distance_sine),
-        WIDTHS(relation_of_three_lines_block_a_b_distance_sine), {NULL}, 0}};
-    static const struct kernel kernel = {WIDTHS(relation_of_three_lines_block),
-        WIDTHS(relation_of_three_lines_dense), LANES, (any_function *)NAME(relation_of_three_lines),
-        NAME(call_aaannr), 5, 6, 3, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_relation_of_three_lines(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND IN(2, \
+    2, 3, 3, 1, 3) AND NUMBER(3, 3) AND NUMBER(4, 3) AND OUT(5, 3, scalar, 1, 0, 0)
+#define PARTS_relation_of_three_lines_a_b_c_distance(IN, NUMBER, OUT, AND) NUMBER(4, 3) AND OUT(5, 3, scalar, 1, 0, \
+    0)
+#define SAME_relation_of_three_lines_a_b_c_distance(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, \
+    3) AND IN(2, 2, 3, 3, 1, 3) AND NUMBER(3, 3)
+GAC_FORM(relation_of_three_lines, a_b_c_distance, 0, PLAIN, PLAIN, NO)
+#define PARTS_relation_of_three_lines_a_b_c_sine(IN, NUMBER, OUT, AND) NUMBER(3, 3) AND OUT(5, 3, scalar, 1, 0, 0)
+#define SAME_relation_of_three_lines_a_b_c_sine(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) \
+    AND IN(2, 2, 3, 3, 1, 3) AND NUMBER(4, 3)
+GAC_FORM(relation_of_three_lines, a_b_c_sine, 0, PLAIN, PLAIN, NO)
+#define PARTS_relation_of_three_lines_a_b_distance_sine(IN, NUMBER, OUT, AND) IN(2, 2, 3, 3, 1, 3) AND OUT(5, 3, \
+    scalar, 1, 0, 0)
+#define SAME_relation_of_three_lines_a_b_distance_sine(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, \
+    1, 3) AND NUMBER(3, 3) AND NUMBER(4, 3)
+GAC_FORM(relation_of_three_lines, a_b_distance_sine, 0, PLAIN, PLAIN, NO)
+GAC_KERNEL_AND_FORMS(relation_of_three_lines, PLAIN, DIRECT, GAC_USE(relation_of_three_lines, a_b_c_distance, NO,
+    15, 2, 3), GAC_USE(relation_of_three_lines, a_b_c_sine, NO, 23, 2, 4), GAC_USE(relation_of_three_lines,
+    a_b_distance_sine, NO, 27, 2, 13))
 
 INLINE void NAME(project_line_on_point)(const REAL *line, const REAL *p, REAL *out)
 {
@@ -4350,57 +772,9 @@ INLINE void NAME(project_line_on_point)(const REAL *line, const REAL *p, REAL *o
     out[2] = -(line_e1 * p_e20 + line_e2 * p_e01);
 }
 
-static INLINE void NAME(project_line_on_point_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[2];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(project_line_on_point)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(project_line_on_point_block)
-
-static INLINE void NAME(project_line_on_point_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x1[2];
-            REAL x2[3];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
-            NAME(project_line_on_point)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
-    }
-}
-LOOPS(project_line_on_point_dense)
-
-void NAME(project_line_on_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(project_line_on_point_block), WIDTHS(project_line_on_point_dense),
-        LANES, (any_function *)NAME(project_line_on_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_project_line_on_point(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 2, 2, 1, 2) AND OUT(2, \
+    2, 3, 3, 1, 3)
+GAC_KERNEL(project_line_on_point, PLAIN, DIRECT)
 
 INLINE void NAME(reject_point_from_line)(const REAL *p, const REAL *line, REAL *out)
 {
@@ -4411,57 +785,9 @@ INLINE void NAME(reject_point_from_line)(const REAL *p, const REAL *line, REAL *
     out[1] = line_e2 * t0;
 }
 
-static INLINE void NAME(reject_point_from_line_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[3];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(reject_point_from_line)(x0, x1, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(reject_point_from_line_block)
-
-static INLINE void NAME(reject_point_from_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[3];
-            REAL x2[2];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
-            NAME(reject_point_from_line)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
-    }
-}
-LOOPS(reject_point_from_line_dense)
-
-void NAME(reject_point_from_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(reject_point_from_line_block), WIDTHS(reject_point_from_line_dense),
-        LANES, (any_function *)NAME(reject_point_from_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_reject_point_from_line(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 3, 3, 1, 3) AND OUT(2, \
+    2, 2, 2, 1, 2)
+GAC_KERNEL(reject_point_from_line, PLAIN, DIRECT)
 
 INLINE void NAME(reflect_line)(const REAL *a, const REAL *line, REAL *out)
 {
@@ -4473,57 +799,9 @@ INLINE void NAME(reflect_line)(const REAL *a, const REAL *line, REAL *out)
     out[2] = a_e0 - line_e0 * t0;
 }
 
-static INLINE void NAME(reflect_line_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(reflect_line)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(reflect_line_block)
-
-static INLINE void NAME(reflect_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[3];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
-            NAME(reflect_line)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
-    }
-}
-LOOPS(reflect_line_dense)
-
-void NAME(reflect_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(reflect_line_block), WIDTHS(reflect_line_dense), LANES,
-        (any_function *)NAME(reflect_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_reflect_line(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND OUT(2, 2, 3, 3, \
+    1, 3)
+GAC_KERNEL(reflect_line, PLAIN, DIRECT)
 
 INLINE void NAME(reflect_point_in_point)(const REAL *a, const REAL *p, REAL *out)
 {
@@ -4533,57 +811,9 @@ INLINE void NAME(reflect_point_in_point)(const REAL *a, const REAL *p, REAL *out
     out[1] = p_e01 - (a_e01 - p_e01);
 }
 
-static INLINE void NAME(reflect_point_in_point_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(reflect_point_in_point)(x0, x1, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(reflect_point_in_point_block)
-
-static INLINE void NAME(reflect_point_in_point_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[2];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
-            NAME(reflect_point_in_point)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
-    }
-}
-LOOPS(reflect_point_in_point_dense)
-
-void NAME(reflect_point_in_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(reflect_point_in_point_block), WIDTHS(reflect_point_in_point_dense),
-        LANES, (any_function *)NAME(reflect_point_in_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_reflect_point_in_point(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, 2) AND OUT(2, \
+    2, 2, 2, 1, 2)
+GAC_KERNEL(reflect_point_in_point, PLAIN, DIRECT)
 
 INLINE void NAME(reflect_line_in_point)(const REAL *line, const REAL *p, REAL *out)
 {
@@ -4594,57 +824,9 @@ INLINE void NAME(reflect_line_in_point)(const REAL *line, const REAL *p, REAL *o
     out[2] = line_e0 + (line_e1 * p_e20 + line_e2 * p_e01) * (REAL)2;
 }
 
-static INLINE void NAME(reflect_line_in_point_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[2];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(reflect_line_in_point)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(reflect_line_in_point_block)
-
-static INLINE void NAME(reflect_line_in_point_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x1[2];
-            REAL x2[3];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
-            NAME(reflect_line_in_point)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
-    }
-}
-LOOPS(reflect_line_in_point_dense)
-
-void NAME(reflect_line_in_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(reflect_line_in_point_block), WIDTHS(reflect_line_in_point_dense),
-        LANES, (any_function *)NAME(reflect_line_in_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_reflect_line_in_point(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 2, 2, 1, 2) AND OUT(2, \
+    2, 3, 3, 1, 3)
+GAC_KERNEL(reflect_line_in_point, PLAIN, DIRECT)
 
 INLINE void NAME(collinearity_residual)(const REAL *a, const REAL *b, const REAL *c, REAL *out)
 {
@@ -4666,63 +848,9 @@ INLINE void NAME(collinearity_residual)(const REAL *a, const REAL *b, const REAL
     out[0] = t11 / SQRT(SELECT(LESS_EQUAL(t10, (REAL)0), (REAL)1, t10));
 }
 
-static INLINE void NAME(collinearity_residual_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[2];
-        REAL x3[1];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(load_2)(x2, a2 + i * w, c2a);
-        NAME(collinearity_residual)(x0, x1, x2, x3);
-        NAME(store_scalar)(a3 + i * w, x3);
-    }
-}
-LOOPS(collinearity_residual_block)
-
-static INLINE void NAME(collinearity_residual_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r3[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[2];
-            REAL x3[1];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
-            NAME(load_2)(x2, (char *)a2 + (first + i) * 2 * w, w);
-            NAME(collinearity_residual)(x0, x1, x2, x3);
-            NAME(store_scalar)((char *)(r3 + i), x3);
-        }
-        NAME(store_few)(a3 + first * 1, r3, 1, LANES, LANES);
-    }
-}
-LOOPS(collinearity_residual_dense)
-
-void NAME(collinearity_residual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}, {1, 0, 3, {0}}};
-    static const struct kernel kernel = {WIDTHS(collinearity_residual_block), WIDTHS(collinearity_residual_dense),
-        LANES, (any_function *)NAME(collinearity_residual), NAME(call_aaar), 3, 4, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_collinearity_residual(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, 2) AND IN(2, 2, \
+    2, 2, 1, 2) AND OUT(3, 3, scalar, 1, 0, 0)
+GAC_KERNEL(collinearity_residual, PLAIN, DIRECT)
 
 INLINE void NAME(motor_from_flag)(const REAL *p, const REAL *line, REAL *out)
 {
@@ -4777,113 +905,12 @@ static INLINE void NAME(motor_from_flag_apply_line)(const REAL *prepared, const 
     out[3] = -(p_e01 * c0 + p_e20 * c1);
 }
 
-static INLINE void NAME(motor_from_flag_block_line)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[2];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x2[4];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(motor_from_flag_apply_line)(prepared, x0, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(motor_from_flag_block_line)
-
-static INLINE void NAME(motor_from_flag_dense_line)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[2 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_2)(r0, TILE, a0 + first * 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[2];
-            REAL x2[4];
-            NAME(load_2)(x0, (char *)(r0 + i), TILE * w);
-            NAME(motor_from_flag_apply_line)(prepared, x0, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(motor_from_flag_dense_line)
-
-static void NAME(motor_from_flag_start_line)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c1a = strides[1];
-    REAL x1[3];
-    NAME(load_3)(x1, args[1], c1a);
-    NAME(motor_from_flag_prepare_line)(x1, prepared);
-}
-
-static INLINE void NAME(motor_from_flag_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[3];
-        REAL x2[4];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(motor_from_flag)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(motor_from_flag_block)
-
-static INLINE void NAME(motor_from_flag_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[2 * TILE];
-    _Alignas(64) REAL r1[3 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_2)(r0, TILE, a0 + first * 2);
-        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[2];
-            REAL x1[3];
-            REAL x2[4];
-            NAME(load_2)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
-            NAME(motor_from_flag)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(motor_from_flag_dense)
-
-void NAME(motor_from_flag_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
-    static const struct form forms[] = {{2, 2, NAME(motor_from_flag_start_line), WIDTHS(motor_from_flag_block_line),
-        WIDTH(motor_from_flag_dense_line), TILE}};
-    static const struct kernel kernel = {WIDTHS(motor_from_flag_block), WIDTH(motor_from_flag_dense), TILE,
-        (any_function *)NAME(motor_from_flag), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_from_flag(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 3, 3, 1, 3) AND OUT(2, 2, 4, \
+    4, 1, 4)
+#define PARTS_motor_from_flag_line(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND OUT(2, 2, 4, 4, 1, 4)
+#define SAME_motor_from_flag_line(IN, NUMBER, OUT, AND) IN(1, 1, 3, 3, 1, 3)
+GAC_FORM(motor_from_flag, line, 1, PLAIN, PLAIN, TILES)
+GAC_KERNEL_AND_FORMS(motor_from_flag, PLAIN, TILES, GAC_USE(motor_from_flag, line, TILES, 2, 2, 4))
 
 INLINE void NAME(flag_from_motor)(const REAL *m, REAL *out_0, REAL *out_1)
 {
@@ -4899,59 +926,9 @@ INLINE void NAME(flag_from_motor)(const REAL *m, REAL *out_0, REAL *out_1)
     out_1[2] = t3 - t2;
 }
 
-static INLINE void NAME(flag_from_motor_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[2];
-        REAL x2[3];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(flag_from_motor)(x0, x1, x2);
-        NAME(store_2)(a1 + i * w, c1a, x1);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(flag_from_motor_block)
-
-static INLINE void NAME(flag_from_motor_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r1[2 * LANES];
-    _Alignas(64) REAL r2[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[4];
-            REAL x1[2];
-            REAL x2[3];
-            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
-            NAME(flag_from_motor)(x0, x1, x2);
-            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
-            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
-        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
-    }
-}
-LOOPS(flag_from_motor_dense)
-
-void NAME(flag_from_motor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(flag_from_motor_block), WIDTHS(flag_from_motor_dense), LANES,
-        (any_function *)NAME(flag_from_motor), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_flag_from_motor(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(1, 1, 2, 2, 1, 2) AND OUT(2, 2, 3, \
+    3, 1, 3)
+GAC_KERNEL(flag_from_motor, PLAIN, DIRECT)
 
 INLINE void NAME(hit_ray_line)(const REAL *p, const REAL *d, const REAL *line, REAL *out_0, REAL *out_1)
 {
@@ -5014,191 +991,18 @@ static INLINE void NAME(hit_ray_line_apply_p_line)(const REAL *prepared, const R
     out_1[1] = c4 - d_e01 * t0;
 }
 
-static INLINE void NAME(hit_ray_line_block_d_line)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c4a = strides[3];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x3[1];
-        REAL x4[2];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(hit_ray_line_apply_d_line)(prepared, x0, x3, x4);
-        NAME(store_scalar)(a3 + i * w, x3);
-        NAME(store_2)(a4 + i * w, c4a, x4);
-    }
-}
-LOOPS(hit_ray_line_block_d_line)
-
-static INLINE void NAME(hit_ray_line_dense_d_line)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a3 = (REAL *)args[3];
-    REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r3[1 * LANES];
-    _Alignas(64) REAL r4[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x3[1];
-            REAL x4[2];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(hit_ray_line_apply_d_line)(prepared, x0, x3, x4);
-            NAME(store_scalar)((char *)(r3 + i), x3);
-            NAME(store_2)((char *)(r4 + i), LANES * w, x4);
-        }
-        NAME(store_few)(a3 + first * 1, r3, 1, LANES, LANES);
-        NAME(store_few)(a4 + first * 2, r4, 2, LANES, LANES);
-    }
-}
-LOOPS(hit_ray_line_dense_d_line)
-
-static void NAME(hit_ray_line_start_d_line)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c1a = strides[1], c2a = strides[2];
-    REAL x1[2];
-    NAME(load_2)(x1, args[1], c1a);
-    REAL x2[3];
-    NAME(load_3)(x2, args[2], c2a);
-    NAME(hit_ray_line_prepare_d_line)(x1, x2, prepared);
-}
-
-static INLINE void NAME(hit_ray_line_block_p_line)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[1], c4a = strides[3];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x3[1];
-        REAL x4[2];
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(hit_ray_line_apply_p_line)(prepared, x1, x3, x4);
-        NAME(store_scalar)(a3 + i * w, x3);
-        NAME(store_2)(a4 + i * w, c4a, x4);
-    }
-}
-LOOPS(hit_ray_line_block_p_line)
-
-static INLINE void NAME(hit_ray_line_dense_p_line)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a1 = (REAL *)args[1];
-    REAL *a3 = (REAL *)args[3];
-    REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r3[1 * LANES];
-    _Alignas(64) REAL r4[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x1[2];
-            REAL x3[1];
-            REAL x4[2];
-            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
-            NAME(hit_ray_line_apply_p_line)(prepared, x1, x3, x4);
-            NAME(store_scalar)((char *)(r3 + i), x3);
-            NAME(store_2)((char *)(r4 + i), LANES * w, x4);
-        }
-        NAME(store_few)(a3 + first * 1, r3, 1, LANES, LANES);
-        NAME(store_few)(a4 + first * 2, r4, 2, LANES, LANES);
-    }
-}
-LOOPS(hit_ray_line_dense_p_line)
-
-static void NAME(hit_ray_line_start_p_line)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0], c2a = strides[2];
-    REAL x0[2];
-    NAME(load_2)(x0, args[0], c0a);
-    REAL x2[3];
-    NAME(load_3)(x2, args[2], c2a);
-    NAME(hit_ray_line_prepare_p_line)(x0, x2, prepared);
-}
-
-static INLINE void NAME(hit_ray_line_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c4a = strides[3];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[3];
-        REAL x3[1];
-        REAL x4[2];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(load_3)(x2, a2 + i * w, c2a);
-        NAME(hit_ray_line)(x0, x1, x2, x3, x4);
-        NAME(store_scalar)(a3 + i * w, x3);
-        NAME(store_2)(a4 + i * w, c4a, x4);
-    }
-}
-LOOPS(hit_ray_line_block)
-
-static INLINE void NAME(hit_ray_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    REAL *a3 = (REAL *)args[3];
-    REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r3[1 * LANES];
-    _Alignas(64) REAL r4[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[3];
-            REAL x3[1];
-            REAL x4[2];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
-            NAME(load_3)(x2, (char *)a2 + (first + i) * 3 * w, w);
-            NAME(hit_ray_line)(x0, x1, x2, x3, x4);
-            NAME(store_scalar)((char *)(r3 + i), x3);
-            NAME(store_2)((char *)(r4 + i), LANES * w, x4);
-        }
-        NAME(store_few)(a3 + first * 1, r3, 1, LANES, LANES);
-        NAME(store_few)(a4 + first * 2, r4, 2, LANES, LANES);
-    }
-}
-LOOPS(hit_ray_line_dense)
-
-void NAME(hit_ray_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}, {1, 0, 3, {0}}, {2, 1, 3,
-        {2}}};
-    static const struct form forms[] = {{6, 4, NAME(hit_ray_line_start_d_line), WIDTHS(hit_ray_line_block_d_line),
-        WIDTHS(hit_ray_line_dense_d_line), LANES}, {5, 2, NAME(hit_ray_line_start_p_line),
-        WIDTHS(hit_ray_line_block_p_line), WIDTHS(hit_ray_line_dense_p_line), LANES}};
-    static const struct kernel kernel = {WIDTHS(hit_ray_line_block), WIDTHS(hit_ray_line_dense), LANES,
-        (any_function *)NAME(hit_ray_line), NAME(call_aaarr), 3, 5, 2, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_hit_ray_line(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, 2) AND IN(2, 2, 3, 3, 1, \
+    3) AND OUT(3, 3, scalar, 1, 0, 0) AND OUT(4, 3, 2, 2, 1, 2)
+#define PARTS_hit_ray_line_d_line(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND OUT(3, 3, scalar, 1, 0, 0) AND \
+    OUT(4, 3, 2, 2, 1, 2)
+#define SAME_hit_ray_line_d_line(IN, NUMBER, OUT, AND) IN(1, 1, 2, 2, 1, 2) AND IN(2, 2, 3, 3, 1, 3)
+GAC_FORM(hit_ray_line, d_line, 1, PLAIN, PLAIN, DIRECT)
+#define PARTS_hit_ray_line_p_line(IN, NUMBER, OUT, AND) IN(1, 1, 2, 2, 1, 2) AND OUT(3, 3, scalar, 1, 0, 0) AND \
+    OUT(4, 3, 2, 2, 1, 2)
+#define SAME_hit_ray_line_p_line(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(2, 2, 3, 3, 1, 3)
+GAC_FORM(hit_ray_line, p_line, 0, PLAIN, PLAIN, DIRECT)
+GAC_KERNEL_AND_FORMS(hit_ray_line, PLAIN, DIRECT, GAC_USE(hit_ray_line, d_line, DIRECT, 6, 4, 9),
+    GAC_USE(hit_ray_line, p_line, DIRECT, 5, 2, 5))
 
 INLINE void NAME(hit_ray_segment)(const REAL *p, const REAL *d, const REAL *a, const REAL *b, REAL *out_0, REAL
     *out_1)
@@ -5293,263 +1097,25 @@ static INLINE void NAME(hit_ray_segment_apply_p_d_b)(const REAL *prepared, const
     out_1[0] = (REAL)1 - t2 * c6;
 }
 
-static INLINE void NAME(hit_ray_segment_block_d_a_b)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a4 = args[4];
-    char *a5 = args[5];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x4[1];
-        REAL x5[1];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(hit_ray_segment_apply_d_a_b)(prepared, x0, x4, x5);
-        NAME(store_scalar)(a4 + i * w, x4);
-        NAME(store_scalar)(a5 + i * w, x5);
-    }
-}
-LOOPS(hit_ray_segment_block_d_a_b)
-
-static INLINE void NAME(hit_ray_segment_dense_d_a_b)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a4 = (REAL *)args[4];
-    REAL *a5 = (REAL *)args[5];
-    _Alignas(64) REAL r4[1 * LANES];
-    _Alignas(64) REAL r5[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x4[1];
-            REAL x5[1];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(hit_ray_segment_apply_d_a_b)(prepared, x0, x4, x5);
-            NAME(store_scalar)((char *)(r4 + i), x4);
-            NAME(store_scalar)((char *)(r5 + i), x5);
-        }
-        NAME(store_few)(a4 + first * 1, r4, 1, LANES, LANES);
-        NAME(store_few)(a5 + first * 1, r5, 1, LANES, LANES);
-    }
-}
-LOOPS(hit_ray_segment_dense_d_a_b)
-
-static void NAME(hit_ray_segment_start_d_a_b)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c1a = strides[1], c2a = strides[2], c3a = strides[3];
-    REAL x1[2];
-    NAME(load_2)(x1, args[1], c1a);
-    REAL x2[2];
-    NAME(load_2)(x2, args[2], c2a);
-    REAL x3[2];
-    NAME(load_2)(x3, args[3], c3a);
-    NAME(hit_ray_segment_prepare_d_a_b)(x1, x2, x3, prepared);
-}
-
-static INLINE void NAME(hit_ray_segment_block_p_a_b)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[1];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a4 = args[4];
-    char *a5 = args[5];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x4[1];
-        REAL x5[1];
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(hit_ray_segment_apply_p_a_b)(prepared, x1, x4, x5);
-        NAME(store_scalar)(a4 + i * w, x4);
-        NAME(store_scalar)(a5 + i * w, x5);
-    }
-}
-LOOPS(hit_ray_segment_block_p_a_b)
-
-static INLINE void NAME(hit_ray_segment_dense_p_a_b)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a1 = (REAL *)args[1];
-    REAL *a4 = (REAL *)args[4];
-    REAL *a5 = (REAL *)args[5];
-    _Alignas(64) REAL r4[1 * LANES];
-    _Alignas(64) REAL r5[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x1[2];
-            REAL x4[1];
-            REAL x5[1];
-            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
-            NAME(hit_ray_segment_apply_p_a_b)(prepared, x1, x4, x5);
-            NAME(store_scalar)((char *)(r4 + i), x4);
-            NAME(store_scalar)((char *)(r5 + i), x5);
-        }
-        NAME(store_few)(a4 + first * 1, r4, 1, LANES, LANES);
-        NAME(store_few)(a5 + first * 1, r5, 1, LANES, LANES);
-    }
-}
-LOOPS(hit_ray_segment_dense_p_a_b)
-
-static void NAME(hit_ray_segment_start_p_a_b)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0], c2a = strides[2], c3a = strides[3];
-    REAL x0[2];
-    NAME(load_2)(x0, args[0], c0a);
-    REAL x2[2];
-    NAME(load_2)(x2, args[2], c2a);
-    REAL x3[2];
-    NAME(load_2)(x3, args[3], c3a);
-    NAME(hit_ray_segment_prepare_p_a_b)(x0, x2, x3, prepared);
-}
-
-static INLINE void NAME(hit_ray_segment_block_p_d_b)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c2a = strides[2];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a2 = args[2];
-    char *a4 = args[4];
-    char *a5 = args[5];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x2[2];
-        REAL x4[1];
-        REAL x5[1];
-        NAME(load_2)(x2, a2 + i * w, c2a);
-        NAME(hit_ray_segment_apply_p_d_b)(prepared, x2, x4, x5);
-        NAME(store_scalar)(a4 + i * w, x4);
-        NAME(store_scalar)(a5 + i * w, x5);
-    }
-}
-LOOPS(hit_ray_segment_block_p_d_b)
-
-static INLINE void NAME(hit_ray_segment_dense_p_d_b)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a2 = (REAL *)args[2];
-    REAL *a4 = (REAL *)args[4];
-    REAL *a5 = (REAL *)args[5];
-    _Alignas(64) REAL r4[1 * LANES];
-    _Alignas(64) REAL r5[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x2[2];
-            REAL x4[1];
-            REAL x5[1];
-            NAME(load_2)(x2, (char *)a2 + (first + i) * 2 * w, w);
-            NAME(hit_ray_segment_apply_p_d_b)(prepared, x2, x4, x5);
-            NAME(store_scalar)((char *)(r4 + i), x4);
-            NAME(store_scalar)((char *)(r5 + i), x5);
-        }
-        NAME(store_few)(a4 + first * 1, r4, 1, LANES, LANES);
-        NAME(store_few)(a5 + first * 1, r5, 1, LANES, LANES);
-    }
-}
-LOOPS(hit_ray_segment_dense_p_d_b)
-
-static void NAME(hit_ray_segment_start_p_d_b)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0], c1a = strides[1], c3a = strides[3];
-    REAL x0[2];
-    NAME(load_2)(x0, args[0], c0a);
-    REAL x1[2];
-    NAME(load_2)(x1, args[1], c1a);
-    REAL x3[2];
-    NAME(load_2)(x3, args[3], c3a);
-    NAME(hit_ray_segment_prepare_p_d_b)(x0, x1, x3, prepared);
-}
-
-static INLINE void NAME(hit_ray_segment_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    char *a5 = args[5];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[2];
-        REAL x3[2];
-        REAL x4[1];
-        REAL x5[1];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(load_2)(x2, a2 + i * w, c2a);
-        NAME(load_2)(x3, a3 + i * w, c3a);
-        NAME(hit_ray_segment)(x0, x1, x2, x3, x4, x5);
-        NAME(store_scalar)(a4 + i * w, x4);
-        NAME(store_scalar)(a5 + i * w, x5);
-    }
-}
-LOOPS(hit_ray_segment_block)
-
-static INLINE void NAME(hit_ray_segment_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    REAL *a3 = (REAL *)args[3];
-    REAL *a4 = (REAL *)args[4];
-    REAL *a5 = (REAL *)args[5];
-    _Alignas(64) REAL r4[1 * LANES];
-    _Alignas(64) REAL r5[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[2];
-            REAL x3[2];
-            REAL x4[1];
-            REAL x5[1];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
-            NAME(load_2)(x2, (char *)a2 + (first + i) * 2 * w, w);
-            NAME(load_2)(x3, (char *)a3 + (first + i) * 2 * w, w);
-            NAME(hit_ray_segment)(x0, x1, x2, x3, x4, x5);
-            NAME(store_scalar)((char *)(r4 + i), x4);
-            NAME(store_scalar)((char *)(r5 + i), x5);
-        }
-        NAME(store_few)(a4 + first * 1, r4, 1, LANES, LANES);
-        NAME(store_few)(a5 + first * 1, r5, 1, LANES, LANES);
-    }
-}
-LOOPS(hit_ray_segment_dense)
-
-void NAME(hit_ray_segment_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}, {2, 1, 3, {2}}, {1, 0, 4,
-        {0}}, {1, 0, 4, {0}}};
-    static const struct form forms[] = {{14, 2, NAME(hit_ray_segment_start_d_a_b),
-        WIDTHS(hit_ray_segment_block_d_a_b), WIDTHS(hit_ray_segment_dense_d_a_b), LANES}, {13, 2,
-        NAME(hit_ray_segment_start_p_a_b), WIDTHS(hit_ray_segment_block_p_a_b), WIDTHS(hit_ray_segment_dense_p_a_b),
-        LANES}, {11, 2, NAME(hit_ray_segment_start_p_d_b), WIDTHS(hit_ray_segment_block_p_d_b),
-        WIDTHS(hit_ray_segment_dense_p_d_b), LANES}};
-    static const struct kernel kernel = {WIDTHS(hit_ray_segment_block), WIDTHS(hit_ray_segment_dense), LANES,
-        (any_function *)NAME(hit_ray_segment), NAME(call_aaaarr), 4, 6, 3, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_hit_ray_segment(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, 2) AND IN(2, 2, 2, 2, \
+    1, 2) AND IN(3, 3, 2, 2, 1, 2) AND OUT(4, 4, scalar, 1, 0, 0) AND OUT(5, 4, scalar, 1, 0, 0)
+#define PARTS_hit_ray_segment_d_a_b(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND OUT(4, 4, scalar, 1, 0, 0) AND \
+    OUT(5, 4, scalar, 1, 0, 0)
+#define SAME_hit_ray_segment_d_a_b(IN, NUMBER, OUT, AND) IN(1, 1, 2, 2, 1, 2) AND IN(2, 2, 2, 2, 1, 2) AND IN(3, 3, \
+    2, 2, 1, 2)
+GAC_FORM(hit_ray_segment, d_a_b, 1, PLAIN, PLAIN, DIRECT)
+#define PARTS_hit_ray_segment_p_a_b(IN, NUMBER, OUT, AND) IN(1, 1, 2, 2, 1, 2) AND OUT(4, 4, scalar, 1, 0, 0) AND \
+    OUT(5, 4, scalar, 1, 0, 0)
+#define SAME_hit_ray_segment_p_a_b(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(2, 2, 2, 2, 1, 2) AND IN(3, 3, \
+    2, 2, 1, 2)
+GAC_FORM(hit_ray_segment, p_a_b, 0, PLAIN, PLAIN, DIRECT)
+#define PARTS_hit_ray_segment_p_d_b(IN, NUMBER, OUT, AND) IN(2, 2, 2, 2, 1, 2) AND OUT(4, 4, scalar, 1, 0, 0) AND \
+    OUT(5, 4, scalar, 1, 0, 0)
+#define SAME_hit_ray_segment_p_d_b(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, 2) AND IN(3, 3, \
+    2, 2, 1, 2)
+GAC_FORM(hit_ray_segment, p_d_b, 0, PLAIN, PLAIN, DIRECT)
+GAC_KERNEL_AND_FORMS(hit_ray_segment, PLAIN, DIRECT, GAC_USE(hit_ray_segment, d_a_b, DIRECT, 14, 2, 6),
+    GAC_USE(hit_ray_segment, p_a_b, DIRECT, 13, 2, 5), GAC_USE(hit_ray_segment, p_d_b, DIRECT, 11, 2, 7))
 
 INLINE void NAME(motor_product)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -5561,61 +1127,9 @@ INLINE void NAME(motor_product)(const REAL *a, const REAL *b, REAL *out)
     out[3] = a_e20 * b_e12 - (a_e12 * b_e20 - a_1 * b_e01 - a_e01 * b_1);
 }
 
-static INLINE void NAME(motor_product_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(motor_product)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(motor_product_block)
-
-static INLINE void NAME(motor_product_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            REAL x2[4];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
-            NAME(motor_product)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(motor_product_dense)
-
-void NAME(motor_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(motor_product_block), WIDTH(motor_product_dense), TILE,
-        (any_function *)NAME(motor_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_product(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 4, 4, 1, 4) AND OUT(2, 2, 4, 4, \
+    1, 4)
+GAC_KERNEL(motor_product, PLAIN, TILES)
 
 INLINE void NAME(even_product)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -5627,61 +1141,9 @@ INLINE void NAME(even_product)(const REAL *a, const REAL *b, REAL *out)
     out[3] = a_e20 * b_e12 - (a_e12 * b_e20 - a_1 * b_e01 - a_e01 * b_1);
 }
 
-static INLINE void NAME(even_product_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(even_product)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(even_product_block)
-
-static INLINE void NAME(even_product_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            REAL x2[4];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
-            NAME(even_product)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(even_product_dense)
-
-void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(even_product_block), WIDTH(even_product_dense), TILE, (any_function
-        *)NAME(even_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_even_product(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 4, 4, 1, 4) AND OUT(2, 2, 4, 4, \
+    1, 4)
+GAC_KERNEL(even_product, PLAIN, TILES)
 
 INLINE void NAME(motor_inverse)(const REAL *m, REAL *out)
 {
@@ -5692,53 +1154,8 @@ INLINE void NAME(motor_inverse)(const REAL *m, REAL *out)
     out[3] = -m_e01;
 }
 
-static INLINE void NAME(motor_inverse_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(motor_inverse)(x0, x1);
-        NAME(store_4)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(motor_inverse_block)
-
-static INLINE void NAME(motor_inverse_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(motor_inverse)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
-    }
-}
-LOOP(motor_inverse_dense)
-
-void NAME(motor_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(motor_inverse_block), WIDTH(motor_inverse_dense), TILE,
-        (any_function *)NAME(motor_inverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_inverse(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(1, 1, 4, 4, 1, 4)
+GAC_KERNEL(motor_inverse, PLAIN, TILES)
 
 INLINE void NAME(normalize_motor)(const REAL *x, REAL *out)
 {
@@ -5750,53 +1167,8 @@ INLINE void NAME(normalize_motor)(const REAL *x, REAL *out)
     out[3] = x_e01 * t0;
 }
 
-static INLINE void NAME(normalize_motor_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(normalize_motor)(x0, x1);
-        NAME(store_4)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(normalize_motor_block)
-
-static INLINE void NAME(normalize_motor_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(normalize_motor)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
-    }
-}
-LOOP(normalize_motor_dense)
-
-void NAME(normalize_motor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(normalize_motor_block), WIDTH(normalize_motor_dense), TILE,
-        (any_function *)NAME(normalize_motor), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_normalize_motor(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(1, 1, 4, 4, 1, 4)
+GAC_KERNEL(normalize_motor, PLAIN, TILES)
 
 INLINE void NAME(move_point)(const REAL *m, const REAL *p, REAL *out)
 {
@@ -5808,57 +1180,9 @@ INLINE void NAME(move_point)(const REAL *m, const REAL *p, REAL *out)
     out[1] = p_e01 - (REAL)2 * (m_1 * t0 + m_e12 * t1);
 }
 
-static INLINE void NAME(move_point_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(move_point)(x0, x1, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(move_point_block)
-
-static INLINE void NAME(move_point_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[4];
-            REAL x1[2];
-            REAL x2[2];
-            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
-            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
-            NAME(move_point)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
-    }
-}
-LOOPS(move_point_dense)
-
-void NAME(move_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(move_point_block), WIDTHS(move_point_dense), LANES, (any_function
-        *)NAME(move_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_move_point(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 2, 2, 1, 2) AND OUT(2, 2, 2, 2, 1, \
+    2)
+GAC_KERNEL(move_point, PLAIN, DIRECT)
 
 INLINE void NAME(move_direction)(const REAL *m, const REAL *d, REAL *out)
 {
@@ -5870,57 +1194,9 @@ INLINE void NAME(move_direction)(const REAL *m, const REAL *d, REAL *out)
     out[1] = d_e01 * t0 - d_e20 * t1;
 }
 
-static INLINE void NAME(move_direction_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(move_direction)(x0, x1, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(move_direction_block)
-
-static INLINE void NAME(move_direction_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[4];
-            REAL x1[2];
-            REAL x2[2];
-            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
-            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
-            NAME(move_direction)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
-    }
-}
-LOOPS(move_direction_dense)
-
-void NAME(move_direction_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(move_direction_block), WIDTHS(move_direction_dense), LANES,
-        (any_function *)NAME(move_direction), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_move_direction(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 2, 2, 1, 2) AND OUT(2, 2, 2, 2, \
+    1, 2)
+GAC_KERNEL(move_direction, PLAIN, DIRECT)
 
 INLINE void NAME(move_line)(const REAL *m, const REAL *line, REAL *out)
 {
@@ -5953,107 +1229,12 @@ static INLINE void NAME(move_line_apply_m)(const REAL *prepared, const REAL *lin
     out[2] = line_e0 + (line_e1 * c2 + line_e2 * c3);
 }
 
-static INLINE void NAME(move_line_block_m)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[1], c2a = strides[2];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(move_line_apply_m)(prepared, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(move_line_block_m)
-
-static INLINE void NAME(move_line_dense_m)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x1[3];
-            REAL x2[3];
-            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
-            NAME(move_line_apply_m)(prepared, x1, x2);
-            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
-    }
-}
-LOOPS(move_line_dense_m)
-
-static void NAME(move_line_start_m)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0];
-    REAL x0[4];
-    NAME(load_4)(x0, args[0], c0a);
-    NAME(move_line_prepare_m)(x0, prepared);
-}
-
-static INLINE void NAME(move_line_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(move_line)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(move_line_block)
-
-static INLINE void NAME(move_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[4];
-            REAL x1[3];
-            REAL x2[3];
-            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
-            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
-            NAME(move_line)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
-    }
-}
-LOOPS(move_line_dense)
-
-void NAME(move_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct form forms[] = {{1, 3, NAME(move_line_start_m), WIDTHS(move_line_block_m),
-        WIDTHS(move_line_dense_m), LANES}};
-    static const struct kernel kernel = {WIDTHS(move_line_block), WIDTHS(move_line_dense), LANES, (any_function
-        *)NAME(move_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_move_line(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 3, 3, 1, 3) AND OUT(2, 2, 3, 3, 1, \
+    3)
+#define PARTS_move_line_m(IN, NUMBER, OUT, AND) IN(1, 1, 3, 3, 1, 3) AND OUT(2, 2, 3, 3, 1, 3)
+#define SAME_move_line_m(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4)
+GAC_FORM(move_line, m, 0, PLAIN, PLAIN, DIRECT)
+GAC_KERNEL_AND_FORMS(move_line, PLAIN, DIRECT, GAC_USE(move_line, m, DIRECT, 1, 3, 4))
 
 INLINE void NAME(move_point_back)(const REAL *m, const REAL *p, REAL *out)
 {
@@ -6065,57 +1246,9 @@ INLINE void NAME(move_point_back)(const REAL *m, const REAL *p, REAL *out)
     out[1] = p_e01 + (REAL)2 * (m_e12 * t0 - m_1 * t1);
 }
 
-static INLINE void NAME(move_point_back_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(move_point_back)(x0, x1, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(move_point_back_block)
-
-static INLINE void NAME(move_point_back_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[4];
-            REAL x1[2];
-            REAL x2[2];
-            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
-            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
-            NAME(move_point_back)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
-    }
-}
-LOOPS(move_point_back_dense)
-
-void NAME(move_point_back_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(move_point_back_block), WIDTHS(move_point_back_dense), LANES,
-        (any_function *)NAME(move_point_back), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_move_point_back(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 2, 2, 1, 2) AND OUT(2, 2, 2, \
+    2, 1, 2)
+GAC_KERNEL(move_point_back, PLAIN, DIRECT)
 
 static INLINE void NAME(rotor_from_angle_within)(REAL angle, REAL *out, WORD *far)
 {
@@ -6130,41 +1263,8 @@ void NAME(rotor_from_angle)(REAL angle, REAL *out)
     RUN(rotor_from_angle, (angle, out), (angle, out, NULL));
 }
 
-static INLINE void NAME(rotor_from_angle_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[0];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    for (intptr_t first = 0; first < n; first += CHUNK) {
-        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
-        WORD far = 0;
-        ANY_ORDER
-        for (intptr_t i = first; i < last; ++i) {
-            REAL x0[1];
-            REAL x1[2];
-            NAME(load_scalar)(x0, a0 + i * w);
-            NAME(rotor_from_angle_within)(x0[0], x1, &far);
-            NAME(store_2)(a1 + i * w, c1a, x1);
-        }
-        for (intptr_t i = first; far && i < last; ++i) {
-            REAL x0[1];
-            REAL x1[2];
-            NAME(load_scalar)(x0, a0 + i * w);
-            NAME(rotor_from_angle)(x0[0], x1);
-            NAME(store_2)(a1 + i * w, c1a, x1);
-        }
-    }
-}
-LOOPS(rotor_from_angle_block)
-
-void NAME(rotor_from_angle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{1, 0, 0, {0}}, {2, 1, 0, {2}}};
-    static const struct kernel kernel = {WIDTHS(rotor_from_angle_block), {NULL}, 0, (any_function
-        *)NAME(rotor_from_angle), NAME(call_nr), 1, 2, 0, 1, 1, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_rotor_from_angle(IN, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 0, 2, 2, 1, 2)
+GAC_KERNEL(rotor_from_angle, TURNS, NO)
 
 INLINE void NAME(translator_from_vector)(const REAL *v, REAL *out)
 {
@@ -6173,51 +1273,8 @@ INLINE void NAME(translator_from_vector)(const REAL *v, REAL *out)
     out[1] = -(v_0 * (REAL)0.5);
 }
 
-static INLINE void NAME(translator_from_vector_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(translator_from_vector)(x0, x1);
-        NAME(store_2)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(translator_from_vector_block)
-
-static INLINE void NAME(translator_from_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(translator_from_vector)(x0, x1);
-            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
-        }
-        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
-    }
-}
-LOOPS(translator_from_vector_dense)
-
-void NAME(translator_from_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(translator_from_vector_block), WIDTHS(translator_from_vector_dense),
-        LANES, (any_function *)NAME(translator_from_vector), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_translator_from_vector(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND OUT(1, 1, 2, 2, 1, 2)
+GAC_KERNEL(translator_from_vector, PLAIN, DIRECT)
 
 static INLINE void NAME(motor_from_point_within)(const REAL *p, REAL angle, REAL *out, WORD *far)
 {
@@ -6255,98 +1312,11 @@ static INLINE void NAME(motor_from_point_apply_angle)(const REAL *prepared, cons
     out[3] = -(p_e01 * c0);
 }
 
-static INLINE void NAME(motor_from_point_block_angle)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[1];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x2[4];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(motor_from_point_apply_angle)(prepared, x0, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(motor_from_point_block_angle)
-
-static INLINE void NAME(motor_from_point_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[2 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_2)(r0, TILE, a0 + first * 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[2];
-            REAL x2[4];
-            NAME(load_2)(x0, (char *)(r0 + i), TILE * w);
-            NAME(motor_from_point_apply_angle)(prepared, x0, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(motor_from_point_dense_angle)
-
-static void NAME(motor_from_point_start_angle)(char **args, const intptr_t *strides, void *prepared)
-{
-    (void)strides;
-    REAL x1[1];
-    NAME(load_scalar)(x1, args[1]);
-    NAME(motor_from_point_prepare_angle)(x1[0], prepared, NULL);
-}
-
-static INLINE void NAME(motor_from_point_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    for (intptr_t first = 0; first < n; first += CHUNK) {
-        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
-        WORD far = 0;
-        ANY_ORDER
-        for (intptr_t i = first; i < last; ++i) {
-            REAL x0[2];
-            REAL x1[1];
-            REAL x2[4];
-            NAME(load_2)(x0, a0 + i * w, c0a);
-            NAME(load_scalar)(x1, a1 + i * w);
-            NAME(motor_from_point_within)(x0, x1[0], x2, &far);
-            NAME(store_4)(a2 + i * w, c2a, x2);
-        }
-        for (intptr_t i = first; far && i < last; ++i) {
-            REAL x0[2];
-            REAL x1[1];
-            REAL x2[4];
-            NAME(load_2)(x0, a0 + i * w, c0a);
-            NAME(load_scalar)(x1, a1 + i * w);
-            NAME(motor_from_point)(x0, x1[0], x2);
-            NAME(store_4)(a2 + i * w, c2a, x2);
-        }
-    }
-}
-LOOPS(motor_from_point_block)
-
-void NAME(motor_from_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
-    static const struct form forms[] = {{2, 2, NAME(motor_from_point_start_angle),
-        WIDTHS(motor_from_point_block_angle), WIDTH(motor_from_point_dense_angle), TILE}};
-    static const struct kernel kernel = {WIDTHS(motor_from_point_block), {NULL}, 0, (any_function
-        *)NAME(motor_from_point), NAME(call_anr), 2, 3, 1, 1, 1, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_from_point(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND NUMBER(1, 1) AND OUT(2, 1, 4, 4, 1, 4)
+#define PARTS_motor_from_point_angle(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND OUT(2, 1, 4, 4, 1, 4)
+#define SAME_motor_from_point_angle(IN, NUMBER, OUT, AND) NUMBER(1, 1)
+GAC_FORM(motor_from_point, angle, 1, TURNS, PLAIN, TILES)
+GAC_KERNEL_AND_FORMS(motor_from_point, TURNS, NO, GAC_USE(motor_from_point, angle, TILES, 2, 2, 3))
 
 static INLINE void NAME(motor_from_angle_translation_within)(REAL angle, const REAL *v, REAL *out, WORD *far)
 {
@@ -6389,98 +1359,14 @@ static INLINE void NAME(motor_from_angle_translation_apply_angle)(const REAL *pr
     out[3] = -(t0 * c1 + t1 * c0);
 }
 
-static INLINE void NAME(motor_from_angle_translation_block_angle)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[0], c2a = strides[1];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x2[4];
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(motor_from_angle_translation_apply_angle)(prepared, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(motor_from_angle_translation_block_angle)
-
-static INLINE void NAME(motor_from_angle_translation_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r1[2 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_2)(r1, TILE, a1 + first * 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x1[2];
-            REAL x2[4];
-            NAME(load_2)(x1, (char *)(r1 + i), TILE * w);
-            NAME(motor_from_angle_translation_apply_angle)(prepared, x1, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(motor_from_angle_translation_dense_angle)
-
-static void NAME(motor_from_angle_translation_start_angle)(char **args, const intptr_t *strides, void *prepared)
-{
-    (void)strides;
-    REAL x0[1];
-    NAME(load_scalar)(x0, args[0]);
-    NAME(motor_from_angle_translation_prepare_angle)(x0[0], prepared, NULL);
-}
-
-static INLINE void NAME(motor_from_angle_translation_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[0], c2a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    for (intptr_t first = 0; first < n; first += CHUNK) {
-        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
-        WORD far = 0;
-        ANY_ORDER
-        for (intptr_t i = first; i < last; ++i) {
-            REAL x0[1];
-            REAL x1[2];
-            REAL x2[4];
-            NAME(load_scalar)(x0, a0 + i * w);
-            NAME(load_2)(x1, a1 + i * w, c1a);
-            NAME(motor_from_angle_translation_within)(x0[0], x1, x2, &far);
-            NAME(store_4)(a2 + i * w, c2a, x2);
-        }
-        for (intptr_t i = first; far && i < last; ++i) {
-            REAL x0[1];
-            REAL x1[2];
-            REAL x2[4];
-            NAME(load_scalar)(x0, a0 + i * w);
-            NAME(load_2)(x1, a1 + i * w, c1a);
-            NAME(motor_from_angle_translation)(x0[0], x1, x2);
-            NAME(store_4)(a2 + i * w, c2a, x2);
-        }
-    }
-}
-LOOPS(motor_from_angle_translation_block)
-
-void NAME(motor_from_angle_translation_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{1, 0, 0, {0}}, {2, 1, 0, {2}}, {4, 1, 1, {4}}};
-    static const struct form forms[] = {{1, 2, NAME(motor_from_angle_translation_start_angle),
-        WIDTHS(motor_from_angle_translation_block_angle), WIDTH(motor_from_angle_translation_dense_angle), TILE}};
-    static const struct kernel kernel = {WIDTHS(motor_from_angle_translation_block), {NULL}, 0, (any_function
-        *)NAME(motor_from_angle_translation), NAME(call_nar), 2, 3, 1, 1, 1, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_from_angle_translation(IN, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 0, 2, 2, 1, 2) AND OUT(2, 1, \
+    4, 4, 1, 4)
+#define PARTS_motor_from_angle_translation_angle(IN, NUMBER, OUT, AND) IN(1, 0, 2, 2, 1, 2) AND OUT(2, 1, 4, 4, 1, \
+    4)
+#define SAME_motor_from_angle_translation_angle(IN, NUMBER, OUT, AND) NUMBER(0, 0)
+GAC_FORM(motor_from_angle_translation, angle, 0, TURNS, PLAIN, TILES)
+GAC_KERNEL_AND_FORMS(motor_from_angle_translation, TURNS, NO, GAC_USE(motor_from_angle_translation, angle, TILES, 1,
+    2, 3))
 
 static INLINE void NAME(motor_to_angle_translation_within)(const REAL *m, REAL *out_0, REAL *out_1)
 {
@@ -6497,33 +1383,9 @@ void NAME(motor_to_angle_translation)(const REAL *m, REAL *out_0, REAL *out_1)
     RUN(motor_to_angle_translation, (m, out_0, out_1), (m, out_0, out_1));
 }
 
-static INLINE void NAME(motor_to_angle_translation_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[1];
-        REAL x2[2];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(motor_to_angle_translation_within)(x0, x1, x2);
-        NAME(store_scalar)(a1 + i * w, x1);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(motor_to_angle_translation_block)
-
-void NAME(motor_to_angle_translation_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(motor_to_angle_translation_block), {NULL}, 0, (any_function
-        *)NAME(motor_to_angle_translation), NAME(call_arr), 1, 3, 0, 0, 1, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_to_angle_translation(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(1, 1, scalar, 1, 0, 0) \
+    AND OUT(2, 1, 2, 2, 1, 2)
+GAC_KERNEL(motor_to_angle_translation, BUSY, NO)
 
 INLINE void NAME(motor_to_matrix)(const REAL *m, REAL *out)
 {
@@ -6543,53 +1405,8 @@ INLINE void NAME(motor_to_matrix)(const REAL *m, REAL *out)
     out[8] = (REAL)1;
 }
 
-static INLINE void NAME(motor_to_matrix_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c1b = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[9];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(motor_to_matrix)(x0, x1);
-        NAME(store_3x3)(a1 + i * w, c1a, c1b, x1);
-    }
-}
-LOOPS(motor_to_matrix_block)
-
-static INLINE void NAME(motor_to_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[9 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[9];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(motor_to_matrix)(x0, x1);
-            NAME(store_3x3)((char *)(r1 + i), 3 * TILE * w, TILE * w, x1);
-        }
-        NAME(store_tile_9)(a1 + first * 9, r1, TILE);
-    }
-}
-LOOP(motor_to_matrix_dense)
-
-void NAME(motor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {9, 2, 1, {3, 3}}};
-    static const struct kernel kernel = {WIDTHS(motor_to_matrix_block), WIDTH(motor_to_matrix_dense), TILE,
-        (any_function *)NAME(motor_to_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_to_matrix(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(1, 1, 3x3, 9, 2, 3, 3)
+GAC_KERNEL(motor_to_matrix, PLAIN, TILES)
 
 INLINE void NAME(motor_from_matrix)(const REAL *matrix, REAL *out)
 {
@@ -6615,53 +1432,8 @@ INLINE void NAME(motor_from_matrix)(const REAL *matrix, REAL *out)
     out[3] = -((REAL)0.5 * (matrix_1_2 * t13 + matrix_0_2 * t12));
 }
 
-static INLINE void NAME(motor_from_matrix_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[9];
-        REAL x1[4];
-        NAME(load_3x3)(x0, a0 + i * w, c0a, c0b);
-        NAME(motor_from_matrix)(x0, x1);
-        NAME(store_4)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(motor_from_matrix_block)
-
-static INLINE void NAME(motor_from_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[9 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_9)(r0, TILE, a0 + first * 9);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[9];
-            REAL x1[4];
-            NAME(load_3x3)(x0, (char *)(r0 + i), 3 * TILE * w, TILE * w);
-            NAME(motor_from_matrix)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
-    }
-}
-LOOP(motor_from_matrix_dense)
-
-void NAME(motor_from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{9, 2, 0, {3, 3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(motor_from_matrix_block), WIDTH(motor_from_matrix_dense), TILE,
-        (any_function *)NAME(motor_from_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_from_matrix(IN, NUMBER, OUT, AND) IN(0, 0, 3x3, 9, 2, 3, 3) AND OUT(1, 2, 4, 4, 1, 4)
+GAC_KERNEL(motor_from_matrix, PLAIN, TILES)
 
 static INLINE void NAME(motor_exponential_within)(const REAL *b, REAL *out, WORD *far)
 {
@@ -6681,41 +1453,8 @@ void NAME(motor_exponential)(const REAL *b, REAL *out)
     RUN(motor_exponential, (b, out), (b, out, NULL));
 }
 
-static INLINE void NAME(motor_exponential_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    for (intptr_t first = 0; first < n; first += CHUNK) {
-        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
-        WORD far = 0;
-        ANY_ORDER
-        for (intptr_t i = first; i < last; ++i) {
-            REAL x0[3];
-            REAL x1[4];
-            NAME(load_3)(x0, a0 + i * w, c0a);
-            NAME(motor_exponential_within)(x0, x1, &far);
-            NAME(store_4)(a1 + i * w, c1a, x1);
-        }
-        for (intptr_t i = first; far && i < last; ++i) {
-            REAL x0[3];
-            REAL x1[4];
-            NAME(load_3)(x0, a0 + i * w, c0a);
-            NAME(motor_exponential)(x0, x1);
-            NAME(store_4)(a1 + i * w, c1a, x1);
-        }
-    }
-}
-LOOPS(motor_exponential_block)
-
-void NAME(motor_exponential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(motor_exponential_block), {NULL}, 0, (any_function
-        *)NAME(motor_exponential), NAME(call_ar), 1, 2, 0, 1, 1, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_exponential(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND OUT(1, 1, 4, 4, 1, 4)
+GAC_KERNEL(motor_exponential, TURNS, NO)
 
 static INLINE void NAME(motor_logarithm_within)(const REAL *m, REAL *out)
 {
@@ -6737,30 +1476,8 @@ void NAME(motor_logarithm)(const REAL *m, REAL *out)
     RUN(motor_logarithm, (m, out), (m, out));
 }
 
-static INLINE void NAME(motor_logarithm_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[3];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(motor_logarithm_within)(x0, x1);
-        NAME(store_3)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(motor_logarithm_block)
-
-void NAME(motor_logarithm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(motor_logarithm_block), {NULL}, 0, (any_function
-        *)NAME(motor_logarithm), NAME(call_ar), 1, 2, 0, 0, 1, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_logarithm(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(1, 1, 3, 3, 1, 3)
+GAC_KERNEL(motor_logarithm, BUSY, NO)
 
 INLINE void NAME(motor_square_root)(const REAL *m, REAL *out)
 {
@@ -6773,53 +1490,8 @@ INLINE void NAME(motor_square_root)(const REAL *m, REAL *out)
     out[3] = m_e01 * t1;
 }
 
-static INLINE void NAME(motor_square_root_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(motor_square_root)(x0, x1);
-        NAME(store_4)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(motor_square_root_block)
-
-static INLINE void NAME(motor_square_root_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(motor_square_root)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
-    }
-}
-LOOP(motor_square_root_dense)
-
-void NAME(motor_square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(motor_square_root_block), WIDTH(motor_square_root_dense), TILE,
-        (any_function *)NAME(motor_square_root), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_square_root(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(1, 1, 4, 4, 1, 4)
+GAC_KERNEL(motor_square_root, PLAIN, TILES)
 
 static INLINE void NAME(motor_power_within)(const REAL *m, REAL t, REAL *out, WORD *far)
 {
@@ -6874,84 +1546,11 @@ static INLINE void NAME(motor_power_apply_m)(const REAL *prepared, REAL t, REAL 
     out[3] = c7 * t3;
 }
 
-static INLINE void NAME(motor_power_block_m)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c2a = strides[1];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    for (intptr_t first = 0; first < n; first += CHUNK) {
-        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
-        WORD far = 0;
-        ANY_ORDER
-        for (intptr_t i = first; i < last; ++i) {
-            REAL x1[1];
-            REAL x2[4];
-            NAME(load_scalar)(x1, a1 + i * w);
-            NAME(motor_power_apply_m)(prepared, x1[0], x2, &far);
-            NAME(store_4)(a2 + i * w, c2a, x2);
-        }
-        for (intptr_t i = first; far && i < last; ++i) {
-            REAL x1[1];
-            REAL x2[4];
-            NAME(load_scalar)(x1, a1 + i * w);
-            NAME(motor_power_apply_m)(prepared, x1[0], x2, NULL);
-            NAME(store_4)(a2 + i * w, c2a, x2);
-        }
-    }
-}
-LOOPS(motor_power_block_m)
-
-static void NAME(motor_power_start_m)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0];
-    REAL x0[4];
-    NAME(load_4)(x0, args[0], c0a);
-    NAME(motor_power_prepare_m)(x0, prepared);
-}
-
-static INLINE void NAME(motor_power_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    for (intptr_t first = 0; first < n; first += CHUNK) {
-        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
-        WORD far = 0;
-        ANY_ORDER
-        for (intptr_t i = first; i < last; ++i) {
-            REAL x0[4];
-            REAL x1[1];
-            REAL x2[4];
-            NAME(load_4)(x0, a0 + i * w, c0a);
-            NAME(load_scalar)(x1, a1 + i * w);
-            NAME(motor_power_within)(x0, x1[0], x2, &far);
-            NAME(store_4)(a2 + i * w, c2a, x2);
-        }
-        for (intptr_t i = first; far && i < last; ++i) {
-            REAL x0[4];
-            REAL x1[1];
-            REAL x2[4];
-            NAME(load_4)(x0, a0 + i * w, c0a);
-            NAME(load_scalar)(x1, a1 + i * w);
-            NAME(motor_power)(x0, x1[0], x2);
-            NAME(store_4)(a2 + i * w, c2a, x2);
-        }
-    }
-}
-LOOPS(motor_power_block)
-
-void NAME(motor_power_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
-    static const struct form forms[] = {{1, 2, NAME(motor_power_start_m), WIDTHS(motor_power_block_m), {NULL}, 0}};
-    static const struct kernel kernel = {WIDTHS(motor_power_block), {NULL}, 0, (any_function *)NAME(motor_power),
-        NAME(call_anr), 2, 3, 1, 1, 1, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_power(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND NUMBER(1, 1) AND OUT(2, 1, 4, 4, 1, 4)
+#define PARTS_motor_power_m(IN, NUMBER, OUT, AND) NUMBER(1, 1) AND OUT(2, 1, 4, 4, 1, 4)
+#define SAME_motor_power_m(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4)
+GAC_FORM(motor_power, m, 0, PLAIN, TURNS, NO)
+GAC_KERNEL_AND_FORMS(motor_power, TURNS, NO, GAC_USE(motor_power, m, NO, 1, 2, 8))
 
 static INLINE void NAME(interpolate_motors_within)(const REAL *a, const REAL *b, REAL t, REAL *out, WORD *far)
 {
@@ -7024,92 +1623,12 @@ static INLINE void NAME(interpolate_motors_apply_a_b)(const REAL *prepared, REAL
     out[3] = c12 * t4 + c13 * t5;
 }
 
-static INLINE void NAME(interpolate_motors_block_a_b)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c3a = strides[2];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    for (intptr_t first = 0; first < n; first += CHUNK) {
-        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
-        WORD far = 0;
-        ANY_ORDER
-        for (intptr_t i = first; i < last; ++i) {
-            REAL x2[1];
-            REAL x3[4];
-            NAME(load_scalar)(x2, a2 + i * w);
-            NAME(interpolate_motors_apply_a_b)(prepared, x2[0], x3, &far);
-            NAME(store_4)(a3 + i * w, c3a, x3);
-        }
-        for (intptr_t i = first; far && i < last; ++i) {
-            REAL x2[1];
-            REAL x3[4];
-            NAME(load_scalar)(x2, a2 + i * w);
-            NAME(interpolate_motors_apply_a_b)(prepared, x2[0], x3, NULL);
-            NAME(store_4)(a3 + i * w, c3a, x3);
-        }
-    }
-}
-LOOPS(interpolate_motors_block_a_b)
-
-static void NAME(interpolate_motors_start_a_b)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    REAL x0[4];
-    NAME(load_4)(x0, args[0], c0a);
-    REAL x1[4];
-    NAME(load_4)(x1, args[1], c1a);
-    NAME(interpolate_motors_prepare_a_b)(x0, x1, prepared);
-}
-
-static INLINE void NAME(interpolate_motors_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c3a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    for (intptr_t first = 0; first < n; first += CHUNK) {
-        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
-        WORD far = 0;
-        ANY_ORDER
-        for (intptr_t i = first; i < last; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            REAL x2[1];
-            REAL x3[4];
-            NAME(load_4)(x0, a0 + i * w, c0a);
-            NAME(load_4)(x1, a1 + i * w, c1a);
-            NAME(load_scalar)(x2, a2 + i * w);
-            NAME(interpolate_motors_within)(x0, x1, x2[0], x3, &far);
-            NAME(store_4)(a3 + i * w, c3a, x3);
-        }
-        for (intptr_t i = first; far && i < last; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            REAL x2[1];
-            REAL x3[4];
-            NAME(load_4)(x0, a0 + i * w, c0a);
-            NAME(load_4)(x1, a1 + i * w, c1a);
-            NAME(load_scalar)(x2, a2 + i * w);
-            NAME(interpolate_motors)(x0, x1, x2[0], x3);
-            NAME(store_4)(a3 + i * w, c3a, x3);
-        }
-    }
-}
-LOOPS(interpolate_motors_block)
-
-void NAME(interpolate_motors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}, {4, 1, 2, {4}}};
-    static const struct form forms[] = {{3, 2, NAME(interpolate_motors_start_a_b),
-        WIDTHS(interpolate_motors_block_a_b), {NULL}, 0}};
-    static const struct kernel kernel = {WIDTHS(interpolate_motors_block), {NULL}, 0, (any_function
-        *)NAME(interpolate_motors), NAME(call_aanr), 3, 4, 1, 1, 1, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_interpolate_motors(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 4, 4, 1, 4) AND NUMBER(2, \
+    2) AND OUT(3, 2, 4, 4, 1, 4)
+#define PARTS_interpolate_motors_a_b(IN, NUMBER, OUT, AND) NUMBER(2, 2) AND OUT(3, 2, 4, 4, 1, 4)
+#define SAME_interpolate_motors_a_b(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 4, 4, 1, 4)
+GAC_FORM(interpolate_motors, a_b, 0, PLAIN, TURNS, NO)
+GAC_KERNEL_AND_FORMS(interpolate_motors, TURNS, NO, GAC_USE(interpolate_motors, a_b, NO, 3, 2, 14))
 
 INLINE void NAME(twist_on_point)(const REAL *v, const REAL *p, REAL *out)
 {
@@ -7119,57 +1638,9 @@ INLINE void NAME(twist_on_point)(const REAL *v, const REAL *p, REAL *out)
     out[1] = v_e12 * p_e20 - v_e20;
 }
 
-static INLINE void NAME(twist_on_point_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(twist_on_point)(x0, x1, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(twist_on_point_block)
-
-static INLINE void NAME(twist_on_point_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x1[2];
-            REAL x2[2];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
-            NAME(twist_on_point)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
-    }
-}
-LOOPS(twist_on_point_dense)
-
-void NAME(twist_on_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(twist_on_point_block), WIDTHS(twist_on_point_dense), LANES,
-        (any_function *)NAME(twist_on_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_twist_on_point(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 2, 2, 1, 2) AND OUT(2, 2, 2, 2, \
+    1, 2)
+GAC_KERNEL(twist_on_point, PLAIN, DIRECT)
 
 INLINE void NAME(translator_between_points)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -7179,58 +1650,9 @@ INLINE void NAME(translator_between_points)(const REAL *a, const REAL *b, REAL *
     out[1] = (REAL)0.5 * (a_e20 - b_e20);
 }
 
-static INLINE void NAME(translator_between_points_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(translator_between_points)(x0, x1, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(translator_between_points_block)
-
-static INLINE void NAME(translator_between_points_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[2];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
-            NAME(translator_between_points)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
-    }
-}
-LOOPS(translator_between_points_dense)
-
-void NAME(translator_between_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(translator_between_points_block),
-        WIDTHS(translator_between_points_dense), LANES, (any_function *)NAME(translator_between_points),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_translator_between_points(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, 2) AND \
+    OUT(2, 2, 2, 2, 1, 2)
+GAC_KERNEL(translator_between_points, PLAIN, DIRECT)
 
 INLINE void NAME(motor_between_lines)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -7269,61 +1691,9 @@ INLINE void NAME(motor_between_lines)(const REAL *a, const REAL *b, REAL *out)
     out[3] = SELECT(t2, t26, t25);
 }
 
-static INLINE void NAME(motor_between_lines_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[4];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(motor_between_lines)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(motor_between_lines_block)
-
-static INLINE void NAME(motor_between_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[3 * TILE];
-    _Alignas(64) REAL r1[3 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
-        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[4];
-            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
-            NAME(motor_between_lines)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(motor_between_lines_dense)
-
-void NAME(motor_between_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(motor_between_lines_block), WIDTH(motor_between_lines_dense), TILE,
-        (any_function *)NAME(motor_between_lines), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_between_lines(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND OUT(2, 2, \
+    4, 4, 1, 4)
+GAC_KERNEL(motor_between_lines, PLAIN, TILES)
 
 INLINE void NAME(motor_between_frames)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -7335,61 +1705,9 @@ INLINE void NAME(motor_between_frames)(const REAL *a, const REAL *b, REAL *out)
     out[3] = -(a_e01 * b_1 - a_e20 * b_e12 - a_1 * b_e01 + a_e12 * b_e20);
 }
 
-static INLINE void NAME(motor_between_frames_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(motor_between_frames)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(motor_between_frames_block)
-
-static INLINE void NAME(motor_between_frames_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            REAL x2[4];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
-            NAME(motor_between_frames)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(motor_between_frames_dense)
-
-void NAME(motor_between_frames_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(motor_between_frames_block), WIDTH(motor_between_frames_dense),
-        TILE, (any_function *)NAME(motor_between_frames), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_between_frames(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 4, 4, 1, 4) AND OUT(2, 2, \
+    4, 4, 1, 4)
+GAC_KERNEL(motor_between_frames, PLAIN, TILES)
 
 INLINE void NAME(motor_relative)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -7401,61 +1719,9 @@ INLINE void NAME(motor_relative)(const REAL *a, const REAL *b, REAL *out)
     out[3] = -(a_e01 * b_1 - (a_1 * b_e01 + a_e12 * b_e20) + a_e20 * b_e12);
 }
 
-static INLINE void NAME(motor_relative_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(motor_relative)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(motor_relative_block)
-
-static INLINE void NAME(motor_relative_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            REAL x2[4];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
-            NAME(motor_relative)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(motor_relative_dense)
-
-void NAME(motor_relative_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(motor_relative_block), WIDTH(motor_relative_dense), TILE,
-        (any_function *)NAME(motor_relative), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_relative(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 4, 4, 1, 4) AND OUT(2, 2, 4, 4, \
+    1, 4)
+GAC_KERNEL(motor_relative, PLAIN, TILES)
 
 INLINE void NAME(blend_motors)(const REAL *a, const REAL *b, REAL t, REAL *out)
 {
@@ -7473,69 +1739,9 @@ INLINE void NAME(blend_motors)(const REAL *a, const REAL *b, REAL t, REAL *out)
     out[3] = t5 * (a_e01 * t2 + b_e01 * t1);
 }
 
-static INLINE void NAME(blend_motors_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c3a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[1];
-        REAL x3[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(load_scalar)(x2, a2 + i * w);
-        NAME(blend_motors)(x0, x1, x2[0], x3);
-        NAME(store_4)(a3 + i * w, c3a, x3);
-    }
-}
-LOOPS(blend_motors_block)
-
-static INLINE void NAME(blend_motors_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    _Alignas(64) REAL r2[1 * TILE];
-    _Alignas(64) REAL r3[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
-        NAME(load_tile_1)(r2, TILE, a2 + first * 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            REAL x2[1];
-            REAL x3[4];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
-            NAME(load_scalar)(x2, (char *)(r2 + i));
-            NAME(blend_motors)(x0, x1, x2[0], x3);
-            NAME(store_4)((char *)(r3 + i), TILE * w, x3);
-        }
-        NAME(store_tile_4)(a3 + first * 4, r3, TILE);
-    }
-}
-LOOP(blend_motors_dense)
-
-void NAME(blend_motors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(blend_motors_block), WIDTH(blend_motors_dense), TILE, (any_function
-        *)NAME(blend_motors), NAME(call_aanr), 3, 4, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_blend_motors(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 4, 4, 1, 4) AND NUMBER(2, 2) AND \
+    OUT(3, 2, 4, 4, 1, 4)
+GAC_KERNEL(blend_motors, PLAIN, TILES)
 
 static INLINE void NAME(motor_to_point_within)(const REAL *m, REAL *out_0, REAL *out_1)
 {
@@ -7560,33 +1766,9 @@ void NAME(motor_to_point)(const REAL *m, REAL *out_0, REAL *out_1)
     RUN(motor_to_point, (m, out_0, out_1), (m, out_0, out_1));
 }
 
-static INLINE void NAME(motor_to_point_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[3];
-        REAL x2[1];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(motor_to_point_within)(x0, x1, x2);
-        NAME(store_3)(a1 + i * w, c1a, x1);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(motor_to_point_block)
-
-void NAME(motor_to_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(motor_to_point_block), {NULL}, 0, (any_function
-        *)NAME(motor_to_point), NAME(call_arr), 1, 3, 0, 0, 1, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_to_point(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(1, 1, 3, 3, 1, 3) AND OUT(2, 2, \
+    scalar, 1, 0, 0)
+GAC_KERNEL(motor_to_point, BUSY, NO)
 
 static INLINE void NAME(motor_from_twist_within)(const REAL *v, REAL *out, WORD *far)
 {
@@ -7608,41 +1790,8 @@ void NAME(motor_from_twist)(const REAL *v, REAL *out)
     RUN(motor_from_twist, (v, out), (v, out, NULL));
 }
 
-static INLINE void NAME(motor_from_twist_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    for (intptr_t first = 0; first < n; first += CHUNK) {
-        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
-        WORD far = 0;
-        ANY_ORDER
-        for (intptr_t i = first; i < last; ++i) {
-            REAL x0[3];
-            REAL x1[4];
-            NAME(load_3)(x0, a0 + i * w, c0a);
-            NAME(motor_from_twist_within)(x0, x1, &far);
-            NAME(store_4)(a1 + i * w, c1a, x1);
-        }
-        for (intptr_t i = first; far && i < last; ++i) {
-            REAL x0[3];
-            REAL x1[4];
-            NAME(load_3)(x0, a0 + i * w, c0a);
-            NAME(motor_from_twist)(x0, x1);
-            NAME(store_4)(a1 + i * w, c1a, x1);
-        }
-    }
-}
-LOOPS(motor_from_twist_block)
-
-void NAME(motor_from_twist_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(motor_from_twist_block), {NULL}, 0, (any_function
-        *)NAME(motor_from_twist), NAME(call_ar), 1, 2, 0, 1, 1, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_from_twist(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND OUT(1, 1, 4, 4, 1, 4)
+GAC_KERNEL(motor_from_twist, TURNS, NO)
 
 static INLINE void NAME(motor_to_twist_within)(const REAL *m, REAL *out)
 {
@@ -7664,30 +1813,8 @@ void NAME(motor_to_twist)(const REAL *m, REAL *out)
     RUN(motor_to_twist, (m, out), (m, out));
 }
 
-static INLINE void NAME(motor_to_twist_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[3];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(motor_to_twist_within)(x0, x1);
-        NAME(store_3)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(motor_to_twist_block)
-
-void NAME(motor_to_twist_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(motor_to_twist_block), {NULL}, 0, (any_function
-        *)NAME(motor_to_twist), NAME(call_ar), 1, 2, 0, 0, 1, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_to_twist(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(1, 1, 3, 3, 1, 3)
+GAC_KERNEL(motor_to_twist, BUSY, NO)
 
 INLINE void NAME(twist_from_velocities)(REAL w, const REAL *v, REAL *out)
 {
@@ -7697,57 +1824,9 @@ INLINE void NAME(twist_from_velocities)(REAL w, const REAL *v, REAL *out)
     out[2] = v_0;
 }
 
-static INLINE void NAME(twist_from_velocities_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[0], c2a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[1];
-        REAL x1[2];
-        REAL x2[3];
-        NAME(load_scalar)(x0, a0 + i * w);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(twist_from_velocities)(x0[0], x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(twist_from_velocities_block)
-
-static INLINE void NAME(twist_from_velocities_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[1];
-            REAL x1[2];
-            REAL x2[3];
-            NAME(load_scalar)(x0, (char *)a0 + (first + i) * w);
-            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
-            NAME(twist_from_velocities)(x0[0], x1, x2);
-            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
-    }
-}
-LOOPS(twist_from_velocities_dense)
-
-void NAME(twist_from_velocities_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{1, 0, 0, {0}}, {2, 1, 0, {2}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(twist_from_velocities_block), WIDTHS(twist_from_velocities_dense),
-        LANES, (any_function *)NAME(twist_from_velocities), NAME(call_nar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_twist_from_velocities(IN, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 0, 2, 2, 1, 2) AND OUT(2, 1, 3, 3, \
+    1, 3)
+GAC_KERNEL(twist_from_velocities, PLAIN, DIRECT)
 
 INLINE void NAME(twist_to_velocities)(const REAL *twist, REAL *out_0, REAL *out_1)
 {
@@ -7757,59 +1836,9 @@ INLINE void NAME(twist_to_velocities)(const REAL *twist, REAL *out_0, REAL *out_
     out_1[1] = -twist_e20;
 }
 
-static INLINE void NAME(twist_to_velocities_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[1];
-        REAL x2[2];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(twist_to_velocities)(x0, x1, x2);
-        NAME(store_scalar)(a1 + i * w, x1);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(twist_to_velocities_block)
-
-static INLINE void NAME(twist_to_velocities_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r1[1 * LANES];
-    _Alignas(64) REAL r2[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x1[1];
-            REAL x2[2];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(twist_to_velocities)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r1 + i), x1);
-            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a1 + first * 1, r1, 1, LANES, LANES);
-        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
-    }
-}
-LOOPS(twist_to_velocities_dense)
-
-void NAME(twist_to_velocities_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(twist_to_velocities_block), WIDTHS(twist_to_velocities_dense),
-        LANES, (any_function *)NAME(twist_to_velocities), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_twist_to_velocities(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND OUT(1, 1, scalar, 1, 0, 0) AND \
+    OUT(2, 1, 2, 2, 1, 2)
+GAC_KERNEL(twist_to_velocities, PLAIN, DIRECT)
 
 INLINE void NAME(motor_derivative)(const REAL *m, const REAL *v, REAL *out)
 {
@@ -7824,61 +1853,9 @@ INLINE void NAME(motor_derivative)(const REAL *m, const REAL *v, REAL *out)
     out[3] = -(m_1 * t1 - m_e20 * t0 + m_e12 * t2);
 }
 
-static INLINE void NAME(motor_derivative_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[3];
-        REAL x2[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(motor_derivative)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(motor_derivative_block)
-
-static INLINE void NAME(motor_derivative_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[3 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[3];
-            REAL x2[4];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
-            NAME(motor_derivative)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(motor_derivative_dense)
-
-void NAME(motor_derivative_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(motor_derivative_block), WIDTH(motor_derivative_dense), TILE,
-        (any_function *)NAME(motor_derivative), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_derivative(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 3, 3, 1, 3) AND OUT(2, 2, 4, \
+    4, 1, 4)
+GAC_KERNEL(motor_derivative, PLAIN, TILES)
 
 INLINE void NAME(twist_from_motor_derivative)(const REAL *m, const REAL *rate, REAL *out)
 {
@@ -7889,58 +1866,9 @@ INLINE void NAME(twist_from_motor_derivative)(const REAL *m, const REAL *rate, R
     out[2] = (REAL)2 * (m_e12 * rate_e20 + m_e01 * rate_1 - m_1 * rate_e01 - m_e20 * rate_e12);
 }
 
-static INLINE void NAME(twist_from_motor_derivative_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[3];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(twist_from_motor_derivative)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(twist_from_motor_derivative_block)
-
-static INLINE void NAME(twist_from_motor_derivative_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            REAL x2[3];
-            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
-            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
-            NAME(twist_from_motor_derivative)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
-    }
-}
-LOOPS(twist_from_motor_derivative_dense)
-
-void NAME(twist_from_motor_derivative_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(twist_from_motor_derivative_block),
-        WIDTHS(twist_from_motor_derivative_dense), LANES, (any_function *)NAME(twist_from_motor_derivative),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_twist_from_motor_derivative(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 4, 4, 1, 4) AND \
+    OUT(2, 2, 3, 3, 1, 3)
+GAC_KERNEL(twist_from_motor_derivative, PLAIN, DIRECT)
 
 INLINE void NAME(motor_to_adjoint)(const REAL *m, REAL *out)
 {
@@ -7960,53 +1888,8 @@ INLINE void NAME(motor_to_adjoint)(const REAL *m, REAL *out)
     out[8] = t2;
 }
 
-static INLINE void NAME(motor_to_adjoint_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c1b = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[9];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(motor_to_adjoint)(x0, x1);
-        NAME(store_3x3)(a1 + i * w, c1a, c1b, x1);
-    }
-}
-LOOPS(motor_to_adjoint_block)
-
-static INLINE void NAME(motor_to_adjoint_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[9 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[9];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(motor_to_adjoint)(x0, x1);
-            NAME(store_3x3)((char *)(r1 + i), 3 * TILE * w, TILE * w, x1);
-        }
-        NAME(store_tile_9)(a1 + first * 9, r1, TILE);
-    }
-}
-LOOP(motor_to_adjoint_dense)
-
-void NAME(motor_to_adjoint_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {9, 2, 1, {3, 3}}};
-    static const struct kernel kernel = {WIDTHS(motor_to_adjoint_block), WIDTH(motor_to_adjoint_dense), TILE,
-        (any_function *)NAME(motor_to_adjoint), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_to_adjoint(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(1, 1, 3x3, 9, 2, 3, 3)
+GAC_KERNEL(motor_to_adjoint, PLAIN, TILES)
 
 INLINE void NAME(even_inverse)(const REAL *x, REAL *out)
 {
@@ -8018,53 +1901,8 @@ INLINE void NAME(even_inverse)(const REAL *x, REAL *out)
     out[3] = -(x_e01 * t0);
 }
 
-static INLINE void NAME(even_inverse_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(even_inverse)(x0, x1);
-        NAME(store_4)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(even_inverse_block)
-
-static INLINE void NAME(even_inverse_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(even_inverse)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
-    }
-}
-LOOP(even_inverse_dense)
-
-void NAME(even_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(even_inverse_block), WIDTH(even_inverse_dense), TILE, (any_function
-        *)NAME(even_inverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_even_inverse(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(1, 1, 4, 4, 1, 4)
+GAC_KERNEL(even_inverse, PLAIN, TILES)
 
 INLINE void NAME(rotor_from_complex)(const REAL *z, REAL *out)
 {
@@ -8082,51 +1920,8 @@ INLINE void NAME(rotor_from_complex)(const REAL *z, REAL *out)
     out[1] = -(t7 * t8);
 }
 
-static INLINE void NAME(rotor_from_complex_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(rotor_from_complex)(x0, x1);
-        NAME(store_2)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(rotor_from_complex_block)
-
-static INLINE void NAME(rotor_from_complex_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(rotor_from_complex)(x0, x1);
-            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
-        }
-        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
-    }
-}
-LOOPS(rotor_from_complex_dense)
-
-void NAME(rotor_from_complex_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(rotor_from_complex_block), WIDTHS(rotor_from_complex_dense), LANES,
-        (any_function *)NAME(rotor_from_complex), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_rotor_from_complex(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND OUT(1, 1, 2, 2, 1, 2)
+GAC_KERNEL(rotor_from_complex, PLAIN, DIRECT)
 
 INLINE void NAME(rotor_to_complex)(const REAL *r, REAL *out)
 {
@@ -8136,51 +1931,8 @@ INLINE void NAME(rotor_to_complex)(const REAL *r, REAL *out)
     out[1] = -(r_1 * t0);
 }
 
-static INLINE void NAME(rotor_to_complex_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(rotor_to_complex)(x0, x1);
-        NAME(store_2)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(rotor_to_complex_block)
-
-static INLINE void NAME(rotor_to_complex_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(rotor_to_complex)(x0, x1);
-            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
-        }
-        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
-    }
-}
-LOOPS(rotor_to_complex_dense)
-
-void NAME(rotor_to_complex_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(rotor_to_complex_block), WIDTHS(rotor_to_complex_dense), LANES,
-        (any_function *)NAME(rotor_to_complex), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_rotor_to_complex(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND OUT(1, 1, 2, 2, 1, 2)
+GAC_KERNEL(rotor_to_complex, PLAIN, DIRECT)
 
 INLINE void NAME(twist_on_line)(const REAL *v, const REAL *line, REAL *out)
 {
@@ -8191,55 +1943,7 @@ INLINE void NAME(twist_on_line)(const REAL *v, const REAL *line, REAL *out)
     out[2] = v_e20 * line_e2 - v_e01 * line_e1;
 }
 
-static INLINE void NAME(twist_on_line_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(twist_on_line)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(twist_on_line_block)
-
-static INLINE void NAME(twist_on_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[3];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
-            NAME(twist_on_line)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
-    }
-}
-LOOPS(twist_on_line_dense)
-
-void NAME(twist_on_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(twist_on_line_block), WIDTHS(twist_on_line_dense), LANES,
-        (any_function *)NAME(twist_on_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_twist_on_line(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND OUT(2, 2, 3, 3, \
+    1, 3)
+GAC_KERNEL(twist_on_line, PLAIN, DIRECT)
 #endif

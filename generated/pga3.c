@@ -2,2618 +2,56 @@
 // command: gac generate --all pga3
 // spec: 0e4662fe10928aa8
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 220a729ad07f1a5dc76cb7fc40340c95f10c9843cae61835cc461099f23d8796
+// body: fcf978d73d63dcbd92bfc172c1579d932f3f519de3529ba91623590a86e5ecec
 
 #ifndef REAL
 #include "pga3.h"
+#include "gac_runtime/gac_runtime.h"
 
-#include <float.h>
-#include <math.h>
-#include <stddef.h>
-#include <string.h>
-
-#if defined(__GNUC__)
-#define INLINE inline __attribute__((always_inline))
-#else
-#define INLINE inline
+#if GAC_RUNTIME_INTERFACE != 1
+#error "this file needs interface 1 of gac_runtime: generate it again, or use the runtime that it came with"
 #endif
 
-// Elements are independent: an output is an input of the same element, or of none.
-#if defined(__clang__)
-#define ANY_ORDER _Pragma("clang loop vectorize(assume_safety)")
-#define NOT_UNROLLED _Pragma("clang loop unroll(disable)")
-#elif defined(__GNUC__)
-#define ANY_ORDER _Pragma("GCC ivdep")
-#define NOT_UNROLLED _Pragma("GCC unroll 1")
-#else
-#define ANY_ORDER
-#define NOT_UNROLLED
-#endif
-
-// The widest vectors of the machine that runs the loops: on x86-64 there is each for AVX2 (v3) and for AVX-512 (v4),
-// and machines that have neither run one element after the other; on others there is one.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(_WIN32)
-#if __GNUC__ >= 12 && !defined(__clang__)
-#define ON_v3 __attribute__((target("arch=x86-64-v3")))
-#define ON_v4 __attribute__((target("arch=x86-64-v4")))
-#define HAS_v3 __builtin_cpu_supports("x86-64-v3")
-#define HAS_v4 __builtin_cpu_supports("x86-64-v4")
-#define NAMES_MACHINES
-#else
-#define ON_v3 __attribute__((target("avx2,fma,bmi2")))
-#define ON_v4 __attribute__((target("avx2,fma,bmi2,avx512f,avx512bw,avx512dq,avx512vl")))
-#define FINDS(feature) __builtin_cpu_supports(feature)
-#if defined(__AVX2__) && defined(__FMA__) && defined(__BMI2__)
-#define HAS_v3 1
-#else
-#define HAS_v3 (FINDS("avx2") && FINDS("fma") && FINDS("bmi2"))
-#endif
-#define HAS_v4 (HAS_v3 && FINDS("avx512f") && FINDS("avx512bw") && FINDS("avx512dq") && FINDS("avx512vl"))
-#endif
-#endif
-#ifdef ON_v3
-#define ONE(name, level)                                                                        \
-    ON_##level static void NAME(name##_##level)(intptr_t n, char **args, const intptr_t *strides) \
-    {                                                                                           \
-        NAME(name)(n, args, strides);                                                           \
-    }
-#define LOOP(name) ONE(name, v3)
-#define LOOPS(name) ONE(name, v3) ONE(name, v4)
-#define WIDTH(name) {NAME(name##_v3), NAME(name##_v3)}
-#define WIDTHS(name) {NAME(name##_v3), NAME(name##_v4)}
-#define CHOSEN (HAS_v4 ? 1 : HAS_v3 ? 0 : -1)
-#else
-#define LOOP(name)
-#define LOOPS(name)
-#define WIDTH(name) {NAME(name)}
-#define WIDTHS(name) {NAME(name)}
-#define CHOSEN 0
-#endif
-#if defined(NAMES_MACHINES) && defined(__GLIBC__)
-#define WIDE __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
-#else
-#define WIDE
-#endif
-
-// A plain function whose body, elsewhere for loops, has sines or their kin: these round products and sums together,
-// which is an instruction of machines with AVX2, and a call on others.
-#ifdef ON_v3
-#define FUSED(name, parameters, within) ON_v3 static void NAME(name##_v3) parameters { NAME(name##_within) within; }
-#define RUN(name, arguments, within)        \
-    do {                                    \
-        if (HAS_v3)                         \
-            NAME(name##_v3) arguments;      \
-        else                                \
-            NAME(name##_within) within;     \
-    } while (0)
-#else
-#define FUSED(name, parameters, within)
-#define RUN(name, arguments, within) NAME(name##_within) within
-#endif
-
-// Loops run over whole vectors: a block is padded to a multiple of this many elements.
-#define LANES 16
-#define PADDED(n) (((n) + LANES - 1) & -LANES)
-
-// A block in which an argument is too far for the functions of a loop is done once more, in pieces of this many.
-#define CHUNK 64
-
-// Elements in C order go through rows of this many.
-#define SPAN 32
-
-// As many elements are run one after the other.
-#define ALONE 2
-
-// A vector of neighbours in memory, where the compiler turns such of 32 bytes well.
-#if defined(__has_builtin) && (defined(ON_v3) || defined(__clang__))
-#if __has_builtin(__builtin_shufflevector)
-#define SHUFFLE __builtin_shufflevector
-#define VECTOR(n) __attribute__((vector_size((n) * sizeof(REAL)), aligned(sizeof(REAL)), may_alias))
-#endif
-#endif
-
-// An argument or a result: how many numbers, along which axes, and which is the first of its strides.
-struct part {
-    int size, rank, first, shape[2];
-};
-
-// Where a number of an element lies, its components being counted in C order.
-static intptr_t offset_of(const struct part *part, intptr_t k, const intptr_t *strides)
-{
-    intptr_t offset = 0;
-    for (int axis = part->rank; axis-- > 1; k /= part->shape[axis])
-        offset += k % part->shape[axis] * strides[axis];
-    return part->rank ? offset + k * strides[0] : 0;
-}
-
-// What no cache holds goes to memory past them: whole lines, of which nothing is fetched first. So does what only the
-// last cache holds, where it is more rows than a core can have lines on their way.
-enum { LINE = 64 };
-#ifdef NAMES_MACHINES
-#define PASSES(bytes, rows) ((bytes) > ((rows) > 16 ? 1 << 21 : 1 << 25))
-ON_v3 static void stream(char *to, const char *from, intptr_t bytes)
-{
-    typedef double half __attribute__((vector_size(LINE / 2), aligned(4), may_alias));
-    const intptr_t start = -(intptr_t)to & (LINE - 1);
-    intptr_t i = 0;
-    for (; i < start && i < bytes; i += 4)
-        memcpy(to + i, from + i, 4);
-    for (; i + LINE <= bytes; i += LINE) {
-        __builtin_ia32_movntpd256((double *)(to + i), *(const half *)(from + i));
-        __builtin_ia32_movntpd256((double *)(to + i + LINE / 2), *(const half *)(from + i + LINE / 2));
-    }
-    for (; i < bytes; i += 4)
-        memcpy(to + i, from + i, 4);
-}
-#define STREAM_END() __builtin_ia32_sfence()
-#else
-#define PASSES(bytes, rows) ((void)(rows), 0)
-#define stream memcpy
-#define STREAM_END() (void)0
-#endif
-
-// Has memory bring what is read soon, or written.
-static void fetch(const char *from, intptr_t bytes, int to_write)
-{
-#ifdef __GNUC__
-    for (intptr_t i = 0; i < bytes; i += LINE) {
-        if (to_write)
-            __builtin_prefetch(from + i, 1, 3);
-        else
-            __builtin_prefetch(from + i, 0, 2);
-    }
-#else
-    (void)from, (void)bytes, (void)to_write;
-#endif
-}
-
-// What holds of some of the first arguments is a bit for each.
-enum { FLAGS = 32 };
-static int is_flagged(unsigned flags, int p)
-{
-    return p < FLAGS && flags >> p & 1;
-}
-
-typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
-typedef void any_function(void);
-
-// A form of a kernel for batches in which the `same` arguments (a bit each) are that for at least so many elements:
-// what depends on them is prepared once, and takes the place of the first of them.
-struct form {
-    unsigned same;
-    intptr_t least;
-    void (*start)(char **args, const intptr_t *strides, void *prepared);
-    loop_function *block[2], *dense[2];
-    int together;
-};
-
-// The loops of a kernel, over rows and in C order, which takes so many elements together; its plain function and how
-// that is called; and its forms. A kernel that repeats reads its inputs again after it has written: its outputs cannot
-// lie where they do.
-struct kernel {
-    loop_function *block[2], *dense[2];
-    int together;
-    any_function *function;
-    void (*call)(any_function *function, void **parts);
-    int n_inputs, n_parts, n_forms, repeats, busy;
-    const struct part *parts;
-    const struct form *forms;
-};
-
-enum { PARTS = 7, CORES = 6, NUMBERS = 80, SPACE = 4096, PREPARED = 25, SIZES = 16 };
-
-#define SQRT(x) FUNCTION(sqrt)(x)
-#define SIN(x) NAME(sin_of)(x, far)
-#define COS(x) NAME(cos_of)(x, far)
-#define ATAN2(y, x) NAME(atan2_of)(y, x)
-#define ABS(x) FUNCTION(fabs)(x)
-#define MINIMUM(a, b) NAME(chosen_by)(WHERE((a) < (b)) | WHERE((a) != (a)), a, b)
-#define MAXIMUM(a, b) NAME(chosen_by)(WHERE((a) > (b)) | WHERE((a) != (a)), a, b)
-#define LESS(a, b) ((REAL)((a) < (b)))
-#define LESS_EQUAL(a, b) ((REAL)((a) <= (b)))
-#define EQUAL(a, b) ((REAL)((a) == (b)))
-#define SELECT(condition, a, b) NAME(chosen_by)(WHERE((condition) != 0), a, b)
-
-static INLINE double pga3_sin_polynomial_f64(double z)
-{
-    const double y = z * z;
-    const double even = fma(y, fma(y, -2.5051131845003624e-08, -0.00019841269836758574), -0.16666666666666666);
-    const double odd = fma(y, fma(y, 1.5918129294866608e-10, 2.755731610255244e-06), 0.008333333333330948);
-    return fma(z, odd, even);
-}
-
-static INLINE double pga3_cos_polynomial_f64(double z)
-{
-    const double y = z * z;
-    const double even = fma(y, fma(y, 2.08761462684032e-09, 2.480158729876569e-05), 0.041666666666666664);
-    const double odd = fma(y, fma(y, -1.1382632425521717e-11, -2.7557317271729793e-07), -0.0013888888888887398);
-    return fma(z, odd, even);
-}
-
-static INLINE double pga3_exp_polynomial_f64(double z)
-{
-    const double y = z * z;
-    const double even = fma(y, fma(y, fma(y, fma(y, 2.7620075879983367e-07, 2.4801521322368692e-05),
-        0.0013888888917196719), 0.041666666666624164), 0.5000000000000001);
-    const double odd = fma(y, fma(y, fma(y, fma(y, 2.5100375832561234e-08, 2.7557268480310024e-06),
-        0.00019841269863040545), 0.008333333333330065), 0.16666666666666669);
-    return fma(z, odd, even);
-}
-
-static INLINE double pga3_log_polynomial_f64(double z)
-{
-    const double y = z * z;
-    const double even = fma(y, fma(y, fma(y, 0.14616449685043406, 0.18182889125261723), 0.28571428625975487),
-        0.666666666666667);
-    const double odd = fma(y, fma(y, 0.15331721600556042, 0.2222221113479508), 0.39999999999899505);
-    return fma(z, odd, even);
-}
-
-static INLINE double pga3_atan_polynomial_f64(double z)
-{
-    const double y = z * z;
-    const double even = fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, -2.8373324902198374e-05,
-        -3.504433556095341e-05), -0.00010789905799306997), -0.0002713884068435811), -0.000712529877324769),
-        -0.0019209389488175712), -0.005394792734515503), -0.016172974900145312), -0.054814840604579904),
-        -0.2591604972657936);
-    const double odd = fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, 1.806195461861215e-05,
-        2.2095024431396628e-05), 6.77580169120214e-05), 0.00016895422802807932), 0.0004387712318266148),
-        0.0011650648417818904), 0.0031991751955030576), 0.009243096224092707), 0.029135862645225958),
-        0.11081482513071414);
-    return fma(z, odd, even);
-}
-
-static INLINE double pga3_asin_polynomial_f64(double z)
-{
-    const double y = z * z;
-    const double even = fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, 0.028757851367421566, 0.01740087944269402),
-        0.01032281435018578), 0.013971212973552933), 0.02237217294214989), 0.04464285714635543),
-        0.16666666666666669);
-    const double odd = fma(y, fma(y, fma(y, fma(y, fma(y, -0.014851887071247204, 0.005457506718640358),
-        0.011479177415184906), 0.017352392720869973), 0.030381944138531247), 0.07499999999998433);
-    return fma(z, odd, even);
-}
-
-static INLINE float pga3_sin_polynomial_f32(float z)
-{
-    const float y = z * z;
-    const float even = fmaf(y, (float)-0.00019587890710681677, (float)-0.166666641831398);
-    const float odd = (float)0.008332747966051102;
-    return fmaf(z, odd, even);
-}
-
-static INLINE float pga3_cos_polynomial_f32(float z)
-{
-    const float y = z * z;
-    const float even = fmaf(y, (float)2.454794230288826e-05, (float)0.0416666641831398);
-    const float odd = (float)-0.001388830249197781;
-    return fmaf(z, odd, even);
-}
-
-static INLINE float pga3_exp_polynomial_f32(float z)
-{
-    const float y = z * z;
-    const float even = fmaf(y, fmaf(y, (float)0.0013926175888627768, (float)0.041666556149721146), (float)0.5);
-    const float odd = fmaf(y, (float)0.008363173343241215, (float)0.16666577756404877);
-    return fmaf(z, odd, even);
-}
-
-static INLINE float pga3_log_polynomial_f32(float z)
-{
-    const float y = z * z;
-    const float even = fmaf(y, (float)0.29579949378967285, (float)0.6666668653488159);
-    const float odd = (float)0.3998878002166748;
-    return fmaf(z, odd, even);
-}
-
-static INLINE float pga3_atan_polynomial_f32(float z)
-{
-    const float y = z * z;
-    const float even = fmaf(y, fmaf(y, fmaf(y, fmaf(y, (float)-0.0023869972210377455, (float)-0.00530332000926137),
-        (float)-0.01617945171892643), (float)-0.054814718663692474), (float)-0.25916048884391785);
-    const float odd = fmaf(y, fmaf(y, fmaf(y, (float)0.00395978195592761, (float)0.009093896485865116),
-        (float)0.029146425426006317), (float)0.11081462353467941);
-    return fmaf(z, odd, even);
-}
-
-static INLINE float pga3_asin_polynomial_f32(float z)
-{
-    const float y = z * z;
-    const float even = fmaf(y, fmaf(y, (float)0.017149237915873528, (float)0.04459940269589424),
-        (float)0.1666666567325592);
-    const float odd = fmaf(y, fmaf(y, (float)0.03369084745645523, (float)0.031100662425160408),
-        (float)0.07500094175338745);
-    return fmaf(z, odd, even);
-}
+#define NAME(name) PRECISION(pga3_##name##_f64, pga3_##name##_f32)
 
 // The kernels are written once, below; this file includes itself for each precision.
 #ifndef ONLY_F32
 #define REAL double
-#define WORD uint64_t
 #define PRECISION(of_double, of_float) of_double
-#define NAME(name) pga3_##name##_f64
-#define FUNCTION(name) name
 #include "pga3.c"
 #undef REAL
-#undef WORD
 #undef PRECISION
-#undef NAME
-#undef FUNCTION
 #endif
 #ifndef ONLY_F64
 #define REAL float
-#define WORD uint32_t
 #define PRECISION(of_double, of_float) of_float
-#define NAME(name) pga3_##name##_f32
-#define FUNCTION(name) name##f
 #include "pga3.c"
 #endif
 
 #else
 
-// Words as wide as a number; a condition as a mask, because conditions that occur often would become branches.
-#define SIGN_BIT PRECISION(63, 31)
-#define SIGN ((WORD)1 << SIGN_BIT)
-#define WHERE(condition) ((WORD)0 - (WORD)(condition))
-
-static INLINE WORD NAME(bits_of)(REAL x)
-{
-    WORD bits;
-    memcpy(&bits, &x, sizeof bits);
-    return bits;
-}
-
-static INLINE REAL NAME(of_bits)(WORD bits)
-{
-    REAL x;
-    memcpy(&x, &bits, sizeof x);
-    return x;
-}
-
-static INLINE REAL NAME(chosen_by)(WORD where, REAL a, REAL b)
-{
-    return NAME(of_bits)((NAME(bits_of)(a) & where) | (NAME(bits_of)(b) & ~where));
-}
-
-// Sine and its kin without branches, so that loops over them are vectorised: at most 2 ulp from the exact values.
-
-// A number so large that the bits of what is added to it, up to half a million, are its last.
-#define SHIFT PRECISION(6755399441055744.0, 12582912.0f)
-#define QUARTER_0 PRECISION(1.5707963267948966, 1.5707963705062866f)
-#define QUARTER_1 PRECISION(6.123233995736766e-17, -4.371138828673793e-08f)
-#define LOG_0 PRECISION(0.6931471805599453, 0.6931471824645996f)
-#define LOG_1 PRECISION(2.3190468138462996e-17, -1.9046542121259336e-09f)
-
-// A product and a sum that are rounded once, together.
-#define FMA(a, b, c) FUNCTION(fma)(a, b, c)
-
-// How many quarter turns an angle has, modulo 4, and what is left, up to an eighth of a turn: the first difference is
-// exact, so what the three parts of a quarter turn leave is rounded where it is small.
-static INLINE WORD NAME(quarters_of)(REAL x, REAL *rest)
-{
-    const REAL shifted = FMA(x, PRECISION(0.6366197723675814, 0.6366197466850281f), SHIFT), k = SHIFT - shifted;
-    *rest = FMA(k, PRECISION(-1.4973849048591698e-33, -1.7151245100058819e-15f), FMA(k, QUARTER_1, FMA(k, QUARTER_0, x)));
-    return NAME(bits_of)(shifted);
-}
-
-static INLINE REAL NAME(sin_of_rest)(REAL x)
-{
-    const REAL z = x * x;
-    return FMA(x * z, NAME(sin_polynomial)(z), x);
-}
-
-static INLINE REAL NAME(cos_of_rest)(REAL x)
-{
-    const REAL z = x * x;
-    return FMA(z, FMA(z, NAME(cos_polynomial)(z), (REAL)-0.5), 1);
-}
-
-// Beyond 65536 the C library's; a caller that has a place for it is told so instead.
-static INLINE REAL NAME(sin_of)(REAL x, WORD *far)
-{
-    REAL rest;
-    const WORD n = NAME(quarters_of)(FUNCTION(fabs)(x), &rest);
-    const WORD is_far = WHERE(FUNCTION(fabs)(x) > 65536), sign = (NAME(bits_of)(x) ^ n << (SIGN_BIT - 1)) & SIGN;
-    const REAL s = NAME(sin_of_rest)(rest), c = NAME(cos_of_rest)(rest);
-    const REAL y = NAME(of_bits)(NAME(bits_of)(NAME(chosen_by)(WHERE(n & 1), c, s)) ^ sign);
-    if (far == NULL)
-        return is_far ? FUNCTION(sin)(x) : y;
-    *far |= is_far;
-    return y;
-}
-
-static INLINE REAL NAME(cos_of)(REAL x, WORD *far)
-{
-    REAL rest;
-    const WORD n = NAME(quarters_of)(FUNCTION(fabs)(x), &rest);
-    const WORD is_far = WHERE(FUNCTION(fabs)(x) > 65536), sign = (n + 1) << (SIGN_BIT - 1) & SIGN;
-    const REAL s = NAME(sin_of_rest)(rest), c = NAME(cos_of_rest)(rest);
-    const REAL y = NAME(of_bits)(NAME(bits_of)(NAME(chosen_by)(WHERE(n & 1), s, c)) ^ sign);
-    if (far == NULL)
-        return is_far ? FUNCTION(cos)(x) : y;
-    *far |= is_far;
-    return y;
-}
-
-#define FRACTION_BITS PRECISION(52, 23)
-#define BIAS PRECISION(1023, 127)
-
-// The power of 2 comes in two factors, so that the largest and the smallest results are reached.
-static INLINE REAL NAME(exp_of)(REAL x)
-{
-    const REAL most = PRECISION(710, 89), least = PRECISION(-746, -105);
-    const REAL y = NAME(chosen_by)(WHERE(x > most), most, NAME(chosen_by)(WHERE(x < least), least, x));
-    const REAL shifted = FMA(y, PRECISION(1.4426950408889634, 1.4426950216293335f), SHIFT), k = SHIFT - shifted;
-    const REAL z = FMA(k, LOG_1, FMA(k, LOG_0, y)), above = FMA(z * z, NAME(exp_polynomial)(z), z);
-    const WORD n = NAME(bits_of)(shifted) - NAME(bits_of)(SHIFT), half = ((n + 2 * BIAS) >> 1) - BIAS;
-    const REAL a = NAME(of_bits)((half + BIAS) << FRACTION_BITS), b = NAME(of_bits)((n - half + BIAS) << FRACTION_BITS);
-    return FMA(above, a, a) * b;
-}
-
-static INLINE REAL NAME(log_of)(REAL x)
-{
-    // x = 2^k (1 + f), 1 + f between the roots of 1/2 and 2; numbers below the normal ones are scaled first.
-    const WORD tiny = WHERE(x < PRECISION(DBL_MIN, FLT_MIN)), fraction = ((WORD)1 << FRACTION_BITS) - 1;
-    const WORD root = PRECISION(0x3FE6A09E667F3BCD, 0x3F3504F3), one = (WORD)BIAS << FRACTION_BITS;
-    const REAL y = x * NAME(chosen_by)(tiny, (WORD)1 << (FRACTION_BITS + 2), 1);
-    const WORD n = NAME(bits_of)(y) + (one - root);
-    const REAL shift = (WORD)1 << FRACTION_BITS, bias = NAME(chosen_by)(tiny, BIAS + FRACTION_BITS + 2, BIAS);
-    const REAL k = NAME(of_bits)((n >> FRACTION_BITS) + NAME(bits_of)(shift)) - (shift + bias);
-    const REAL f = NAME(of_bits)((n & fraction) + root) - 1, half = f * f / 2, s = f / (2 + f), z = s * s;
-    const REAL low = FMA(s, FMA(z, NAME(log_polynomial)(z), half), k * LOG_1);
-    const REAL finite = FMA(k, LOG_0, f - (half - low));
-    const REAL other = NAME(chosen_by)(WHERE(x == 0), -INFINITY, NAME(chosen_by)(WHERE(x > 0), x, NAN));
-    return NAME(chosen_by)(WHERE(x > 0) & WHERE(x < INFINITY), finite, other);
-}
-
-static INLINE REAL NAME(atan2_of)(REAL y, REAL x)
-{
-    const REAL u = FUNCTION(fabs)(x), v = FUNCTION(fabs)(y);
-    const WORD swapped = WHERE(v > u), left = WHERE(NAME(bits_of)(x) >> SIGN_BIT);
-    const REAL most = NAME(chosen_by)(swapped, v, u), least = NAME(chosen_by)(swapped, u, v);
-    // Two infinities have the ratio 1, two zeros 0.
-    const REAL same = NAME(chosen_by)(WHERE(u > 0), 1, 0), t = NAME(chosen_by)(WHERE(u == v), same, least / most);
-    const REAL z = t * t, angle = FMA(t * z, NAME(atan_polynomial)(z - (REAL)0.5), t);
-    const REAL quarters = NAME(chosen_by)(swapped, 1, NAME(chosen_by)(left, 2, 0));
-    const REAL turned = NAME(of_bits)(NAME(bits_of)(angle) ^ ((left ^ swapped) & SIGN));
-    const REAL whole = FMA(quarters, QUARTER_0, FMA(quarters, QUARTER_1, turned));
-    return NAME(of_bits)(NAME(bits_of)(whole) ^ (NAME(bits_of)(y) & SIGN));
-}
-
-static INLINE REAL NAME(acos_of)(REAL x)
-{
-    const REAL u = FUNCTION(fabs)(x);
-    const WORD large = WHERE(u > (REAL)0.5);
-    const REAL z = NAME(chosen_by)(large, (1 - u) / 2, x * x), s = NAME(chosen_by)(large, FUNCTION(sqrt)(z), x);
-    const REAL more = s * (z * NAME(asin_polynomial)(z));
-    const REAL middle = QUARTER_0 - (s - (QUARTER_1 - more));
-    const REAL right = 2 * (s + more), left = 2 * QUARTER_0 - (right - 2 * QUARTER_1);
-    return NAME(chosen_by)(large, NAME(chosen_by)(WHERE(x < 0), left, right), middle);
-}
-
-static INLINE void NAME(load_scalar)(REAL *x, const char *a)
-{
-    x[0] = *(const REAL *)(a);
-}
-
-static INLINE void NAME(load_1)(REAL *x, const char *a, intptr_t ca)
-{
-    x[0] = *(const REAL *)(a + 0 * ca);
-}
-
-static INLINE void NAME(load_3)(REAL *x, const char *a, intptr_t ca)
-{
-    x[0] = *(const REAL *)(a + 0 * ca);
-    x[1] = *(const REAL *)(a + 1 * ca);
-    x[2] = *(const REAL *)(a + 2 * ca);
-}
-
-static INLINE void NAME(load_3x3)(REAL *x, const char *a, intptr_t ca, intptr_t cb)
-{
-    x[0] = *(const REAL *)(a + 0 * ca + 0 * cb);
-    x[1] = *(const REAL *)(a + 0 * ca + 1 * cb);
-    x[2] = *(const REAL *)(a + 0 * ca + 2 * cb);
-    x[3] = *(const REAL *)(a + 1 * ca + 0 * cb);
-    x[4] = *(const REAL *)(a + 1 * ca + 1 * cb);
-    x[5] = *(const REAL *)(a + 1 * ca + 2 * cb);
-    x[6] = *(const REAL *)(a + 2 * ca + 0 * cb);
-    x[7] = *(const REAL *)(a + 2 * ca + 1 * cb);
-    x[8] = *(const REAL *)(a + 2 * ca + 2 * cb);
-}
-
-static INLINE void NAME(load_4)(REAL *x, const char *a, intptr_t ca)
-{
-    x[0] = *(const REAL *)(a + 0 * ca);
-    x[1] = *(const REAL *)(a + 1 * ca);
-    x[2] = *(const REAL *)(a + 2 * ca);
-    x[3] = *(const REAL *)(a + 3 * ca);
-}
-
-static INLINE void NAME(load_4x4)(REAL *x, const char *a, intptr_t ca, intptr_t cb)
-{
-    x[0] = *(const REAL *)(a + 0 * ca + 0 * cb);
-    x[1] = *(const REAL *)(a + 0 * ca + 1 * cb);
-    x[2] = *(const REAL *)(a + 0 * ca + 2 * cb);
-    x[3] = *(const REAL *)(a + 0 * ca + 3 * cb);
-    x[4] = *(const REAL *)(a + 1 * ca + 0 * cb);
-    x[5] = *(const REAL *)(a + 1 * ca + 1 * cb);
-    x[6] = *(const REAL *)(a + 1 * ca + 2 * cb);
-    x[7] = *(const REAL *)(a + 1 * ca + 3 * cb);
-    x[8] = *(const REAL *)(a + 2 * ca + 0 * cb);
-    x[9] = *(const REAL *)(a + 2 * ca + 1 * cb);
-    x[10] = *(const REAL *)(a + 2 * ca + 2 * cb);
-    x[11] = *(const REAL *)(a + 2 * ca + 3 * cb);
-    x[12] = *(const REAL *)(a + 3 * ca + 0 * cb);
-    x[13] = *(const REAL *)(a + 3 * ca + 1 * cb);
-    x[14] = *(const REAL *)(a + 3 * ca + 2 * cb);
-    x[15] = *(const REAL *)(a + 3 * ca + 3 * cb);
-}
-
-static INLINE void NAME(load_6)(REAL *x, const char *a, intptr_t ca)
-{
-    x[0] = *(const REAL *)(a + 0 * ca);
-    x[1] = *(const REAL *)(a + 1 * ca);
-    x[2] = *(const REAL *)(a + 2 * ca);
-    x[3] = *(const REAL *)(a + 3 * ca);
-    x[4] = *(const REAL *)(a + 4 * ca);
-    x[5] = *(const REAL *)(a + 5 * ca);
-}
-
-static INLINE void NAME(load_6x6)(REAL *x, const char *a, intptr_t ca, intptr_t cb)
-{
-    x[0] = *(const REAL *)(a + 0 * ca + 0 * cb);
-    x[1] = *(const REAL *)(a + 0 * ca + 1 * cb);
-    x[2] = *(const REAL *)(a + 0 * ca + 2 * cb);
-    x[3] = *(const REAL *)(a + 0 * ca + 3 * cb);
-    x[4] = *(const REAL *)(a + 0 * ca + 4 * cb);
-    x[5] = *(const REAL *)(a + 0 * ca + 5 * cb);
-    x[6] = *(const REAL *)(a + 1 * ca + 0 * cb);
-    x[7] = *(const REAL *)(a + 1 * ca + 1 * cb);
-    x[8] = *(const REAL *)(a + 1 * ca + 2 * cb);
-    x[9] = *(const REAL *)(a + 1 * ca + 3 * cb);
-    x[10] = *(const REAL *)(a + 1 * ca + 4 * cb);
-    x[11] = *(const REAL *)(a + 1 * ca + 5 * cb);
-    x[12] = *(const REAL *)(a + 2 * ca + 0 * cb);
-    x[13] = *(const REAL *)(a + 2 * ca + 1 * cb);
-    x[14] = *(const REAL *)(a + 2 * ca + 2 * cb);
-    x[15] = *(const REAL *)(a + 2 * ca + 3 * cb);
-    x[16] = *(const REAL *)(a + 2 * ca + 4 * cb);
-    x[17] = *(const REAL *)(a + 2 * ca + 5 * cb);
-    x[18] = *(const REAL *)(a + 3 * ca + 0 * cb);
-    x[19] = *(const REAL *)(a + 3 * ca + 1 * cb);
-    x[20] = *(const REAL *)(a + 3 * ca + 2 * cb);
-    x[21] = *(const REAL *)(a + 3 * ca + 3 * cb);
-    x[22] = *(const REAL *)(a + 3 * ca + 4 * cb);
-    x[23] = *(const REAL *)(a + 3 * ca + 5 * cb);
-    x[24] = *(const REAL *)(a + 4 * ca + 0 * cb);
-    x[25] = *(const REAL *)(a + 4 * ca + 1 * cb);
-    x[26] = *(const REAL *)(a + 4 * ca + 2 * cb);
-    x[27] = *(const REAL *)(a + 4 * ca + 3 * cb);
-    x[28] = *(const REAL *)(a + 4 * ca + 4 * cb);
-    x[29] = *(const REAL *)(a + 4 * ca + 5 * cb);
-    x[30] = *(const REAL *)(a + 5 * ca + 0 * cb);
-    x[31] = *(const REAL *)(a + 5 * ca + 1 * cb);
-    x[32] = *(const REAL *)(a + 5 * ca + 2 * cb);
-    x[33] = *(const REAL *)(a + 5 * ca + 3 * cb);
-    x[34] = *(const REAL *)(a + 5 * ca + 4 * cb);
-    x[35] = *(const REAL *)(a + 5 * ca + 5 * cb);
-}
-
-static INLINE void NAME(load_8)(REAL *x, const char *a, intptr_t ca)
-{
-    x[0] = *(const REAL *)(a + 0 * ca);
-    x[1] = *(const REAL *)(a + 1 * ca);
-    x[2] = *(const REAL *)(a + 2 * ca);
-    x[3] = *(const REAL *)(a + 3 * ca);
-    x[4] = *(const REAL *)(a + 4 * ca);
-    x[5] = *(const REAL *)(a + 5 * ca);
-    x[6] = *(const REAL *)(a + 6 * ca);
-    x[7] = *(const REAL *)(a + 7 * ca);
-}
-
-static INLINE void NAME(load_10)(REAL *x, const char *a, intptr_t ca)
-{
-    x[0] = *(const REAL *)(a + 0 * ca);
-    x[1] = *(const REAL *)(a + 1 * ca);
-    x[2] = *(const REAL *)(a + 2 * ca);
-    x[3] = *(const REAL *)(a + 3 * ca);
-    x[4] = *(const REAL *)(a + 4 * ca);
-    x[5] = *(const REAL *)(a + 5 * ca);
-    x[6] = *(const REAL *)(a + 6 * ca);
-    x[7] = *(const REAL *)(a + 7 * ca);
-    x[8] = *(const REAL *)(a + 8 * ca);
-    x[9] = *(const REAL *)(a + 9 * ca);
-}
-
-static INLINE void NAME(load_16)(REAL *x, const char *a, intptr_t ca)
-{
-    x[0] = *(const REAL *)(a + 0 * ca);
-    x[1] = *(const REAL *)(a + 1 * ca);
-    x[2] = *(const REAL *)(a + 2 * ca);
-    x[3] = *(const REAL *)(a + 3 * ca);
-    x[4] = *(const REAL *)(a + 4 * ca);
-    x[5] = *(const REAL *)(a + 5 * ca);
-    x[6] = *(const REAL *)(a + 6 * ca);
-    x[7] = *(const REAL *)(a + 7 * ca);
-    x[8] = *(const REAL *)(a + 8 * ca);
-    x[9] = *(const REAL *)(a + 9 * ca);
-    x[10] = *(const REAL *)(a + 10 * ca);
-    x[11] = *(const REAL *)(a + 11 * ca);
-    x[12] = *(const REAL *)(a + 12 * ca);
-    x[13] = *(const REAL *)(a + 13 * ca);
-    x[14] = *(const REAL *)(a + 14 * ca);
-    x[15] = *(const REAL *)(a + 15 * ca);
-}
-
-static INLINE void NAME(store_scalar)(char *a, const REAL *x)
-{
-    *(REAL *)(a) = x[0];
-}
-
-static INLINE void NAME(store_1)(char *a, intptr_t ca, const REAL *x)
-{
-    *(REAL *)(a + 0 * ca) = x[0];
-}
-
-static INLINE void NAME(store_3)(char *a, intptr_t ca, const REAL *x)
-{
-    *(REAL *)(a + 0 * ca) = x[0];
-    *(REAL *)(a + 1 * ca) = x[1];
-    *(REAL *)(a + 2 * ca) = x[2];
-}
-
-static INLINE void NAME(store_3x3)(char *a, intptr_t ca, intptr_t cb, const REAL *x)
-{
-    *(REAL *)(a + 0 * ca + 0 * cb) = x[0];
-    *(REAL *)(a + 0 * ca + 1 * cb) = x[1];
-    *(REAL *)(a + 0 * ca + 2 * cb) = x[2];
-    *(REAL *)(a + 1 * ca + 0 * cb) = x[3];
-    *(REAL *)(a + 1 * ca + 1 * cb) = x[4];
-    *(REAL *)(a + 1 * ca + 2 * cb) = x[5];
-    *(REAL *)(a + 2 * ca + 0 * cb) = x[6];
-    *(REAL *)(a + 2 * ca + 1 * cb) = x[7];
-    *(REAL *)(a + 2 * ca + 2 * cb) = x[8];
-}
-
-static INLINE void NAME(store_4)(char *a, intptr_t ca, const REAL *x)
-{
-    *(REAL *)(a + 0 * ca) = x[0];
-    *(REAL *)(a + 1 * ca) = x[1];
-    *(REAL *)(a + 2 * ca) = x[2];
-    *(REAL *)(a + 3 * ca) = x[3];
-}
-
-static INLINE void NAME(store_4x4)(char *a, intptr_t ca, intptr_t cb, const REAL *x)
-{
-    *(REAL *)(a + 0 * ca + 0 * cb) = x[0];
-    *(REAL *)(a + 0 * ca + 1 * cb) = x[1];
-    *(REAL *)(a + 0 * ca + 2 * cb) = x[2];
-    *(REAL *)(a + 0 * ca + 3 * cb) = x[3];
-    *(REAL *)(a + 1 * ca + 0 * cb) = x[4];
-    *(REAL *)(a + 1 * ca + 1 * cb) = x[5];
-    *(REAL *)(a + 1 * ca + 2 * cb) = x[6];
-    *(REAL *)(a + 1 * ca + 3 * cb) = x[7];
-    *(REAL *)(a + 2 * ca + 0 * cb) = x[8];
-    *(REAL *)(a + 2 * ca + 1 * cb) = x[9];
-    *(REAL *)(a + 2 * ca + 2 * cb) = x[10];
-    *(REAL *)(a + 2 * ca + 3 * cb) = x[11];
-    *(REAL *)(a + 3 * ca + 0 * cb) = x[12];
-    *(REAL *)(a + 3 * ca + 1 * cb) = x[13];
-    *(REAL *)(a + 3 * ca + 2 * cb) = x[14];
-    *(REAL *)(a + 3 * ca + 3 * cb) = x[15];
-}
-
-static INLINE void NAME(store_6)(char *a, intptr_t ca, const REAL *x)
-{
-    *(REAL *)(a + 0 * ca) = x[0];
-    *(REAL *)(a + 1 * ca) = x[1];
-    *(REAL *)(a + 2 * ca) = x[2];
-    *(REAL *)(a + 3 * ca) = x[3];
-    *(REAL *)(a + 4 * ca) = x[4];
-    *(REAL *)(a + 5 * ca) = x[5];
-}
-
-static INLINE void NAME(store_6x6)(char *a, intptr_t ca, intptr_t cb, const REAL *x)
-{
-    *(REAL *)(a + 0 * ca + 0 * cb) = x[0];
-    *(REAL *)(a + 0 * ca + 1 * cb) = x[1];
-    *(REAL *)(a + 0 * ca + 2 * cb) = x[2];
-    *(REAL *)(a + 0 * ca + 3 * cb) = x[3];
-    *(REAL *)(a + 0 * ca + 4 * cb) = x[4];
-    *(REAL *)(a + 0 * ca + 5 * cb) = x[5];
-    *(REAL *)(a + 1 * ca + 0 * cb) = x[6];
-    *(REAL *)(a + 1 * ca + 1 * cb) = x[7];
-    *(REAL *)(a + 1 * ca + 2 * cb) = x[8];
-    *(REAL *)(a + 1 * ca + 3 * cb) = x[9];
-    *(REAL *)(a + 1 * ca + 4 * cb) = x[10];
-    *(REAL *)(a + 1 * ca + 5 * cb) = x[11];
-    *(REAL *)(a + 2 * ca + 0 * cb) = x[12];
-    *(REAL *)(a + 2 * ca + 1 * cb) = x[13];
-    *(REAL *)(a + 2 * ca + 2 * cb) = x[14];
-    *(REAL *)(a + 2 * ca + 3 * cb) = x[15];
-    *(REAL *)(a + 2 * ca + 4 * cb) = x[16];
-    *(REAL *)(a + 2 * ca + 5 * cb) = x[17];
-    *(REAL *)(a + 3 * ca + 0 * cb) = x[18];
-    *(REAL *)(a + 3 * ca + 1 * cb) = x[19];
-    *(REAL *)(a + 3 * ca + 2 * cb) = x[20];
-    *(REAL *)(a + 3 * ca + 3 * cb) = x[21];
-    *(REAL *)(a + 3 * ca + 4 * cb) = x[22];
-    *(REAL *)(a + 3 * ca + 5 * cb) = x[23];
-    *(REAL *)(a + 4 * ca + 0 * cb) = x[24];
-    *(REAL *)(a + 4 * ca + 1 * cb) = x[25];
-    *(REAL *)(a + 4 * ca + 2 * cb) = x[26];
-    *(REAL *)(a + 4 * ca + 3 * cb) = x[27];
-    *(REAL *)(a + 4 * ca + 4 * cb) = x[28];
-    *(REAL *)(a + 4 * ca + 5 * cb) = x[29];
-    *(REAL *)(a + 5 * ca + 0 * cb) = x[30];
-    *(REAL *)(a + 5 * ca + 1 * cb) = x[31];
-    *(REAL *)(a + 5 * ca + 2 * cb) = x[32];
-    *(REAL *)(a + 5 * ca + 3 * cb) = x[33];
-    *(REAL *)(a + 5 * ca + 4 * cb) = x[34];
-    *(REAL *)(a + 5 * ca + 5 * cb) = x[35];
-}
-
-static INLINE void NAME(store_8)(char *a, intptr_t ca, const REAL *x)
-{
-    *(REAL *)(a + 0 * ca) = x[0];
-    *(REAL *)(a + 1 * ca) = x[1];
-    *(REAL *)(a + 2 * ca) = x[2];
-    *(REAL *)(a + 3 * ca) = x[3];
-    *(REAL *)(a + 4 * ca) = x[4];
-    *(REAL *)(a + 5 * ca) = x[5];
-    *(REAL *)(a + 6 * ca) = x[6];
-    *(REAL *)(a + 7 * ca) = x[7];
-}
-
-static INLINE void NAME(store_8x8)(char *a, intptr_t ca, intptr_t cb, const REAL *x)
-{
-    *(REAL *)(a + 0 * ca + 0 * cb) = x[0];
-    *(REAL *)(a + 0 * ca + 1 * cb) = x[1];
-    *(REAL *)(a + 0 * ca + 2 * cb) = x[2];
-    *(REAL *)(a + 0 * ca + 3 * cb) = x[3];
-    *(REAL *)(a + 0 * ca + 4 * cb) = x[4];
-    *(REAL *)(a + 0 * ca + 5 * cb) = x[5];
-    *(REAL *)(a + 0 * ca + 6 * cb) = x[6];
-    *(REAL *)(a + 0 * ca + 7 * cb) = x[7];
-    *(REAL *)(a + 1 * ca + 0 * cb) = x[8];
-    *(REAL *)(a + 1 * ca + 1 * cb) = x[9];
-    *(REAL *)(a + 1 * ca + 2 * cb) = x[10];
-    *(REAL *)(a + 1 * ca + 3 * cb) = x[11];
-    *(REAL *)(a + 1 * ca + 4 * cb) = x[12];
-    *(REAL *)(a + 1 * ca + 5 * cb) = x[13];
-    *(REAL *)(a + 1 * ca + 6 * cb) = x[14];
-    *(REAL *)(a + 1 * ca + 7 * cb) = x[15];
-    *(REAL *)(a + 2 * ca + 0 * cb) = x[16];
-    *(REAL *)(a + 2 * ca + 1 * cb) = x[17];
-    *(REAL *)(a + 2 * ca + 2 * cb) = x[18];
-    *(REAL *)(a + 2 * ca + 3 * cb) = x[19];
-    *(REAL *)(a + 2 * ca + 4 * cb) = x[20];
-    *(REAL *)(a + 2 * ca + 5 * cb) = x[21];
-    *(REAL *)(a + 2 * ca + 6 * cb) = x[22];
-    *(REAL *)(a + 2 * ca + 7 * cb) = x[23];
-    *(REAL *)(a + 3 * ca + 0 * cb) = x[24];
-    *(REAL *)(a + 3 * ca + 1 * cb) = x[25];
-    *(REAL *)(a + 3 * ca + 2 * cb) = x[26];
-    *(REAL *)(a + 3 * ca + 3 * cb) = x[27];
-    *(REAL *)(a + 3 * ca + 4 * cb) = x[28];
-    *(REAL *)(a + 3 * ca + 5 * cb) = x[29];
-    *(REAL *)(a + 3 * ca + 6 * cb) = x[30];
-    *(REAL *)(a + 3 * ca + 7 * cb) = x[31];
-    *(REAL *)(a + 4 * ca + 0 * cb) = x[32];
-    *(REAL *)(a + 4 * ca + 1 * cb) = x[33];
-    *(REAL *)(a + 4 * ca + 2 * cb) = x[34];
-    *(REAL *)(a + 4 * ca + 3 * cb) = x[35];
-    *(REAL *)(a + 4 * ca + 4 * cb) = x[36];
-    *(REAL *)(a + 4 * ca + 5 * cb) = x[37];
-    *(REAL *)(a + 4 * ca + 6 * cb) = x[38];
-    *(REAL *)(a + 4 * ca + 7 * cb) = x[39];
-    *(REAL *)(a + 5 * ca + 0 * cb) = x[40];
-    *(REAL *)(a + 5 * ca + 1 * cb) = x[41];
-    *(REAL *)(a + 5 * ca + 2 * cb) = x[42];
-    *(REAL *)(a + 5 * ca + 3 * cb) = x[43];
-    *(REAL *)(a + 5 * ca + 4 * cb) = x[44];
-    *(REAL *)(a + 5 * ca + 5 * cb) = x[45];
-    *(REAL *)(a + 5 * ca + 6 * cb) = x[46];
-    *(REAL *)(a + 5 * ca + 7 * cb) = x[47];
-    *(REAL *)(a + 6 * ca + 0 * cb) = x[48];
-    *(REAL *)(a + 6 * ca + 1 * cb) = x[49];
-    *(REAL *)(a + 6 * ca + 2 * cb) = x[50];
-    *(REAL *)(a + 6 * ca + 3 * cb) = x[51];
-    *(REAL *)(a + 6 * ca + 4 * cb) = x[52];
-    *(REAL *)(a + 6 * ca + 5 * cb) = x[53];
-    *(REAL *)(a + 6 * ca + 6 * cb) = x[54];
-    *(REAL *)(a + 6 * ca + 7 * cb) = x[55];
-    *(REAL *)(a + 7 * ca + 0 * cb) = x[56];
-    *(REAL *)(a + 7 * ca + 1 * cb) = x[57];
-    *(REAL *)(a + 7 * ca + 2 * cb) = x[58];
-    *(REAL *)(a + 7 * ca + 3 * cb) = x[59];
-    *(REAL *)(a + 7 * ca + 4 * cb) = x[60];
-    *(REAL *)(a + 7 * ca + 5 * cb) = x[61];
-    *(REAL *)(a + 7 * ca + 6 * cb) = x[62];
-    *(REAL *)(a + 7 * ca + 7 * cb) = x[63];
-}
-
-static INLINE void NAME(store_10)(char *a, intptr_t ca, const REAL *x)
-{
-    *(REAL *)(a + 0 * ca) = x[0];
-    *(REAL *)(a + 1 * ca) = x[1];
-    *(REAL *)(a + 2 * ca) = x[2];
-    *(REAL *)(a + 3 * ca) = x[3];
-    *(REAL *)(a + 4 * ca) = x[4];
-    *(REAL *)(a + 5 * ca) = x[5];
-    *(REAL *)(a + 6 * ca) = x[6];
-    *(REAL *)(a + 7 * ca) = x[7];
-    *(REAL *)(a + 8 * ca) = x[8];
-    *(REAL *)(a + 9 * ca) = x[9];
-}
-
-static INLINE void NAME(store_14)(char *a, intptr_t ca, const REAL *x)
-{
-    *(REAL *)(a + 0 * ca) = x[0];
-    *(REAL *)(a + 1 * ca) = x[1];
-    *(REAL *)(a + 2 * ca) = x[2];
-    *(REAL *)(a + 3 * ca) = x[3];
-    *(REAL *)(a + 4 * ca) = x[4];
-    *(REAL *)(a + 5 * ca) = x[5];
-    *(REAL *)(a + 6 * ca) = x[6];
-    *(REAL *)(a + 7 * ca) = x[7];
-    *(REAL *)(a + 8 * ca) = x[8];
-    *(REAL *)(a + 9 * ca) = x[9];
-    *(REAL *)(a + 10 * ca) = x[10];
-    *(REAL *)(a + 11 * ca) = x[11];
-    *(REAL *)(a + 12 * ca) = x[12];
-    *(REAL *)(a + 13 * ca) = x[13];
-}
-
-static INLINE void NAME(store_16)(char *a, intptr_t ca, const REAL *x)
-{
-    *(REAL *)(a + 0 * ca) = x[0];
-    *(REAL *)(a + 1 * ca) = x[1];
-    *(REAL *)(a + 2 * ca) = x[2];
-    *(REAL *)(a + 3 * ca) = x[3];
-    *(REAL *)(a + 4 * ca) = x[4];
-    *(REAL *)(a + 5 * ca) = x[5];
-    *(REAL *)(a + 6 * ca) = x[6];
-    *(REAL *)(a + 7 * ca) = x[7];
-    *(REAL *)(a + 8 * ca) = x[8];
-    *(REAL *)(a + 9 * ca) = x[9];
-    *(REAL *)(a + 10 * ca) = x[10];
-    *(REAL *)(a + 11 * ca) = x[11];
-    *(REAL *)(a + 12 * ca) = x[12];
-    *(REAL *)(a + 13 * ca) = x[13];
-    *(REAL *)(a + 14 * ca) = x[14];
-    *(REAL *)(a + 15 * ca) = x[15];
-}
-
-static void NAME(call_aaaaarr)(any_function *function, void **x)
-{
-    ((void (*)(const REAL *, const REAL *, const REAL *, const REAL *, const REAL *, REAL *, REAL *))function)(x[0],
-        x[1], x[2], x[3], x[4], x[5], x[6]);
-}
-
-static void NAME(call_aaaar)(any_function *function, void **x)
-{
-    ((void (*)(const REAL *, const REAL *, const REAL *, const REAL *, REAL *))function)(x[0], x[1], x[2], x[3], x[4]);
-}
-
-static void NAME(call_aaannr)(any_function *function, void **x)
-{
-    ((void (*)(const REAL *, const REAL *, const REAL *, REAL, REAL, REAL *))function)(x[0], x[1], x[2], *(REAL *)x[3],
-        *(REAL *)x[4], x[5]);
-}
-
-static void NAME(call_aaar)(any_function *function, void **x)
-{
-    ((void (*)(const REAL *, const REAL *, const REAL *, REAL *))function)(x[0], x[1], x[2], x[3]);
-}
-
-static void NAME(call_aaarr)(any_function *function, void **x)
-{
-    ((void (*)(const REAL *, const REAL *, const REAL *, REAL *, REAL *))function)(x[0], x[1], x[2], x[3], x[4]);
-}
-
-static void NAME(call_aaarrr)(any_function *function, void **x)
-{
-    ((void (*)(const REAL *, const REAL *, const REAL *, REAL *, REAL *, REAL *))function)(x[0], x[1], x[2], x[3], x[4],
-        x[5]);
-}
-
-static void NAME(call_aannr)(any_function *function, void **x)
-{
-    ((void (*)(const REAL *, const REAL *, REAL, REAL, REAL *))function)(x[0], x[1], *(REAL *)x[2], *(REAL *)x[3],
-        x[4]);
-}
-
-static void NAME(call_aanr)(any_function *function, void **x)
-{
-    ((void (*)(const REAL *, const REAL *, REAL, REAL *))function)(x[0], x[1], *(REAL *)x[2], x[3]);
-}
-
-static void NAME(call_aar)(any_function *function, void **x)
-{
-    ((void (*)(const REAL *, const REAL *, REAL *))function)(x[0], x[1], x[2]);
-}
-
-static void NAME(call_aarr)(any_function *function, void **x)
-{
-    ((void (*)(const REAL *, const REAL *, REAL *, REAL *))function)(x[0], x[1], x[2], x[3]);
-}
-
-static void NAME(call_annr)(any_function *function, void **x)
-{
-    ((void (*)(const REAL *, REAL, REAL, REAL *))function)(x[0], *(REAL *)x[1], *(REAL *)x[2], x[3]);
-}
-
-static void NAME(call_anr)(any_function *function, void **x)
-{
-    ((void (*)(const REAL *, REAL, REAL *))function)(x[0], *(REAL *)x[1], x[2]);
-}
-
-static void NAME(call_ar)(any_function *function, void **x)
-{
-    ((void (*)(const REAL *, REAL *))function)(x[0], x[1]);
-}
-
-static void NAME(call_arr)(any_function *function, void **x)
-{
-    ((void (*)(const REAL *, REAL *, REAL *))function)(x[0], x[1], x[2]);
-}
-
-static void NAME(call_arrr)(any_function *function, void **x)
-{
-    ((void (*)(const REAL *, REAL *, REAL *, REAL *))function)(x[0], x[1], x[2], x[3]);
-}
-
-static void NAME(call_nnnnr)(any_function *function, void **x)
-{
-    ((void (*)(REAL, REAL, REAL, REAL, REAL *))function)(*(REAL *)x[0], *(REAL *)x[1], *(REAL *)x[2], *(REAL *)x[3],
-        x[4]);
-}
-
-// Blocks of a batch, and how they get there from strides of any kind: a component of a part (an argument or a result)
-// is a row, `row` numbers long, of the elements of a block.
-
-// As many elements as fill 32 bytes, which every wide machine turns alike.
-#define TILE PRECISION(4, 8)
-
-#ifdef SHUFFLE
-typedef REAL NAME(four) VECTOR(4);
-#define AT(a, k, s) (*(NAME(four) *)((a) + (k) * (s)))
-
-#if PRECISION(1, 0)
-// From four places, `s` bytes apart, to four, `t` bytes apart.
-static INLINE void NAME(turn)(char *a, intptr_t s, char *b, intptr_t t)
-{
-    const NAME(four) a0 = AT(a, 0, s), a1 = AT(a, 1, s), a2 = AT(a, 2, s), a3 = AT(a, 3, s);
-    const NAME(four) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6), b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
-    const NAME(four) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6), b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
-    AT(b, 0, t) = SHUFFLE(b0, b2, 0, 1, 4, 5);
-    AT(b, 1, t) = SHUFFLE(b1, b3, 0, 1, 4, 5);
-    AT(b, 2, t) = SHUFFLE(b0, b2, 2, 3, 6, 7);
-    AT(b, 3, t) = SHUFFLE(b1, b3, 2, 3, 6, 7);
-}
-
-static INLINE void NAME(load_tile)(char *x, intptr_t row, char *a, intptr_t s)
-{
-    NAME(turn)(a, s, x, row);
-}
-
-static INLINE void NAME(store_tile)(char *a, intptr_t s, char *x, intptr_t row)
-{
-    NAME(turn)(x, row, a, s);
-}
-#else
-typedef REAL NAME(eight) VECTOR(8);
-#define ROW(x, k, row) (*(NAME(eight) *)((x) + (k) * (row)))
-
-static INLINE void NAME(load_tile)(char *x, intptr_t row, char *a, intptr_t s)
-{
-#define PAIR(k) SHUFFLE(AT(a, k, s), AT(a, (k) + 4, s), 0, 1, 2, 3, 4, 5, 6, 7)
-    const NAME(eight) a0 = PAIR(0), a1 = PAIR(1), a2 = PAIR(2), a3 = PAIR(3);
-#undef PAIR
-    const NAME(eight) b0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13), b1 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(eight) b2 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13), b3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
-    ROW(x, 0, row) = SHUFFLE(b0, b2, 0, 1, 8, 9, 4, 5, 12, 13);
-    ROW(x, 1, row) = SHUFFLE(b0, b2, 2, 3, 10, 11, 6, 7, 14, 15);
-    ROW(x, 2, row) = SHUFFLE(b1, b3, 0, 1, 8, 9, 4, 5, 12, 13);
-    ROW(x, 3, row) = SHUFFLE(b1, b3, 2, 3, 10, 11, 6, 7, 14, 15);
-}
-
-static INLINE void NAME(store_tile)(char *a, intptr_t s, char *x, intptr_t row)
-{
-    const NAME(eight) x0 = ROW(x, 0, row), x1 = ROW(x, 1, row), x2 = ROW(x, 2, row), x3 = ROW(x, 3, row);
-    const NAME(eight) b0 = SHUFFLE(x0, x1, 0, 8, 1, 9, 4, 12, 5, 13), b1 = SHUFFLE(x0, x1, 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(eight) b2 = SHUFFLE(x2, x3, 0, 8, 1, 9, 4, 12, 5, 13), b3 = SHUFFLE(x2, x3, 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(eight) a0 = SHUFFLE(b0, b2, 0, 1, 8, 9, 4, 5, 12, 13), a1 = SHUFFLE(b0, b2, 2, 3, 10, 11, 6, 7, 14, 15);
-    const NAME(eight) a2 = SHUFFLE(b1, b3, 0, 1, 8, 9, 4, 5, 12, 13), a3 = SHUFFLE(b1, b3, 2, 3, 10, 11, 6, 7, 14, 15);
-#define HALVES(k, v) AT(a, k, s) = SHUFFLE(v, v, 0, 1, 2, 3), AT(a, (k) + 4, s) = SHUFFLE(v, v, 4, 5, 6, 7)
-    HALVES(0, a0);
-    HALVES(1, a1);
-    HALVES(2, a2);
-    HALVES(3, a3);
-#undef HALVES
-}
-#undef ROW
-#endif
-
-// Tiles of `size` components that are neighbours, of elements `s` bytes apart: how many elements are done. What is
-// known of the size when this is compiled saves half the time.
-static INLINE intptr_t NAME(turn_tiles)(int back, char *x, intptr_t row, char *a, intptr_t s, intptr_t size, intptr_t n)
-{
-    const intptr_t w = sizeof(REAL);
-    intptr_t done = 0;
-    NOT_UNROLLED
-    for (; done + TILE <= n; done += TILE) {
-        for (intptr_t k = 0; k < size; k += 4) {
-            const intptr_t first = k + 4 <= size ? k : size - 4;
-            char *in_rows = x + first * row + done * w, *in_element = a + done * s + first * w;
-            if (back)
-                NAME(store_tile)(in_element, s, in_rows, row);
-            else
-                NAME(load_tile)(in_rows, row, in_element, s);
-        }
-    }
-    return done;
-}
-
-static INLINE intptr_t NAME(turn_all)(int back, REAL *x, intptr_t row, char *a, intptr_t s, intptr_t size, intptr_t n)
-{
-    switch (size) {
-    case 4:
-        return NAME(turn_tiles)(back, (char *)x, row * sizeof(REAL), a, s, 4, n);
-    case 6:
-        return NAME(turn_tiles)(back, (char *)x, row * sizeof(REAL), a, s, 6, n);
-    case 8:
-        return NAME(turn_tiles)(back, (char *)x, row * sizeof(REAL), a, s, 8, n);
-    default:
-        return NAME(turn_tiles)(back, (char *)x, row * sizeof(REAL), a, s, size, n);
-    }
-}
-#undef AT
-#endif
-
-// Rows of `size` components that lie `c` bytes apart, of `n` elements that lie `s` bytes apart.
-WIDE static void NAME(load_rows)(REAL *x, intptr_t row, char *a, intptr_t s, intptr_t c, intptr_t size, intptr_t n)
-{
-    const intptr_t w = sizeof(REAL);
-    intptr_t done = 0;
-    if (size == 3 && c == w && s == 3 * w) {
-        const REAL *b = (const REAL *)a;
-        ANY_ORDER
-        for (intptr_t i = 0; i < n; ++i) {
-            x[i] = b[3 * i];
-            x[i + row] = b[3 * i + 1];
-            x[i + 2 * row] = b[3 * i + 2];
-        }
-        return;
-    }
-#ifdef SHUFFLE
-    if (size >= 4 && c == w) {
-        done = NAME(turn_all)(0, x, row, a, s, size, n);
-    } else if (s != w) {
-        for (; done + 4 <= n; done += 4) {
-            for (intptr_t k = 0; k < size; ++k) {
-                const char *b = a + done * s + k * c;
-                *(NAME(four) *)(x + k * row + done) = (NAME(four)){*(const REAL *)b, *(const REAL *)(b + s),
-                    *(const REAL *)(b + 2 * s), *(const REAL *)(b + 3 * s)};
-            }
-        }
-    }
-#endif
-    if (done == n)
-        return;
-    for (intptr_t k = 0; k < size; ++k) {
-        const char *from = a + k * c;
-        REAL *to = x + k * row;
-        if (s == w) {
-            ANY_ORDER
-            for (intptr_t i = done; i < n; ++i)
-                to[i] = ((const REAL *)from)[i];
-        } else {
-            for (intptr_t i = done; i < n; ++i)
-                to[i] = *(const REAL *)(from + i * s);
-        }
-    }
-}
-
-// The inverse of load_rows.
-WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, REAL *x, intptr_t row, intptr_t size, intptr_t n)
-{
-    const intptr_t w = sizeof(REAL);
-    intptr_t done = 0;
-    if (size == 3 && c == w && s == 3 * w) {
-        REAL *b = (REAL *)a;
-        ANY_ORDER
-        for (intptr_t i = 0; i < n; ++i) {
-            b[3 * i] = x[i];
-            b[3 * i + 1] = x[i + row];
-            b[3 * i + 2] = x[i + 2 * row];
-        }
-        return;
-    }
-#ifdef SHUFFLE
-    if (size >= 4 && c == w)
-        done = NAME(turn_all)(1, x, row, a, s, size, n);
-#endif
-    if (done == n)
-        return;
-    for (intptr_t k = 0; k < size; ++k) {
-        const REAL *from = x + k * row;
-        char *to = a + k * c;
-        for (intptr_t i = done; i < n; ++i)
-            *(REAL *)(to + i * s) = from[i];
-    }
-}
-
-// A tile of elements of each size in C order, to rows and back. Vectors are read and written in halves, the upper one
-// from half of the elements further on.
-#ifdef SHUFFLE
-typedef REAL NAME(tile) VECTOR(TILE);
-typedef REAL NAME(half) VECTOR(TILE / 2);
-#define COLUMN(k) (*(NAME(tile) *)(x + (k) * row))
-#define HALF(a, k) (((NAME(half) *)(a))[k])
-#define WHOLE(offset) (*(NAME(tile) *)(a + (offset)))
-#define UPPER(offset, size) (a + (offset) + TILE / 2 * (size))
-#define JOINED(v, w) PRECISION(SHUFFLE(v, w, 0, 1, 2, 3), SHUFFLE(v, w, 0, 1, 2, 3, 4, 5, 6, 7))
-#define LOWERS(v, w) PRECISION(SHUFFLE(v, w, 0, 1, 4, 5), SHUFFLE(v, w, 0, 1, 2, 3, 8, 9, 10, 11))
-#define UPPERS(v, w) PRECISION(SHUFFLE(v, w, 2, 3, 6, 7), SHUFFLE(v, w, 4, 5, 6, 7, 12, 13, 14, 15))
-#define READ(offset, size) JOINED(HALF(a + (offset), 0), HALF(UPPER(offset, size), 0))
-#define WRITE(offset, size, v) HALF(a + (offset), 0) = HALF(&v, 0), HALF(UPPER(offset, size), 0) = HALF(&v, 1)
-#define WRITE_BOTH(offset, size, v, w) \
-    WHOLE(offset) = LOWERS(v, w), WHOLE((offset) + TILE / 2 * (size)) = UPPERS(v, w)
-
-static INLINE void NAME(load_tile_1)(REAL *x, intptr_t row, REAL *a)
-{
-#if PRECISION(1, 0)
-    COLUMN(0) = WHOLE(0);
-#else
-    COLUMN(0) = WHOLE(0);
-#endif
-}
-
-static INLINE void NAME(store_tile_1)(REAL *a, REAL *x, intptr_t row)
-{
-#if PRECISION(1, 0)
-    WHOLE(0) = COLUMN(0);
-#else
-    WHOLE(0) = COLUMN(0);
-#endif
-}
-
-static INLINE void NAME(load_tile_3)(REAL *x, intptr_t row, REAL *a)
-{
-#if PRECISION(1, 0)
-    const NAME(tile) a0 = READ(0, 3);
-    const NAME(tile) a1 = READ(2, 3);
-    COLUMN(0) = SHUFFLE(a0, a1, 0, 5, 2, 7);
-    const NAME(tile) a2 = READ(4, 3);
-    COLUMN(1) = SHUFFLE(a0, a2, 1, 4, 3, 6);
-    COLUMN(2) = SHUFFLE(a1, a2, 0, 5, 2, 7);
-#else
-    const NAME(tile) a1 = READ(4, 3);
-    const NAME(tile) a2 = READ(8, 3);
-    const NAME(tile) b0 = SHUFFLE(a1, a2, 2, 3, 9, 10, 6, 7, 13, 14);
-    const NAME(tile) a0 = READ(0, 3);
-    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 2, 8, 9, 5, 6, 12, 13);
-    COLUMN(0) = SHUFFLE(a0, b0, 0, 3, 8, 10, 4, 7, 12, 14);
-    COLUMN(1) = SHUFFLE(b1, b0, 0, 2, 9, 11, 4, 6, 13, 15);
-    COLUMN(2) = SHUFFLE(b1, a2, 1, 3, 8, 11, 5, 7, 12, 15);
-#endif
-}
-
-static INLINE void NAME(store_tile_3)(REAL *a, REAL *x, intptr_t row)
-{
-#if PRECISION(1, 0)
-    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
-    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(0), 0, 5, 2, 7);
-    WRITE_BOTH(0, 3, a0, a1);
-    const NAME(tile) a2 = SHUFFLE(COLUMN(1), COLUMN(2), 1, 5, 3, 7);
-    WRITE(4, 3, a2);
-#else
-    const NAME(tile) b0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 2, 8, 10, 4, 6, 12, 14);
-    const NAME(tile) b2 = SHUFFLE(COLUMN(2), COLUMN(0), 0, 2, 9, 11, 4, 6, 13, 15);
-    const NAME(tile) a0 = SHUFFLE(b0, b2, 0, 2, 8, 10, 4, 6, 12, 14);
-    const NAME(tile) b1 = SHUFFLE(COLUMN(1), COLUMN(2), 1, 3, 9, 11, 5, 7, 13, 15);
-    const NAME(tile) a1 = SHUFFLE(b1, b0, 0, 2, 9, 11, 4, 6, 13, 15);
-    WRITE_BOTH(0, 3, a0, a1);
-    const NAME(tile) a2 = SHUFFLE(b2, b1, 1, 3, 9, 11, 5, 7, 13, 15);
-    WRITE(8, 3, a2);
-#endif
-}
-
-static INLINE void NAME(load_tile_4)(REAL *x, intptr_t row, REAL *a)
-{
-#if PRECISION(1, 0)
-    const NAME(tile) a0 = WHOLE(0);
-    const NAME(tile) a1 = WHOLE(4);
-    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
-    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
-    const NAME(tile) a2 = WHOLE(8);
-    const NAME(tile) a3 = WHOLE(12);
-    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
-    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
-    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
-    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
-    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
-    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
-#else
-    const NAME(tile) a0 = READ(0, 4);
-    const NAME(tile) a1 = READ(4, 4);
-    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a2 = READ(8, 4);
-    const NAME(tile) a3 = READ(12, 4);
-    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
-    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
-#endif
-}
-
-static INLINE void NAME(store_tile_4)(REAL *a, REAL *x, intptr_t row)
-{
-#if PRECISION(1, 0)
-    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
-    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
-    WRITE_BOTH(0, 4, a0, a1);
-    const NAME(tile) a2 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
-    const NAME(tile) a3 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
-    WRITE_BOTH(4, 4, a2, a3);
-#else
-    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE_BOTH(0, 4, a0, a1);
-    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE_BOTH(8, 4, a2, a3);
-#endif
-}
-
-static INLINE void NAME(load_tile_6)(REAL *x, intptr_t row, REAL *a)
-{
-#if PRECISION(1, 0)
-    const NAME(tile) a0 = WHOLE(0);
-    const NAME(tile) a1 = WHOLE(6);
-    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
-    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
-    const NAME(tile) a2 = WHOLE(12);
-    const NAME(tile) a3 = WHOLE(18);
-    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
-    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
-    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
-    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
-    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
-    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
-    const NAME(tile) a4 = READ(4, 6);
-    const NAME(tile) a5 = READ(10, 6);
-    COLUMN(4) = SHUFFLE(a4, a5, 0, 4, 2, 6);
-    COLUMN(5) = SHUFFLE(a4, a5, 1, 5, 3, 7);
-#else
-    const NAME(tile) a0 = READ(0, 6);
-    const NAME(tile) a1 = READ(6, 6);
-    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a2 = READ(12, 6);
-    const NAME(tile) a3 = READ(18, 6);
-    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
-    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    const NAME(tile) a4 = READ(2, 6);
-    const NAME(tile) a5 = READ(8, 6);
-    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) a6 = READ(14, 6);
-    const NAME(tile) a7 = READ(20, 6);
-    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
-    COLUMN(4) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(5) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
-#endif
-}
-
-static INLINE void NAME(store_tile_6)(REAL *a, REAL *x, intptr_t row)
-{
-#if PRECISION(1, 0)
-    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
-    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
-    WRITE_BOTH(0, 6, a0, a1);
-    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
-    const NAME(tile) a3 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
-    WRITE_BOTH(4, 6, a2, a3);
-    const NAME(tile) a4 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
-    const NAME(tile) a5 = SHUFFLE(COLUMN(4), COLUMN(5), 1, 5, 3, 7);
-    WRITE_BOTH(8, 6, a4, a5);
-#else
-    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    WRITE(0, 6, a0);
-    const NAME(tile) b4_0 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b4_1 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE_BOTH(2, 6, a4, a1);
-    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    WRITE_BOTH(8, 6, a5, a2);
-    const NAME(tile) b4_2 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b4_3 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE_BOTH(14, 6, a6, a3);
-    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE(20, 6, a7);
-#endif
-}
-
-static INLINE void NAME(load_tile_8)(REAL *x, intptr_t row, REAL *a)
-{
-#if PRECISION(1, 0)
-    const NAME(tile) a0 = WHOLE(0);
-    const NAME(tile) a1 = WHOLE(8);
-    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
-    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
-    const NAME(tile) a2 = WHOLE(16);
-    const NAME(tile) a3 = WHOLE(24);
-    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
-    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
-    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
-    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
-    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
-    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
-    const NAME(tile) a4 = WHOLE(4);
-    const NAME(tile) a5 = WHOLE(12);
-    const NAME(tile) b4 = SHUFFLE(a4, a5, 0, 4, 2, 6);
-    const NAME(tile) b5 = SHUFFLE(a4, a5, 1, 5, 3, 7);
-    const NAME(tile) a6 = WHOLE(20);
-    const NAME(tile) a7 = WHOLE(28);
-    const NAME(tile) b6 = SHUFFLE(a6, a7, 0, 4, 2, 6);
-    const NAME(tile) b7 = SHUFFLE(a6, a7, 1, 5, 3, 7);
-    COLUMN(4) = SHUFFLE(b4, b6, 0, 1, 4, 5);
-    COLUMN(5) = SHUFFLE(b5, b7, 0, 1, 4, 5);
-    COLUMN(6) = SHUFFLE(b4, b6, 2, 3, 6, 7);
-    COLUMN(7) = SHUFFLE(b5, b7, 2, 3, 6, 7);
-#else
-    const NAME(tile) a0 = READ(0, 8);
-    const NAME(tile) a1 = READ(8, 8);
-    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a2 = READ(16, 8);
-    const NAME(tile) a3 = READ(24, 8);
-    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
-    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    const NAME(tile) a4 = READ(4, 8);
-    const NAME(tile) a5 = READ(12, 8);
-    const NAME(tile) b4_0 = SHUFFLE(a4, a5, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a6 = READ(20, 8);
-    const NAME(tile) a7 = READ(28, 8);
-    const NAME(tile) b4_1 = SHUFFLE(a6, a7, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
-    COLUMN(4) = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(5) = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    COLUMN(6) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(7) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
-#endif
-}
-
-static INLINE void NAME(store_tile_8)(REAL *a, REAL *x, intptr_t row)
-{
-#if PRECISION(1, 0)
-    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
-    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
-    WRITE_BOTH(0, 8, a0, a1);
-    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
-    const NAME(tile) a3 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 4, 2, 6);
-    WRITE_BOTH(4, 8, a2, a3);
-    const NAME(tile) a4 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
-    const NAME(tile) a5 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
-    WRITE_BOTH(8, 8, a4, a5);
-    const NAME(tile) a6 = SHUFFLE(COLUMN(4), COLUMN(5), 1, 5, 3, 7);
-    const NAME(tile) a7 = SHUFFLE(COLUMN(6), COLUMN(7), 1, 5, 3, 7);
-    WRITE_BOTH(12, 8, a6, a7);
-#else
-    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    const NAME(tile) b4_0 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b4_1 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    WRITE_BOTH(0, 8, a0, a4);
-    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE_BOTH(8, 8, a1, a5);
-    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    const NAME(tile) b4_2 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b4_3 = SHUFFLE(COLUMN(6), COLUMN(7), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    WRITE_BOTH(16, 8, a2, a6);
-    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE_BOTH(24, 8, a3, a7);
-#endif
-}
-
-static INLINE void NAME(load_tile_9)(REAL *x, intptr_t row, REAL *a)
-{
-#if PRECISION(1, 0)
-    const NAME(tile) a0 = WHOLE(0);
-    const NAME(tile) a1 = WHOLE(9);
-    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
-    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
-    const NAME(tile) a2 = WHOLE(18);
-    const NAME(tile) a3 = WHOLE(27);
-    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
-    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
-    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
-    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
-    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
-    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
-    const NAME(tile) a4 = WHOLE(4);
-    const NAME(tile) a5 = WHOLE(13);
-    const NAME(tile) b4 = SHUFFLE(a4, a5, 0, 4, 2, 6);
-    const NAME(tile) b5 = SHUFFLE(a4, a5, 1, 5, 3, 7);
-    const NAME(tile) a6 = WHOLE(22);
-    const NAME(tile) a7 = WHOLE(31);
-    const NAME(tile) b6 = SHUFFLE(a6, a7, 0, 4, 2, 6);
-    const NAME(tile) b7 = SHUFFLE(a6, a7, 1, 5, 3, 7);
-    COLUMN(4) = SHUFFLE(b4, b6, 0, 1, 4, 5);
-    COLUMN(5) = SHUFFLE(b5, b7, 0, 1, 4, 5);
-    COLUMN(6) = SHUFFLE(b4, b6, 2, 3, 6, 7);
-    COLUMN(7) = SHUFFLE(b5, b7, 2, 3, 6, 7);
-    const NAME(tile) a8 = READ(7, 9);
-    const NAME(tile) a9 = READ(16, 9);
-    COLUMN(8) = SHUFFLE(a8, a9, 1, 5, 3, 7);
-#else
-    const NAME(tile) a0 = READ(0, 9);
-    const NAME(tile) a1 = READ(9, 9);
-    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a2 = READ(18, 9);
-    const NAME(tile) a3 = READ(27, 9);
-    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
-    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    const NAME(tile) a4 = READ(4, 9);
-    const NAME(tile) a5 = READ(13, 9);
-    const NAME(tile) b4_0 = SHUFFLE(a4, a5, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a6 = READ(22, 9);
-    const NAME(tile) a7 = READ(31, 9);
-    const NAME(tile) b4_1 = SHUFFLE(a6, a7, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
-    COLUMN(4) = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(5) = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    COLUMN(6) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(7) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    const NAME(tile) a8 = READ(5, 9);
-    const NAME(tile) a9 = READ(14, 9);
-    const NAME(tile) b8_2 = SHUFFLE(a8, a9, 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) a10 = READ(23, 9);
-    const NAME(tile) a11 = READ(32, 9);
-    const NAME(tile) b8_3 = SHUFFLE(a10, a11, 2, 10, 3, 11, 6, 14, 7, 15);
-    COLUMN(8) = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
-#endif
-}
-
-static INLINE void NAME(store_tile_9)(REAL *a, REAL *x, intptr_t row)
-{
-#if PRECISION(1, 0)
-    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
-    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
-    WRITE_BOTH(0, 9, a0, a1);
-    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
-    const NAME(tile) a3 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 4, 2, 6);
-    WRITE_BOTH(4, 9, a2, a3);
-    const NAME(tile) a4 = SHUFFLE(COLUMN(8), COLUMN(0), 0, 5, 2, 7);
-    const NAME(tile) a5 = SHUFFLE(COLUMN(1), COLUMN(2), 1, 5, 3, 7);
-    WRITE_BOTH(8, 9, a4, a5);
-    const NAME(tile) a6 = SHUFFLE(COLUMN(3), COLUMN(4), 1, 5, 3, 7);
-    const NAME(tile) a7 = SHUFFLE(COLUMN(5), COLUMN(6), 1, 5, 3, 7);
-    WRITE_BOTH(12, 9, a6, a7);
-    const NAME(tile) a8 = SHUFFLE(COLUMN(7), COLUMN(8), 1, 5, 3, 7);
-    WRITE(16, 9, a8);
-#else
-    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    const NAME(tile) b4_0 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b4_1 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    WRITE_BOTH(0, 9, a0, a4);
-    const NAME(tile) b8_0 = SHUFFLE(COLUMN(5), COLUMN(6), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b8_1 = SHUFFLE(COLUMN(7), COLUMN(8), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a8 = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE_BOTH(5, 9, a8, a1);
-    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE(13, 9, a5);
-    const NAME(tile) a9 = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    WRITE_BOTH(14, 9, a9, a2);
-    const NAME(tile) b4_2 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b4_3 = SHUFFLE(COLUMN(6), COLUMN(7), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    WRITE(22, 9, a6);
-    const NAME(tile) b8_2 = SHUFFLE(COLUMN(5), COLUMN(6), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b8_3 = SHUFFLE(COLUMN(7), COLUMN(8), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) a10 = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE_BOTH(23, 9, a10, a3);
-    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE(31, 9, a7);
-    const NAME(tile) a11 = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE(32, 9, a11);
-#endif
-}
-
-static INLINE void NAME(load_tile_10)(REAL *x, intptr_t row, REAL *a)
-{
-#if PRECISION(1, 0)
-    const NAME(tile) a0 = WHOLE(0);
-    const NAME(tile) a1 = WHOLE(10);
-    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
-    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
-    const NAME(tile) a2 = WHOLE(20);
-    const NAME(tile) a3 = WHOLE(30);
-    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
-    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
-    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
-    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
-    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
-    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
-    const NAME(tile) a4 = WHOLE(4);
-    const NAME(tile) a5 = WHOLE(14);
-    const NAME(tile) b4 = SHUFFLE(a4, a5, 0, 4, 2, 6);
-    const NAME(tile) b5 = SHUFFLE(a4, a5, 1, 5, 3, 7);
-    const NAME(tile) a6 = WHOLE(24);
-    const NAME(tile) a7 = WHOLE(34);
-    const NAME(tile) b6 = SHUFFLE(a6, a7, 0, 4, 2, 6);
-    const NAME(tile) b7 = SHUFFLE(a6, a7, 1, 5, 3, 7);
-    COLUMN(4) = SHUFFLE(b4, b6, 0, 1, 4, 5);
-    COLUMN(5) = SHUFFLE(b5, b7, 0, 1, 4, 5);
-    COLUMN(6) = SHUFFLE(b4, b6, 2, 3, 6, 7);
-    COLUMN(7) = SHUFFLE(b5, b7, 2, 3, 6, 7);
-    const NAME(tile) a8 = READ(8, 10);
-    const NAME(tile) a9 = READ(18, 10);
-    COLUMN(8) = SHUFFLE(a8, a9, 0, 4, 2, 6);
-    COLUMN(9) = SHUFFLE(a8, a9, 1, 5, 3, 7);
-#else
-    const NAME(tile) a0 = READ(0, 10);
-    const NAME(tile) a1 = READ(10, 10);
-    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a2 = READ(20, 10);
-    const NAME(tile) a3 = READ(30, 10);
-    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
-    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    const NAME(tile) a4 = READ(4, 10);
-    const NAME(tile) a5 = READ(14, 10);
-    const NAME(tile) b4_0 = SHUFFLE(a4, a5, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a6 = READ(24, 10);
-    const NAME(tile) a7 = READ(34, 10);
-    const NAME(tile) b4_1 = SHUFFLE(a6, a7, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
-    COLUMN(4) = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(5) = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    COLUMN(6) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(7) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    const NAME(tile) a8 = READ(6, 10);
-    const NAME(tile) a9 = READ(16, 10);
-    const NAME(tile) b8_2 = SHUFFLE(a8, a9, 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) a10 = READ(26, 10);
-    const NAME(tile) a11 = READ(36, 10);
-    const NAME(tile) b8_3 = SHUFFLE(a10, a11, 2, 10, 3, 11, 6, 14, 7, 15);
-    COLUMN(8) = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(9) = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
-#endif
-}
-
-static INLINE void NAME(store_tile_10)(REAL *a, REAL *x, intptr_t row)
-{
-#if PRECISION(1, 0)
-    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
-    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
-    WRITE_BOTH(0, 10, a0, a1);
-    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
-    const NAME(tile) a3 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 4, 2, 6);
-    WRITE_BOTH(4, 10, a2, a3);
-    const NAME(tile) a4 = SHUFFLE(COLUMN(8), COLUMN(9), 0, 4, 2, 6);
-    const NAME(tile) a5 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
-    WRITE_BOTH(8, 10, a4, a5);
-    const NAME(tile) a6 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
-    const NAME(tile) a7 = SHUFFLE(COLUMN(4), COLUMN(5), 1, 5, 3, 7);
-    WRITE_BOTH(12, 10, a6, a7);
-    const NAME(tile) a8 = SHUFFLE(COLUMN(6), COLUMN(7), 1, 5, 3, 7);
-    const NAME(tile) a9 = SHUFFLE(COLUMN(8), COLUMN(9), 1, 5, 3, 7);
-    WRITE_BOTH(16, 10, a8, a9);
-#else
-    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    const NAME(tile) b4_0 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b4_1 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    WRITE_BOTH(0, 10, a0, a4);
-    const NAME(tile) b8_0 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b8_1 = SHUFFLE(COLUMN(8), COLUMN(9), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a8 = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE_BOTH(6, 10, a8, a1);
-    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE(14, 10, a5);
-    const NAME(tile) a9 = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    WRITE_BOTH(16, 10, a9, a2);
-    const NAME(tile) b4_2 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b4_3 = SHUFFLE(COLUMN(6), COLUMN(7), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    WRITE(24, 10, a6);
-    const NAME(tile) b8_2 = SHUFFLE(COLUMN(6), COLUMN(7), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b8_3 = SHUFFLE(COLUMN(8), COLUMN(9), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) a10 = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE_BOTH(26, 10, a10, a3);
-    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE(34, 10, a7);
-    const NAME(tile) a11 = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE(36, 10, a11);
-#endif
-}
-
-static INLINE void NAME(load_tile_14)(REAL *x, intptr_t row, REAL *a)
-{
-#if PRECISION(1, 0)
-    const NAME(tile) a0 = WHOLE(0);
-    const NAME(tile) a1 = WHOLE(14);
-    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
-    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
-    const NAME(tile) a2 = WHOLE(28);
-    const NAME(tile) a3 = WHOLE(42);
-    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
-    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
-    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
-    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
-    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
-    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
-    const NAME(tile) a4 = WHOLE(4);
-    const NAME(tile) a5 = WHOLE(18);
-    const NAME(tile) b4 = SHUFFLE(a4, a5, 0, 4, 2, 6);
-    const NAME(tile) b5 = SHUFFLE(a4, a5, 1, 5, 3, 7);
-    const NAME(tile) a6 = WHOLE(32);
-    const NAME(tile) a7 = WHOLE(46);
-    const NAME(tile) b6 = SHUFFLE(a6, a7, 0, 4, 2, 6);
-    const NAME(tile) b7 = SHUFFLE(a6, a7, 1, 5, 3, 7);
-    COLUMN(4) = SHUFFLE(b4, b6, 0, 1, 4, 5);
-    COLUMN(5) = SHUFFLE(b5, b7, 0, 1, 4, 5);
-    COLUMN(6) = SHUFFLE(b4, b6, 2, 3, 6, 7);
-    COLUMN(7) = SHUFFLE(b5, b7, 2, 3, 6, 7);
-    const NAME(tile) a8 = WHOLE(8);
-    const NAME(tile) a9 = WHOLE(22);
-    const NAME(tile) b8 = SHUFFLE(a8, a9, 0, 4, 2, 6);
-    const NAME(tile) b9 = SHUFFLE(a8, a9, 1, 5, 3, 7);
-    const NAME(tile) a10 = WHOLE(36);
-    const NAME(tile) a11 = WHOLE(50);
-    const NAME(tile) b10 = SHUFFLE(a10, a11, 0, 4, 2, 6);
-    const NAME(tile) b11 = SHUFFLE(a10, a11, 1, 5, 3, 7);
-    COLUMN(8) = SHUFFLE(b8, b10, 0, 1, 4, 5);
-    COLUMN(9) = SHUFFLE(b9, b11, 0, 1, 4, 5);
-    COLUMN(10) = SHUFFLE(b8, b10, 2, 3, 6, 7);
-    COLUMN(11) = SHUFFLE(b9, b11, 2, 3, 6, 7);
-    const NAME(tile) a12 = READ(12, 14);
-    const NAME(tile) a13 = READ(26, 14);
-    COLUMN(12) = SHUFFLE(a12, a13, 0, 4, 2, 6);
-    COLUMN(13) = SHUFFLE(a12, a13, 1, 5, 3, 7);
-#else
-    const NAME(tile) a0 = READ(0, 14);
-    const NAME(tile) a1 = READ(14, 14);
-    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a2 = READ(28, 14);
-    const NAME(tile) a3 = READ(42, 14);
-    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
-    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    const NAME(tile) a4 = READ(4, 14);
-    const NAME(tile) a5 = READ(18, 14);
-    const NAME(tile) b4_0 = SHUFFLE(a4, a5, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a6 = READ(32, 14);
-    const NAME(tile) a7 = READ(46, 14);
-    const NAME(tile) b4_1 = SHUFFLE(a6, a7, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
-    COLUMN(4) = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(5) = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    COLUMN(6) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(7) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    const NAME(tile) a8 = READ(8, 14);
-    const NAME(tile) a9 = READ(22, 14);
-    const NAME(tile) b8_0 = SHUFFLE(a8, a9, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a10 = READ(36, 14);
-    const NAME(tile) a11 = READ(50, 14);
-    const NAME(tile) b8_1 = SHUFFLE(a10, a11, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b8_2 = SHUFFLE(a8, a9, 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b8_3 = SHUFFLE(a10, a11, 2, 10, 3, 11, 6, 14, 7, 15);
-    COLUMN(8) = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(9) = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    COLUMN(10) = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(11) = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    const NAME(tile) a12 = READ(10, 14);
-    const NAME(tile) a13 = READ(24, 14);
-    const NAME(tile) b12_2 = SHUFFLE(a12, a13, 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) a14 = READ(38, 14);
-    const NAME(tile) a15 = READ(52, 14);
-    const NAME(tile) b12_3 = SHUFFLE(a14, a15, 2, 10, 3, 11, 6, 14, 7, 15);
-    COLUMN(12) = SHUFFLE(b12_2, b12_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(13) = SHUFFLE(b12_2, b12_3, 2, 3, 10, 11, 6, 7, 14, 15);
-#endif
-}
-
-static INLINE void NAME(store_tile_14)(REAL *a, REAL *x, intptr_t row)
-{
-#if PRECISION(1, 0)
-    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
-    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
-    WRITE_BOTH(0, 14, a0, a1);
-    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
-    const NAME(tile) a3 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 4, 2, 6);
-    WRITE_BOTH(4, 14, a2, a3);
-    const NAME(tile) a4 = SHUFFLE(COLUMN(8), COLUMN(9), 0, 4, 2, 6);
-    const NAME(tile) a5 = SHUFFLE(COLUMN(10), COLUMN(11), 0, 4, 2, 6);
-    WRITE_BOTH(8, 14, a4, a5);
-    const NAME(tile) a6 = SHUFFLE(COLUMN(12), COLUMN(13), 0, 4, 2, 6);
-    const NAME(tile) a7 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
-    WRITE_BOTH(12, 14, a6, a7);
-    const NAME(tile) a8 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
-    const NAME(tile) a9 = SHUFFLE(COLUMN(4), COLUMN(5), 1, 5, 3, 7);
-    WRITE_BOTH(16, 14, a8, a9);
-    const NAME(tile) a10 = SHUFFLE(COLUMN(6), COLUMN(7), 1, 5, 3, 7);
-    const NAME(tile) a11 = SHUFFLE(COLUMN(8), COLUMN(9), 1, 5, 3, 7);
-    WRITE_BOTH(20, 14, a10, a11);
-    const NAME(tile) a12 = SHUFFLE(COLUMN(10), COLUMN(11), 1, 5, 3, 7);
-    const NAME(tile) a13 = SHUFFLE(COLUMN(12), COLUMN(13), 1, 5, 3, 7);
-    WRITE_BOTH(24, 14, a12, a13);
-#else
-    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    const NAME(tile) b4_0 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b4_1 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    WRITE_BOTH(0, 14, a0, a4);
-    const NAME(tile) b8_0 = SHUFFLE(COLUMN(8), COLUMN(9), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b8_1 = SHUFFLE(COLUMN(10), COLUMN(11), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a8 = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    WRITE(8, 14, a8);
-    const NAME(tile) b12_0 = SHUFFLE(COLUMN(10), COLUMN(11), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b12_1 = SHUFFLE(COLUMN(12), COLUMN(13), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a12 = SHUFFLE(b12_0, b12_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE_BOTH(10, 14, a12, a1);
-    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    const NAME(tile) a9 = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE_BOTH(18, 14, a5, a9);
-    const NAME(tile) a13 = SHUFFLE(b12_0, b12_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    WRITE_BOTH(24, 14, a13, a2);
-    const NAME(tile) b4_2 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b4_3 = SHUFFLE(COLUMN(6), COLUMN(7), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    const NAME(tile) b8_2 = SHUFFLE(COLUMN(8), COLUMN(9), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b8_3 = SHUFFLE(COLUMN(10), COLUMN(11), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) a10 = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    WRITE_BOTH(32, 14, a6, a10);
-    const NAME(tile) b12_2 = SHUFFLE(COLUMN(10), COLUMN(11), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b12_3 = SHUFFLE(COLUMN(12), COLUMN(13), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) a14 = SHUFFLE(b12_2, b12_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE_BOTH(38, 14, a14, a3);
-    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    const NAME(tile) a11 = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE_BOTH(46, 14, a7, a11);
-    const NAME(tile) a15 = SHUFFLE(b12_2, b12_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE(52, 14, a15);
-#endif
-}
-
-static INLINE void NAME(load_tile_16)(REAL *x, intptr_t row, REAL *a)
-{
-#if PRECISION(1, 0)
-    const NAME(tile) a0 = WHOLE(0);
-    const NAME(tile) a1 = WHOLE(16);
-    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
-    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
-    const NAME(tile) a2 = WHOLE(32);
-    const NAME(tile) a3 = WHOLE(48);
-    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
-    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
-    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
-    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
-    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
-    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
-    const NAME(tile) a4 = WHOLE(4);
-    const NAME(tile) a5 = WHOLE(20);
-    const NAME(tile) b4 = SHUFFLE(a4, a5, 0, 4, 2, 6);
-    const NAME(tile) b5 = SHUFFLE(a4, a5, 1, 5, 3, 7);
-    const NAME(tile) a6 = WHOLE(36);
-    const NAME(tile) a7 = WHOLE(52);
-    const NAME(tile) b6 = SHUFFLE(a6, a7, 0, 4, 2, 6);
-    const NAME(tile) b7 = SHUFFLE(a6, a7, 1, 5, 3, 7);
-    COLUMN(4) = SHUFFLE(b4, b6, 0, 1, 4, 5);
-    COLUMN(5) = SHUFFLE(b5, b7, 0, 1, 4, 5);
-    COLUMN(6) = SHUFFLE(b4, b6, 2, 3, 6, 7);
-    COLUMN(7) = SHUFFLE(b5, b7, 2, 3, 6, 7);
-    const NAME(tile) a8 = WHOLE(8);
-    const NAME(tile) a9 = WHOLE(24);
-    const NAME(tile) b8 = SHUFFLE(a8, a9, 0, 4, 2, 6);
-    const NAME(tile) b9 = SHUFFLE(a8, a9, 1, 5, 3, 7);
-    const NAME(tile) a10 = WHOLE(40);
-    const NAME(tile) a11 = WHOLE(56);
-    const NAME(tile) b10 = SHUFFLE(a10, a11, 0, 4, 2, 6);
-    const NAME(tile) b11 = SHUFFLE(a10, a11, 1, 5, 3, 7);
-    COLUMN(8) = SHUFFLE(b8, b10, 0, 1, 4, 5);
-    COLUMN(9) = SHUFFLE(b9, b11, 0, 1, 4, 5);
-    COLUMN(10) = SHUFFLE(b8, b10, 2, 3, 6, 7);
-    COLUMN(11) = SHUFFLE(b9, b11, 2, 3, 6, 7);
-    const NAME(tile) a12 = WHOLE(12);
-    const NAME(tile) a13 = WHOLE(28);
-    const NAME(tile) b12 = SHUFFLE(a12, a13, 0, 4, 2, 6);
-    const NAME(tile) b13 = SHUFFLE(a12, a13, 1, 5, 3, 7);
-    const NAME(tile) a14 = WHOLE(44);
-    const NAME(tile) a15 = WHOLE(60);
-    const NAME(tile) b14 = SHUFFLE(a14, a15, 0, 4, 2, 6);
-    const NAME(tile) b15 = SHUFFLE(a14, a15, 1, 5, 3, 7);
-    COLUMN(12) = SHUFFLE(b12, b14, 0, 1, 4, 5);
-    COLUMN(13) = SHUFFLE(b13, b15, 0, 1, 4, 5);
-    COLUMN(14) = SHUFFLE(b12, b14, 2, 3, 6, 7);
-    COLUMN(15) = SHUFFLE(b13, b15, 2, 3, 6, 7);
-#else
-    const NAME(tile) a0 = READ(0, 16);
-    const NAME(tile) a1 = READ(16, 16);
-    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a2 = READ(32, 16);
-    const NAME(tile) a3 = READ(48, 16);
-    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
-    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    const NAME(tile) a4 = READ(4, 16);
-    const NAME(tile) a5 = READ(20, 16);
-    const NAME(tile) b4_0 = SHUFFLE(a4, a5, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a6 = READ(36, 16);
-    const NAME(tile) a7 = READ(52, 16);
-    const NAME(tile) b4_1 = SHUFFLE(a6, a7, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b4_2 = SHUFFLE(a4, a5, 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b4_3 = SHUFFLE(a6, a7, 2, 10, 3, 11, 6, 14, 7, 15);
-    COLUMN(4) = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(5) = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    COLUMN(6) = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(7) = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    const NAME(tile) a8 = READ(8, 16);
-    const NAME(tile) a9 = READ(24, 16);
-    const NAME(tile) b8_0 = SHUFFLE(a8, a9, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a10 = READ(40, 16);
-    const NAME(tile) a11 = READ(56, 16);
-    const NAME(tile) b8_1 = SHUFFLE(a10, a11, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b8_2 = SHUFFLE(a8, a9, 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b8_3 = SHUFFLE(a10, a11, 2, 10, 3, 11, 6, 14, 7, 15);
-    COLUMN(8) = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(9) = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    COLUMN(10) = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(11) = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    const NAME(tile) a12 = READ(12, 16);
-    const NAME(tile) a13 = READ(28, 16);
-    const NAME(tile) b12_0 = SHUFFLE(a12, a13, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a14 = READ(44, 16);
-    const NAME(tile) a15 = READ(60, 16);
-    const NAME(tile) b12_1 = SHUFFLE(a14, a15, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b12_2 = SHUFFLE(a12, a13, 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b12_3 = SHUFFLE(a14, a15, 2, 10, 3, 11, 6, 14, 7, 15);
-    COLUMN(12) = SHUFFLE(b12_0, b12_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(13) = SHUFFLE(b12_0, b12_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    COLUMN(14) = SHUFFLE(b12_2, b12_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(15) = SHUFFLE(b12_2, b12_3, 2, 3, 10, 11, 6, 7, 14, 15);
-#endif
-}
-
-static INLINE void NAME(store_tile_16)(REAL *a, REAL *x, intptr_t row)
-{
-#if PRECISION(1, 0)
-    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
-    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
-    WRITE_BOTH(0, 16, a0, a1);
-    const NAME(tile) a2 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 4, 2, 6);
-    const NAME(tile) a3 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 4, 2, 6);
-    WRITE_BOTH(4, 16, a2, a3);
-    const NAME(tile) a4 = SHUFFLE(COLUMN(8), COLUMN(9), 0, 4, 2, 6);
-    const NAME(tile) a5 = SHUFFLE(COLUMN(10), COLUMN(11), 0, 4, 2, 6);
-    WRITE_BOTH(8, 16, a4, a5);
-    const NAME(tile) a6 = SHUFFLE(COLUMN(12), COLUMN(13), 0, 4, 2, 6);
-    const NAME(tile) a7 = SHUFFLE(COLUMN(14), COLUMN(15), 0, 4, 2, 6);
-    WRITE_BOTH(12, 16, a6, a7);
-    const NAME(tile) a8 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
-    const NAME(tile) a9 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
-    WRITE_BOTH(16, 16, a8, a9);
-    const NAME(tile) a10 = SHUFFLE(COLUMN(4), COLUMN(5), 1, 5, 3, 7);
-    const NAME(tile) a11 = SHUFFLE(COLUMN(6), COLUMN(7), 1, 5, 3, 7);
-    WRITE_BOTH(20, 16, a10, a11);
-    const NAME(tile) a12 = SHUFFLE(COLUMN(8), COLUMN(9), 1, 5, 3, 7);
-    const NAME(tile) a13 = SHUFFLE(COLUMN(10), COLUMN(11), 1, 5, 3, 7);
-    WRITE_BOTH(24, 16, a12, a13);
-    const NAME(tile) a14 = SHUFFLE(COLUMN(12), COLUMN(13), 1, 5, 3, 7);
-    const NAME(tile) a15 = SHUFFLE(COLUMN(14), COLUMN(15), 1, 5, 3, 7);
-    WRITE_BOTH(28, 16, a14, a15);
-#else
-    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    const NAME(tile) b4_0 = SHUFFLE(COLUMN(4), COLUMN(5), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b4_1 = SHUFFLE(COLUMN(6), COLUMN(7), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a4 = SHUFFLE(b4_0, b4_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    WRITE_BOTH(0, 16, a0, a4);
-    const NAME(tile) b8_0 = SHUFFLE(COLUMN(8), COLUMN(9), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b8_1 = SHUFFLE(COLUMN(10), COLUMN(11), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a8 = SHUFFLE(b8_0, b8_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    const NAME(tile) b12_0 = SHUFFLE(COLUMN(12), COLUMN(13), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b12_1 = SHUFFLE(COLUMN(14), COLUMN(15), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a12 = SHUFFLE(b12_0, b12_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    WRITE_BOTH(8, 16, a8, a12);
-    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    const NAME(tile) a5 = SHUFFLE(b4_0, b4_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE_BOTH(16, 16, a1, a5);
-    const NAME(tile) a9 = SHUFFLE(b8_0, b8_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    const NAME(tile) a13 = SHUFFLE(b12_0, b12_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE_BOTH(24, 16, a9, a13);
-    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    const NAME(tile) b4_2 = SHUFFLE(COLUMN(4), COLUMN(5), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b4_3 = SHUFFLE(COLUMN(6), COLUMN(7), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) a6 = SHUFFLE(b4_2, b4_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    WRITE_BOTH(32, 16, a2, a6);
-    const NAME(tile) b8_2 = SHUFFLE(COLUMN(8), COLUMN(9), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b8_3 = SHUFFLE(COLUMN(10), COLUMN(11), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) a10 = SHUFFLE(b8_2, b8_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    const NAME(tile) b12_2 = SHUFFLE(COLUMN(12), COLUMN(13), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b12_3 = SHUFFLE(COLUMN(14), COLUMN(15), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) a14 = SHUFFLE(b12_2, b12_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    WRITE_BOTH(40, 16, a10, a14);
-    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    const NAME(tile) a7 = SHUFFLE(b4_2, b4_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE_BOTH(48, 16, a3, a7);
-    const NAME(tile) a11 = SHUFFLE(b8_2, b8_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    const NAME(tile) a15 = SHUFFLE(b12_2, b12_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE_BOTH(56, 16, a11, a15);
-#endif
-}
-#undef COLUMN
-#undef HALF
-#undef WHOLE
-#undef UPPER
-#undef JOINED
-#undef LOWERS
-#undef UPPERS
-#undef READ
-#undef WRITE
-#undef WRITE_BOTH
-#else
-
-static INLINE void NAME(load_tile_1)(REAL *x, intptr_t row, const REAL *a)
-{
-    for (intptr_t k = 0; k < 1; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            x[k * row + i] = a[i * 1 + k];
-}
-
-static INLINE void NAME(store_tile_1)(REAL *a, const REAL *x, intptr_t row)
-{
-    for (intptr_t k = 0; k < 1; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            a[i * 1 + k] = x[k * row + i];
-}
-
-static INLINE void NAME(load_tile_3)(REAL *x, intptr_t row, const REAL *a)
-{
-    for (intptr_t k = 0; k < 3; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            x[k * row + i] = a[i * 3 + k];
-}
-
-static INLINE void NAME(store_tile_3)(REAL *a, const REAL *x, intptr_t row)
-{
-    for (intptr_t k = 0; k < 3; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            a[i * 3 + k] = x[k * row + i];
-}
-
-static INLINE void NAME(load_tile_4)(REAL *x, intptr_t row, const REAL *a)
-{
-    for (intptr_t k = 0; k < 4; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            x[k * row + i] = a[i * 4 + k];
-}
-
-static INLINE void NAME(store_tile_4)(REAL *a, const REAL *x, intptr_t row)
-{
-    for (intptr_t k = 0; k < 4; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            a[i * 4 + k] = x[k * row + i];
-}
-
-static INLINE void NAME(load_tile_6)(REAL *x, intptr_t row, const REAL *a)
-{
-    for (intptr_t k = 0; k < 6; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            x[k * row + i] = a[i * 6 + k];
-}
-
-static INLINE void NAME(store_tile_6)(REAL *a, const REAL *x, intptr_t row)
-{
-    for (intptr_t k = 0; k < 6; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            a[i * 6 + k] = x[k * row + i];
-}
-
-static INLINE void NAME(load_tile_8)(REAL *x, intptr_t row, const REAL *a)
-{
-    for (intptr_t k = 0; k < 8; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            x[k * row + i] = a[i * 8 + k];
-}
-
-static INLINE void NAME(store_tile_8)(REAL *a, const REAL *x, intptr_t row)
-{
-    for (intptr_t k = 0; k < 8; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            a[i * 8 + k] = x[k * row + i];
-}
-
-static INLINE void NAME(load_tile_9)(REAL *x, intptr_t row, const REAL *a)
-{
-    for (intptr_t k = 0; k < 9; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            x[k * row + i] = a[i * 9 + k];
-}
-
-static INLINE void NAME(store_tile_9)(REAL *a, const REAL *x, intptr_t row)
-{
-    for (intptr_t k = 0; k < 9; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            a[i * 9 + k] = x[k * row + i];
-}
-
-static INLINE void NAME(load_tile_10)(REAL *x, intptr_t row, const REAL *a)
-{
-    for (intptr_t k = 0; k < 10; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            x[k * row + i] = a[i * 10 + k];
-}
-
-static INLINE void NAME(store_tile_10)(REAL *a, const REAL *x, intptr_t row)
-{
-    for (intptr_t k = 0; k < 10; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            a[i * 10 + k] = x[k * row + i];
-}
-
-static INLINE void NAME(load_tile_14)(REAL *x, intptr_t row, const REAL *a)
-{
-    for (intptr_t k = 0; k < 14; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            x[k * row + i] = a[i * 14 + k];
-}
-
-static INLINE void NAME(store_tile_14)(REAL *a, const REAL *x, intptr_t row)
-{
-    for (intptr_t k = 0; k < 14; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            a[i * 14 + k] = x[k * row + i];
-}
-
-static INLINE void NAME(load_tile_16)(REAL *x, intptr_t row, const REAL *a)
-{
-    for (intptr_t k = 0; k < 16; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            x[k * row + i] = a[i * 16 + k];
-}
-
-static INLINE void NAME(store_tile_16)(REAL *a, const REAL *x, intptr_t row)
-{
-    for (intptr_t k = 0; k < 16; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            a[i * 16 + k] = x[k * row + i];
-}
-#endif
-
-// Rows, `row` numbers long, of `n` elements of at most three numbers in C order, and back.
-static INLINE void NAME(load_few)(REAL *x, const REAL *a, intptr_t size, intptr_t row, intptr_t n)
-{
-    if (size == 1) {
-        memcpy(x, a, n * sizeof(REAL));
-    } else if (size == 2) {
-        for (intptr_t i = 0; i < n; ++i) {
-            x[i] = a[2 * i];
-            x[row + i] = a[2 * i + 1];
-        }
-    } else {
-        for (intptr_t i = 0; i < n; ++i) {
-            x[i] = a[3 * i];
-            x[row + i] = a[3 * i + 1];
-            x[2 * row + i] = a[3 * i + 2];
-        }
-    }
-}
-
-static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr_t row, intptr_t n)
-{
-    if (size == 1) {
-        memcpy(a, x, n * sizeof(REAL));
-    } else if (size == 2) {
-        for (intptr_t i = 0; i < n; ++i) {
-            a[2 * i] = x[i];
-            a[2 * i + 1] = x[row + i];
-        }
-    } else {
-        for (intptr_t i = 0; i < n; ++i) {
-            a[3 * i] = x[i];
-            a[3 * i + 1] = x[row + i];
-            a[3 * i + 2] = x[2 * row + i];
-        }
-    }
-}
-
-// Loops between rows and elements of each size.
-static INLINE void NAME(load_span_1)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 1, SPAN, n);
-}
-LOOPS(load_span_1)
-
-static INLINE void NAME(store_span_1)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 1, SPAN, n);
-}
-LOOPS(store_span_1)
-
-static INLINE void NAME(load_span_3)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 3, SPAN, n);
-}
-LOOPS(load_span_3)
-
-static INLINE void NAME(store_span_3)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 3, SPAN, n);
-}
-LOOPS(store_span_3)
-
-static INLINE void NAME(load_span_4)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NOT_UNROLLED
-    for (intptr_t i = 0; i < n; i += TILE)
-        NAME(load_tile_4)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 4);
-}
-LOOP(load_span_4)
-
-static INLINE void NAME(store_span_4)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NOT_UNROLLED
-    for (intptr_t i = 0; i < n; i += TILE)
-        NAME(store_tile_4)((REAL *)args[1] + i * 4, (REAL *)args[0] + i, SPAN);
-}
-LOOP(store_span_4)
-
-static INLINE void NAME(load_span_6)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NOT_UNROLLED
-    for (intptr_t i = 0; i < n; i += TILE)
-        NAME(load_tile_6)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 6);
-}
-LOOP(load_span_6)
-
-static INLINE void NAME(store_span_6)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NOT_UNROLLED
-    for (intptr_t i = 0; i < n; i += TILE)
-        NAME(store_tile_6)((REAL *)args[1] + i * 6, (REAL *)args[0] + i, SPAN);
-}
-LOOP(store_span_6)
-
-static INLINE void NAME(load_span_8)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NOT_UNROLLED
-    for (intptr_t i = 0; i < n; i += TILE)
-        NAME(load_tile_8)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 8);
-}
-LOOP(load_span_8)
-
-static INLINE void NAME(store_span_8)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NOT_UNROLLED
-    for (intptr_t i = 0; i < n; i += TILE)
-        NAME(store_tile_8)((REAL *)args[1] + i * 8, (REAL *)args[0] + i, SPAN);
-}
-LOOP(store_span_8)
-
-static INLINE void NAME(load_span_9)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NOT_UNROLLED
-    for (intptr_t i = 0; i < n; i += TILE)
-        NAME(load_tile_9)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 9);
-}
-LOOP(load_span_9)
-
-static INLINE void NAME(store_span_9)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NOT_UNROLLED
-    for (intptr_t i = 0; i < n; i += TILE)
-        NAME(store_tile_9)((REAL *)args[1] + i * 9, (REAL *)args[0] + i, SPAN);
-}
-LOOP(store_span_9)
-
-static INLINE void NAME(load_span_10)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NOT_UNROLLED
-    for (intptr_t i = 0; i < n; i += TILE)
-        NAME(load_tile_10)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 10);
-}
-LOOP(load_span_10)
-
-static INLINE void NAME(store_span_10)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NOT_UNROLLED
-    for (intptr_t i = 0; i < n; i += TILE)
-        NAME(store_tile_10)((REAL *)args[1] + i * 10, (REAL *)args[0] + i, SPAN);
-}
-LOOP(store_span_10)
-
-static INLINE void NAME(load_span_14)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NOT_UNROLLED
-    for (intptr_t i = 0; i < n; i += TILE)
-        NAME(load_tile_14)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 14);
-}
-LOOP(load_span_14)
-
-static INLINE void NAME(store_span_14)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NOT_UNROLLED
-    for (intptr_t i = 0; i < n; i += TILE)
-        NAME(store_tile_14)((REAL *)args[1] + i * 14, (REAL *)args[0] + i, SPAN);
-}
-LOOP(store_span_14)
-
-static INLINE void NAME(load_span_16)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NOT_UNROLLED
-    for (intptr_t i = 0; i < n; i += TILE)
-        NAME(load_tile_16)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 16);
-}
-LOOP(load_span_16)
-
-static INLINE void NAME(store_span_16)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NOT_UNROLLED
-    for (intptr_t i = 0; i < n; i += TILE)
-        NAME(store_tile_16)((REAL *)args[1] + i * 16, (REAL *)args[0] + i, SPAN);
-}
-LOOP(store_span_16)
-
-static const struct {
-    loop_function *load[2], *store[2];
-} NAME(spans)[SIZES + 1] = {
-    [1] = {WIDTHS(load_span_1), WIDTHS(store_span_1)},
-    [3] = {WIDTHS(load_span_3), WIDTHS(store_span_3)},
-    [4] = {WIDTH(load_span_4), WIDTH(store_span_4)},
-    [6] = {WIDTH(load_span_6), WIDTH(store_span_6)},
-    [8] = {WIDTH(load_span_8), WIDTH(store_span_8)},
-    [9] = {WIDTH(load_span_9), WIDTH(store_span_9)},
-    [10] = {WIDTH(load_span_10), WIDTH(store_span_10)},
-    [14] = {WIDTH(load_span_14), WIDTH(store_span_14)},
-    [16] = {WIDTH(load_span_16), WIDTH(store_span_16)},
-};
-
-// All rows of a part, from the batch or back to it; axes that lie as one are moved as one.
-static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *part, char *a, intptr_t s,
-    const intptr_t *c, intptr_t n)
-{
-    intptr_t count = 1, step = sizeof(REAL);
-    int axis = part->rank;
-    for (; axis > 0 && (count == 1 || c[axis - 1] == count * step); --axis) {
-        step = count == 1 ? c[axis - 1] : step;
-        count *= part->shape[axis - 1];
-    }
-    if (count == part->size && back)
-        NAME(store_rows)(a, s, step, x, row, count, n);
-    else if (count == part->size)
-        NAME(load_rows)(x, row, a, s, step, count, n);
-    for (intptr_t k = 0; count < part->size && k < part->size; k += count) {
-        intptr_t offset = 0, rest = k / count;
-        for (int outer = axis; outer-- > 0; rest /= part->shape[outer])
-            offset += rest % part->shape[outer] * c[outer];
-        if (back)
-            NAME(store_rows)(a + offset, s, step, x + k * row, row, count, n);
-        else
-            NAME(load_rows)(x + k * row, row, a + offset, s, step, count, n);
-    }
-}
-
-// The numbers of an element of a part, from the batch or back to it.
-static void NAME(move_element)(int back, REAL *x, const struct part *part, char *a, const intptr_t *c)
-{
-    for (intptr_t k = 0; k < part->size; ++k) {
-        REAL *number = (REAL *)(a + offset_of(part, k, c));
-        if (back)
-            *number = x[k];
-        else
-            x[k] = *number;
-    }
-}
-
-// All rows of a part to a batch in which they are contiguous, past the caches.
-static void NAME(stream_part)(REAL *x, intptr_t row, const struct part *part, char *a, const intptr_t *c, intptr_t n)
-{
-    for (intptr_t k = 0; k < part->size; ++k)
-        stream(a + offset_of(part, k, c), (const char *)(x + k * row), n * sizeof(REAL));
-}
-
-// Runs a kernel on one element after the other.
-static void NAME(each)(const struct kernel *kernel, char **args, intptr_t n, const intptr_t *steps)
-{
-    const intptr_t *strides = steps + kernel->n_parts;
-    const struct part *parts = kernel->parts;
-    REAL numbers[NUMBERS], *next = numbers;
-    void *places[PARTS];
-    for (int p = 0; p < kernel->n_parts; next += parts[p++].size)
-        places[p] = next;
-    for (intptr_t i = 0; i < n; ++i) {
-        for (int p = 0; p < kernel->n_inputs; ++p)
-            NAME(move_element)(0, places[p], &parts[p], args[p] + i * steps[p], strides + parts[p].first);
-        kernel->call(kernel->function, places);
-        for (int p = kernel->n_inputs; p < kernel->n_parts; ++p)
-            NAME(move_element)(1, places[p], &parts[p], args[p] + i * steps[p], strides + parts[p].first);
-    }
-}
-
-// Runs a loop over `n` elements as they lie, from the `first` on.
-static void NAME(run_from)(intptr_t first, intptr_t n, const struct kernel *kernel, loop_function *loop, char **args,
-    const intptr_t *steps, unsigned hoisted, REAL *prepared)
-{
-    char *starts[PARTS];
-    for (int p = 0; p < kernel->n_parts; ++p)
-        starts[p] = is_flagged(hoisted, p) ? (char *)prepared : args[p] + first * steps[p];
-    loop(n, starts, steps + kernel->n_parts);
-}
-
-// Runs a loop over elements as they lie, `unit` at a time, and returns how many it did. Those before `head` are run
-// with some after them, and the last ones with some before them, which are run twice, unless arguments are replaced by
-// results.
-static intptr_t NAME(as_they_lie)(intptr_t unit, intptr_t head, const struct kernel *kernel, loop_function *loop,
-    char **args, intptr_t n, const intptr_t *steps, unsigned hoisted, REAL *prepared)
-{
-    int twice = n > unit;
-    for (int p = kernel->n_inputs; p < kernel->n_parts; ++p)
-        for (int q = 0; q < kernel->n_inputs; ++q)
-            twice = twice && args[p] != args[q];
-    const intptr_t first = twice ? head : 0, whole = (n - first) & -unit;
-    if (first)
-        NAME(run_from)(0, unit, kernel, loop, args, steps, hoisted, prepared);
-    if (whole)
-        NAME(run_from)(first, whole, kernel, loop, args, steps, hoisted, prepared);
-    if (!twice || first + whole == n)
-        return first + whole;
-    NAME(run_from)(n - unit, unit, kernel, loop, args, steps, hoisted, prepared);
-    return n;
-}
-
-// Runs a kernel over a batch. What lies at unit stride, or is hoisted, is used where it lies, and so is a whole batch
-// in C order if there is a loop for it; everything else goes through rows, in blocks.
-static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, const intptr_t *steps)
-{
-    const intptr_t w = sizeof(REAL), *strides = steps + kernel->n_parts;
-    const int n_parts = kernel->n_parts, n_inputs = kernel->n_inputs, width = CHOSEN;
-    enum { SAME, HOISTED, UNIT, ANY } kinds[PARTS];
-    _Alignas(64) REAL space[SPACE], prepared[PREPARED];
-    REAL *rows[PARTS];
-    char *starts[PARTS], *rest[PARTS];
-    intptr_t cores[CORES], row_cores[CORES], total = 0, numbers = 0, results = 0, bytes = 0;
-    unsigned still = 0, hoisted = 0;
-    int in_place = 1, ordered = 1, known = 1, at_unit_stride = 1;
-    if (width < 0 || n <= 1) {
-        NAME(each)(kernel, args, n, steps);
-        return;
-    }
-    loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width], *loads[PARTS], *stores[PARTS];
-    int together = kernel->together;
-    for (int p = 0; p < n_parts; ++p) {
-        const struct part *part = &kernel->parts[p];
-        const int same = p < n_inputs && p < FLAGS && steps[p] == 0;
-        intptr_t step = w;
-        for (int q = part->rank; q-- > 0; step *= part->shape[q])
-            ordered = ordered && (same || strides[part->first + q] == step);
-        ordered = ordered && (same || steps[p] == step);
-        known = known && part->size <= SIZES && NAME(spans)[part->size].load[width];
-        total += part->size;
-        numbers += same ? 0 : part->size;
-        results += p < n_inputs ? 0 : part->size;
-        bytes += steps[p] < 0 ? -steps[p] : steps[p];
-        if (same)
-            still |= 1u << p;
-    }
-    for (int f = 0; f < kernel->n_forms && !hoisted; ++f) {
-        const struct form *form = &kernel->forms[f];
-        if ((still & form->same) == form->same && n >= form->least) {
-            form->start(args, strides, prepared);
-            hoisted = form->same, together = form->together;
-            in_rows = form->block[width], in_order = form->dense[width];
-        }
-    }
-    // Results go past caches that do not hold them, where that is what takes the time and all rows start lines alike.
-    int past = PASSES(n * numbers * w, results) && !kernel->busy && !ordered;
-    for (int p = n_inputs; past && p < n_parts; ++p) {
-        const struct part *part = &kernel->parts[p];
-        past = steps[p] == w && (args[p] - args[n_inputs]) % LINE == 0;
-        for (int q = part->first; past && q < part->first + part->rank; ++q)
-            past = strides[q] % LINE == 0;
-    }
-    // Elements before the first whose result starts a line. A vector stored across two lines takes twice the time, so
-    // it is worth a turn more where elements are many and more than the first cache holds.
-    const int aligned = past || (steps[n_inputs] == w && n >= 16 * LANES && n * numbers * w >= 1 << 15);
-    intptr_t head = aligned ? (-(intptr_t)args[n_inputs] & (LINE - 1)) / w : 0;
-    // All that lies as a loop reads it is run at once.
-    for (int p = 0; p < n_parts; ++p)
-        at_unit_stride = at_unit_stride && (steps[p] == w || is_flagged(hoisted, p));
-    loop_function *const at_once = ordered && still == hoisted && in_order ? in_order
-        : at_unit_stride && !past && !kernel->repeats ? in_rows : NULL;
-    if (at_once) {
-        const intptr_t unit = at_once == in_order ? together : LANES, first = at_once == in_order ? 0 : head;
-        const intptr_t done = NAME(as_they_lie)(unit, first, kernel, at_once, args, n, steps, hoisted, prepared);
-        for (int p = 0; p < n_parts; ++p)
-            rest[p] = args[p] + done * steps[p];
-        args = rest, n -= done, head = 0;
-        if (n == 0)
-            return;
-    }
-    // Rows cost more than a few elements do.
-    if (n <= ALONE && !hoisted) {
-        NAME(each)(kernel, args, n, steps);
-        return;
-    }
-    const int spans = ordered && known && total * SPAN <= SPACE;
-    // Long rows spare calls; beyond the last cache, short turns keep reading and writing going side by side.
-    const int near = n < (1 << 24) / (bytes + 1);
-    intptr_t row = spans ? SPAN : near || past ? 512 / w : LANES;
-    while (row > LANES && row * total > SPACE)
-        row /= 2;
-    total = 0;
-    for (int p = 0; p < n_parts; ++p) {
-        const struct part *part = &kernel->parts[p];
-        intptr_t row_step = row * w;
-        starts[p] = is_flagged(hoisted, p) ? (char *)prepared : args[p];
-        rows[p] = space + row * total;
-        total += part->size;
-        kinds[p] = is_flagged(hoisted, p) ? HOISTED : is_flagged(still, p) ? SAME : steps[p] == w ? UNIT : ANY;
-        for (int q = 0; kernel->repeats && p >= n_inputs && q < n_inputs; ++q)
-            kinds[p] = args[p] == args[q] ? ANY : kinds[p];
-        kinds[p] = past && p >= n_inputs ? ANY : kinds[p];
-        in_place = in_place && (kinds[p] == UNIT || kinds[p] == HOISTED);
-        for (int q = part->first + part->rank; q-- > part->first; row_step *= part->shape[q - part->first]) {
-            cores[q] = kinds[p] == SAME || kinds[p] == ANY ? row_step : strides[q];
-            row_cores[q] = row_step;
-        }
-        if (kinds[p] == HOISTED || kinds[p] == UNIT)
-            continue;
-        starts[p] = (char *)rows[p];
-        loads[p] = spans ? NAME(spans)[part->size].load[width] : NULL;
-        stores[p] = spans ? NAME(spans)[part->size].store[width] : NULL;
-        if (kinds[p] == SAME)
-            NAME(move_part)(0, rows[p], row, part, args[p], 0, strides + part->first, n < row ? PADDED(n) : row);
-    }
-    const intptr_t turn = near ? SPAN : LANES;
-    intptr_t i = 0;
-    // In C order, by functions that know the sizes.
-    for (; spans && !in_place && n - i >= turn; i += turn) {
-        for (int p = 0; p < n_parts; ++p) {
-            if (kinds[p] == UNIT)
-                starts[p] = args[p] + i * w;
-            else if (kinds[p] == ANY && p < n_inputs)
-                loads[p](turn, (char *[]){starts[p], args[p] + i * steps[p]}, NULL);
-        }
-        for (int p = 0; !near && p < n_parts; ++p) {
-            const intptr_t first = p < n_inputs ? i + turn : i, count = n - first < turn ? n - first : turn;
-            if (kinds[p] == ANY)
-                fetch(args[p] + first * steps[p], count * steps[p], p >= n_inputs);
-        }
-        in_rows(turn, starts, cores);
-        for (int p = n_inputs; p < n_parts; ++p)
-            if (kinds[p] == ANY)
-                stores[p](turn, (char *[]){starts[p], args[p] + i * steps[p]}, NULL);
-    }
-    for (intptr_t m; i < n; i += m) {
-        m = i < head ? head - i : n - i < LANES ? n - i : in_place || n - i < row ? (n - i) & -LANES : row;
-        const int few = m < LANES;
-        for (int p = 0; p < n_parts; ++p) {
-            const struct part *part = &kernel->parts[p];
-            const int lies = kinds[p] == UNIT && !few;
-            if (kinds[p] < UNIT)
-                continue;
-            starts[p] = lies ? args[p] + i * w : (char *)rows[p];
-            for (int q = part->first; q < part->first + part->rank; ++q)
-                cores[q] = lies ? strides[q] : row_cores[q];
-            if (lies)
-                continue;
-            if (p < n_inputs)
-                NAME(move_part)(0, rows[p], row, part, args[p] + i * steps[p], steps[p], strides + part->first, m);
-            for (intptr_t k = 0; few && p < n_inputs && k < part->size; ++k)
-                for (intptr_t j = m; j < LANES; ++j)
-                    rows[p][k * row + j] = rows[p][k * row + m - 1];
-        }
-        in_rows(m, starts, cores);
-        for (int p = n_inputs; p < n_parts; ++p) {
-            const struct part *part = &kernel->parts[p];
-            char *to = args[p] + i * steps[p];
-            if (past)
-                NAME(stream_part)(rows[p], row, part, to, strides + part->first, m);
-            else if (starts[p] == (char *)rows[p])
-                NAME(move_part)(1, rows[p], row, part, to, steps[p], strides + part->first, m);
-        }
-    }
-    if (past)
-        STREAM_END();
-}
+GAC_AXIS(1, 1)
+GAC_AXIS(3, 4)
+GAC_AXIS(4, 4)
+GAC_AXIS(6, 8)
+GAC_AXIS(8, 8)
+GAC_AXIS(9, 16)
+GAC_AXIS(10, 16)
+GAC_AXIS(14, 16)
+GAC_AXIS(16, 16)
+GAC_AXES(3x3, 3, 4, 3, 3)
+GAC_AXES(4x4, 4, 4, 4, 4)
+GAC_AXES(6x6, 6, 8, 6, 6)
+GAC_AXES(8x8, 8, 8, 8, 8)
+GAC_TILE(1)
+GAC_TILE(3)
+GAC_TILE(4)
+GAC_TILE(6)
+GAC_TILE(8)
+GAC_TILE(9)
+GAC_TILE(10)
+GAC_TILE(14)
+GAC_TILE(16)
 
 INLINE void NAME(geometric_product)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -2697,61 +135,9 @@ INLINE void NAME(geometric_product)(const REAL *a, const REAL *b, REAL *out)
     out[15] = -((t53 - t55) * (REAL)0.5);
 }
 
-static INLINE void NAME(geometric_product_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[16];
-        REAL x1[16];
-        REAL x2[16];
-        NAME(load_16)(x0, a0 + i * w, c0a);
-        NAME(load_16)(x1, a1 + i * w, c1a);
-        NAME(geometric_product)(x0, x1, x2);
-        NAME(store_16)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(geometric_product_block)
-
-static INLINE void NAME(geometric_product_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[16 * TILE];
-    _Alignas(64) REAL r1[16 * TILE];
-    _Alignas(64) REAL r2[16 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_16)(r0, TILE, a0 + first * 16);
-        NAME(load_tile_16)(r1, TILE, a1 + first * 16);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[16];
-            REAL x1[16];
-            REAL x2[16];
-            NAME(load_16)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_16)(x1, (char *)(r1 + i), TILE * w);
-            NAME(geometric_product)(x0, x1, x2);
-            NAME(store_16)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_16)(a2 + first * 16, r2, TILE);
-    }
-}
-LOOP(geometric_product_dense)
-
-void NAME(geometric_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {WIDTHS(geometric_product_block), WIDTH(geometric_product_dense), TILE,
-        (any_function *)NAME(geometric_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_geometric_product(IN, NUMBER, OUT, AND) IN(0, 0, 16, 16, 1, 16) AND IN(1, 1, 16, 16, 1, 16) AND OUT(2, \
+    2, 16, 16, 1, 16)
+GAC_KERNEL(geometric_product, PLAIN, TILES)
 
 INLINE void NAME(outer_product)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -2786,61 +172,9 @@ INLINE void NAME(outer_product)(const REAL *a, const REAL *b, REAL *out)
     out[15] = a_e0123 * b_1 - t6;
 }
 
-static INLINE void NAME(outer_product_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[16];
-        REAL x1[16];
-        REAL x2[16];
-        NAME(load_16)(x0, a0 + i * w, c0a);
-        NAME(load_16)(x1, a1 + i * w, c1a);
-        NAME(outer_product)(x0, x1, x2);
-        NAME(store_16)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(outer_product_block)
-
-static INLINE void NAME(outer_product_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[16 * TILE];
-    _Alignas(64) REAL r1[16 * TILE];
-    _Alignas(64) REAL r2[16 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_16)(r0, TILE, a0 + first * 16);
-        NAME(load_tile_16)(r1, TILE, a1 + first * 16);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[16];
-            REAL x1[16];
-            REAL x2[16];
-            NAME(load_16)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_16)(x1, (char *)(r1 + i), TILE * w);
-            NAME(outer_product)(x0, x1, x2);
-            NAME(store_16)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_16)(a2 + first * 16, r2, TILE);
-    }
-}
-LOOP(outer_product_dense)
-
-void NAME(outer_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {WIDTHS(outer_product_block), WIDTH(outer_product_dense), TILE,
-        (any_function *)NAME(outer_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_outer_product(IN, NUMBER, OUT, AND) IN(0, 0, 16, 16, 1, 16) AND IN(1, 1, 16, 16, 1, 16) AND OUT(2, 2, \
+    16, 16, 1, 16)
+GAC_KERNEL(outer_product, PLAIN, TILES)
 
 INLINE void NAME(regressive_product)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -2875,61 +209,9 @@ INLINE void NAME(regressive_product)(const REAL *a, const REAL *b, REAL *out)
     out[15] = a_e0123 * b_e0123;
 }
 
-static INLINE void NAME(regressive_product_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[16];
-        REAL x1[16];
-        REAL x2[16];
-        NAME(load_16)(x0, a0 + i * w, c0a);
-        NAME(load_16)(x1, a1 + i * w, c1a);
-        NAME(regressive_product)(x0, x1, x2);
-        NAME(store_16)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(regressive_product_block)
-
-static INLINE void NAME(regressive_product_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[16 * TILE];
-    _Alignas(64) REAL r1[16 * TILE];
-    _Alignas(64) REAL r2[16 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_16)(r0, TILE, a0 + first * 16);
-        NAME(load_tile_16)(r1, TILE, a1 + first * 16);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[16];
-            REAL x1[16];
-            REAL x2[16];
-            NAME(load_16)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_16)(x1, (char *)(r1 + i), TILE * w);
-            NAME(regressive_product)(x0, x1, x2);
-            NAME(store_16)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_16)(a2 + first * 16, r2, TILE);
-    }
-}
-LOOP(regressive_product_dense)
-
-void NAME(regressive_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {WIDTHS(regressive_product_block), WIDTH(regressive_product_dense), TILE,
-        (any_function *)NAME(regressive_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_regressive_product(IN, NUMBER, OUT, AND) IN(0, 0, 16, 16, 1, 16) AND IN(1, 1, 16, 16, 1, 16) AND \
+    OUT(2, 2, 16, 16, 1, 16)
+GAC_KERNEL(regressive_product, PLAIN, TILES)
 
 INLINE void NAME(inner_product)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -2966,61 +248,9 @@ INLINE void NAME(inner_product)(const REAL *a, const REAL *b, REAL *out)
     out[15] = a_1 * b_e0123 + a_e0123 * b_1;
 }
 
-static INLINE void NAME(inner_product_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[16];
-        REAL x1[16];
-        REAL x2[16];
-        NAME(load_16)(x0, a0 + i * w, c0a);
-        NAME(load_16)(x1, a1 + i * w, c1a);
-        NAME(inner_product)(x0, x1, x2);
-        NAME(store_16)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(inner_product_block)
-
-static INLINE void NAME(inner_product_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[16 * TILE];
-    _Alignas(64) REAL r1[16 * TILE];
-    _Alignas(64) REAL r2[16 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_16)(r0, TILE, a0 + first * 16);
-        NAME(load_tile_16)(r1, TILE, a1 + first * 16);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[16];
-            REAL x1[16];
-            REAL x2[16];
-            NAME(load_16)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_16)(x1, (char *)(r1 + i), TILE * w);
-            NAME(inner_product)(x0, x1, x2);
-            NAME(store_16)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_16)(a2 + first * 16, r2, TILE);
-    }
-}
-LOOP(inner_product_dense)
-
-void NAME(inner_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {WIDTHS(inner_product_block), WIDTH(inner_product_dense), TILE,
-        (any_function *)NAME(inner_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_inner_product(IN, NUMBER, OUT, AND) IN(0, 0, 16, 16, 1, 16) AND IN(1, 1, 16, 16, 1, 16) AND OUT(2, 2, \
+    16, 16, 1, 16)
+GAC_KERNEL(inner_product, PLAIN, TILES)
 
 INLINE void NAME(commutator)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -3054,61 +284,9 @@ INLINE void NAME(commutator)(const REAL *a, const REAL *b, REAL *out)
     out[13] = -(t7 + a_e021 * b_e3 + a_e013 * b_e2 + a_e032 * b_e1);
 }
 
-static INLINE void NAME(commutator_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[16];
-        REAL x1[16];
-        REAL x2[14];
-        NAME(load_16)(x0, a0 + i * w, c0a);
-        NAME(load_16)(x1, a1 + i * w, c1a);
-        NAME(commutator)(x0, x1, x2);
-        NAME(store_14)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(commutator_block)
-
-static INLINE void NAME(commutator_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[16 * TILE];
-    _Alignas(64) REAL r1[16 * TILE];
-    _Alignas(64) REAL r2[14 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_16)(r0, TILE, a0 + first * 16);
-        NAME(load_tile_16)(r1, TILE, a1 + first * 16);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[16];
-            REAL x1[16];
-            REAL x2[14];
-            NAME(load_16)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_16)(x1, (char *)(r1 + i), TILE * w);
-            NAME(commutator)(x0, x1, x2);
-            NAME(store_14)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_14)(a2 + first * 14, r2, TILE);
-    }
-}
-LOOP(commutator_dense)
-
-void NAME(commutator_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {14, 1, 2, {14}}};
-    static const struct kernel kernel = {WIDTHS(commutator_block), WIDTH(commutator_dense), TILE, (any_function
-        *)NAME(commutator), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_commutator(IN, NUMBER, OUT, AND) IN(0, 0, 16, 16, 1, 16) AND IN(1, 1, 16, 16, 1, 16) AND OUT(2, 2, 14, \
+    14, 1, 14)
+GAC_KERNEL(commutator, PLAIN, TILES)
 
 INLINE void NAME(reverse)(const REAL *a, REAL *out)
 {
@@ -3133,53 +311,8 @@ INLINE void NAME(reverse)(const REAL *a, REAL *out)
     out[15] = a_e0123;
 }
 
-static INLINE void NAME(reverse_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[16];
-        REAL x1[16];
-        NAME(load_16)(x0, a0 + i * w, c0a);
-        NAME(reverse)(x0, x1);
-        NAME(store_16)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(reverse_block)
-
-static INLINE void NAME(reverse_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[16 * TILE];
-    _Alignas(64) REAL r1[16 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_16)(r0, TILE, a0 + first * 16);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[16];
-            REAL x1[16];
-            NAME(load_16)(x0, (char *)(r0 + i), TILE * w);
-            NAME(reverse)(x0, x1);
-            NAME(store_16)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_16)(a1 + first * 16, r1, TILE);
-    }
-}
-LOOP(reverse_dense)
-
-void NAME(reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {WIDTHS(reverse_block), WIDTH(reverse_dense), TILE, (any_function
-        *)NAME(reverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_reverse(IN, NUMBER, OUT, AND) IN(0, 0, 16, 16, 1, 16) AND OUT(1, 1, 16, 16, 1, 16)
+GAC_KERNEL(reverse, PLAIN, TILES)
 
 INLINE void NAME(grade_involution)(const REAL *a, REAL *out)
 {
@@ -3204,53 +337,8 @@ INLINE void NAME(grade_involution)(const REAL *a, REAL *out)
     out[15] = a_e0123;
 }
 
-static INLINE void NAME(grade_involution_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[16];
-        REAL x1[16];
-        NAME(load_16)(x0, a0 + i * w, c0a);
-        NAME(grade_involution)(x0, x1);
-        NAME(store_16)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(grade_involution_block)
-
-static INLINE void NAME(grade_involution_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[16 * TILE];
-    _Alignas(64) REAL r1[16 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_16)(r0, TILE, a0 + first * 16);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[16];
-            REAL x1[16];
-            NAME(load_16)(x0, (char *)(r0 + i), TILE * w);
-            NAME(grade_involution)(x0, x1);
-            NAME(store_16)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_16)(a1 + first * 16, r1, TILE);
-    }
-}
-LOOP(grade_involution_dense)
-
-void NAME(grade_involution_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {WIDTHS(grade_involution_block), WIDTH(grade_involution_dense), TILE,
-        (any_function *)NAME(grade_involution), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_grade_involution(IN, NUMBER, OUT, AND) IN(0, 0, 16, 16, 1, 16) AND OUT(1, 1, 16, 16, 1, 16)
+GAC_KERNEL(grade_involution, PLAIN, TILES)
 
 INLINE void NAME(clifford_conjugate)(const REAL *a, REAL *out)
 {
@@ -3275,53 +363,8 @@ INLINE void NAME(clifford_conjugate)(const REAL *a, REAL *out)
     out[15] = a_e0123;
 }
 
-static INLINE void NAME(clifford_conjugate_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[16];
-        REAL x1[16];
-        NAME(load_16)(x0, a0 + i * w, c0a);
-        NAME(clifford_conjugate)(x0, x1);
-        NAME(store_16)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(clifford_conjugate_block)
-
-static INLINE void NAME(clifford_conjugate_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[16 * TILE];
-    _Alignas(64) REAL r1[16 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_16)(r0, TILE, a0 + first * 16);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[16];
-            REAL x1[16];
-            NAME(load_16)(x0, (char *)(r0 + i), TILE * w);
-            NAME(clifford_conjugate)(x0, x1);
-            NAME(store_16)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_16)(a1 + first * 16, r1, TILE);
-    }
-}
-LOOP(clifford_conjugate_dense)
-
-void NAME(clifford_conjugate_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {WIDTHS(clifford_conjugate_block), WIDTH(clifford_conjugate_dense), TILE,
-        (any_function *)NAME(clifford_conjugate), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_clifford_conjugate(IN, NUMBER, OUT, AND) IN(0, 0, 16, 16, 1, 16) AND OUT(1, 1, 16, 16, 1, 16)
+GAC_KERNEL(clifford_conjugate, PLAIN, TILES)
 
 INLINE void NAME(dual)(const REAL *a, REAL *out)
 {
@@ -3346,53 +389,8 @@ INLINE void NAME(dual)(const REAL *a, REAL *out)
     out[15] = a_1;
 }
 
-static INLINE void NAME(dual_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[16];
-        REAL x1[16];
-        NAME(load_16)(x0, a0 + i * w, c0a);
-        NAME(dual)(x0, x1);
-        NAME(store_16)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(dual_block)
-
-static INLINE void NAME(dual_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[16 * TILE];
-    _Alignas(64) REAL r1[16 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_16)(r0, TILE, a0 + first * 16);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[16];
-            REAL x1[16];
-            NAME(load_16)(x0, (char *)(r0 + i), TILE * w);
-            NAME(dual)(x0, x1);
-            NAME(store_16)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_16)(a1 + first * 16, r1, TILE);
-    }
-}
-LOOP(dual_dense)
-
-void NAME(dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {WIDTHS(dual_block), WIDTH(dual_dense), TILE, (any_function *)NAME(dual),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_dual(IN, NUMBER, OUT, AND) IN(0, 0, 16, 16, 1, 16) AND OUT(1, 1, 16, 16, 1, 16)
+GAC_KERNEL(dual, PLAIN, TILES)
 
 INLINE void NAME(undual)(const REAL *a, REAL *out)
 {
@@ -3417,53 +415,8 @@ INLINE void NAME(undual)(const REAL *a, REAL *out)
     out[15] = a_1;
 }
 
-static INLINE void NAME(undual_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[16];
-        REAL x1[16];
-        NAME(load_16)(x0, a0 + i * w, c0a);
-        NAME(undual)(x0, x1);
-        NAME(store_16)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(undual_block)
-
-static INLINE void NAME(undual_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[16 * TILE];
-    _Alignas(64) REAL r1[16 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_16)(r0, TILE, a0 + first * 16);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[16];
-            REAL x1[16];
-            NAME(load_16)(x0, (char *)(r0 + i), TILE * w);
-            NAME(undual)(x0, x1);
-            NAME(store_16)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_16)(a1 + first * 16, r1, TILE);
-    }
-}
-LOOP(undual_dense)
-
-void NAME(undual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {WIDTHS(undual_block), WIDTH(undual_dense), TILE, (any_function
-        *)NAME(undual), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_undual(IN, NUMBER, OUT, AND) IN(0, 0, 16, 16, 1, 16) AND OUT(1, 1, 16, 16, 1, 16)
+GAC_KERNEL(undual, PLAIN, TILES)
 
 INLINE void NAME(norm)(const REAL *a, REAL *out)
 {
@@ -3473,53 +426,8 @@ INLINE void NAME(norm)(const REAL *a, REAL *out)
     out[0] = SQRT(t0 + a_e23 * a_e23 + a_e123 * a_e123);
 }
 
-static INLINE void NAME(norm_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[16];
-        REAL x1[1];
-        NAME(load_16)(x0, a0 + i * w, c0a);
-        NAME(norm)(x0, x1);
-        NAME(store_scalar)(a1 + i * w, x1);
-    }
-}
-LOOPS(norm_block)
-
-static INLINE void NAME(norm_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[16 * TILE];
-    _Alignas(64) REAL r1[1 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_16)(r0, TILE, a0 + first * 16);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[16];
-            REAL x1[1];
-            NAME(load_16)(x0, (char *)(r0 + i), TILE * w);
-            NAME(norm)(x0, x1);
-            NAME(store_scalar)((char *)(r1 + i), x1);
-        }
-        NAME(store_tile_1)(a1 + first * 1, r1, TILE);
-    }
-}
-LOOP(norm_dense)
-
-void NAME(norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{16, 1, 0, {16}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(norm_block), WIDTH(norm_dense), TILE, (any_function *)NAME(norm),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_norm(IN, NUMBER, OUT, AND) IN(0, 0, 16, 16, 1, 16) AND OUT(1, 1, scalar, 1, 0, 0)
+GAC_KERNEL(norm, PLAIN, TILES)
 
 INLINE void NAME(ideal_norm)(const REAL *a, REAL *out)
 {
@@ -3529,53 +437,8 @@ INLINE void NAME(ideal_norm)(const REAL *a, REAL *out)
     out[0] = SQRT(t0 + a_e02 * a_e02 + a_e01 * a_e01 + a_e0 * a_e0);
 }
 
-static INLINE void NAME(ideal_norm_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[16];
-        REAL x1[1];
-        NAME(load_16)(x0, a0 + i * w, c0a);
-        NAME(ideal_norm)(x0, x1);
-        NAME(store_scalar)(a1 + i * w, x1);
-    }
-}
-LOOPS(ideal_norm_block)
-
-static INLINE void NAME(ideal_norm_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[16 * TILE];
-    _Alignas(64) REAL r1[1 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_16)(r0, TILE, a0 + first * 16);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[16];
-            REAL x1[1];
-            NAME(load_16)(x0, (char *)(r0 + i), TILE * w);
-            NAME(ideal_norm)(x0, x1);
-            NAME(store_scalar)((char *)(r1 + i), x1);
-        }
-        NAME(store_tile_1)(a1 + first * 1, r1, TILE);
-    }
-}
-LOOP(ideal_norm_dense)
-
-void NAME(ideal_norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{16, 1, 0, {16}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(ideal_norm_block), WIDTH(ideal_norm_dense), TILE, (any_function
-        *)NAME(ideal_norm), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_ideal_norm(IN, NUMBER, OUT, AND) IN(0, 0, 16, 16, 1, 16) AND OUT(1, 1, scalar, 1, 0, 0)
+GAC_KERNEL(ideal_norm, PLAIN, TILES)
 
 INLINE void NAME(point_from_trivector)(const REAL *t, REAL *out)
 {
@@ -3586,51 +449,8 @@ INLINE void NAME(point_from_trivector)(const REAL *t, REAL *out)
     out[2] = t_e021 * t0;
 }
 
-static INLINE void NAME(point_from_trivector_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[3];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(point_from_trivector)(x0, x1);
-        NAME(store_3)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(point_from_trivector_block)
-
-static INLINE void NAME(point_from_trivector_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[4];
-            REAL x1[3];
-            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
-            NAME(point_from_trivector)(x0, x1);
-            NAME(store_3)((char *)(r1 + i), LANES * w, x1);
-        }
-        NAME(store_few)(a1 + first * 3, r1, 3, LANES, LANES);
-    }
-}
-LOOPS(point_from_trivector_dense)
-
-void NAME(point_from_trivector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(point_from_trivector_block), WIDTHS(point_from_trivector_dense),
-        LANES, (any_function *)NAME(point_from_trivector), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_point_from_trivector(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(1, 1, 3, 3, 1, 3)
+GAC_KERNEL(point_from_trivector, PLAIN, DIRECT)
 
 INLINE void NAME(normalize_line)(const REAL *line, REAL *out)
 {
@@ -3645,53 +465,8 @@ INLINE void NAME(normalize_line)(const REAL *line, REAL *out)
     out[5] = line_e03 * t0;
 }
 
-static INLINE void NAME(normalize_line_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[6];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(normalize_line)(x0, x1);
-        NAME(store_6)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(normalize_line_block)
-
-static INLINE void NAME(normalize_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r1[6 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x1[6];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(normalize_line)(x0, x1);
-            NAME(store_6)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_6)(a1 + first * 6, r1, TILE);
-    }
-}
-LOOP(normalize_line_dense)
-
-void NAME(normalize_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {WIDTHS(normalize_line_block), WIDTH(normalize_line_dense), TILE,
-        (any_function *)NAME(normalize_line), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_normalize_line(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND OUT(1, 1, 6, 6, 1, 6)
+GAC_KERNEL(normalize_line, PLAIN, TILES)
 
 INLINE void NAME(normalize_plane)(const REAL *plane, REAL *out)
 {
@@ -3703,53 +478,8 @@ INLINE void NAME(normalize_plane)(const REAL *plane, REAL *out)
     out[3] = plane_e0 * t0;
 }
 
-static INLINE void NAME(normalize_plane_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(normalize_plane)(x0, x1);
-        NAME(store_4)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(normalize_plane_block)
-
-static INLINE void NAME(normalize_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(normalize_plane)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
-    }
-}
-LOOP(normalize_plane_dense)
-
-void NAME(normalize_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(normalize_plane_block), WIDTH(normalize_plane_dense), TILE,
-        (any_function *)NAME(normalize_plane), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_normalize_plane(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(1, 1, 4, 4, 1, 4)
+GAC_KERNEL(normalize_plane, PLAIN, TILES)
 
 INLINE void NAME(join_points)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -3763,61 +493,9 @@ INLINE void NAME(join_points)(const REAL *a, const REAL *b, REAL *out)
     out[5] = a_e032 * b_e013 - a_e013 * b_e032;
 }
 
-static INLINE void NAME(join_points_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[6];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(join_points)(x0, x1, x2);
-        NAME(store_6)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(join_points_block)
-
-static INLINE void NAME(join_points_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[3 * TILE];
-    _Alignas(64) REAL r1[3 * TILE];
-    _Alignas(64) REAL r2[6 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
-        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[6];
-            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
-            NAME(join_points)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
-    }
-}
-LOOP(join_points_dense)
-
-void NAME(join_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(join_points_block), WIDTH(join_points_dense), TILE, (any_function
-        *)NAME(join_points), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_join_points(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND OUT(2, 2, 6, 6, 1, \
+    6)
+GAC_KERNEL(join_points, PLAIN, TILES)
 
 INLINE void NAME(join_point_direction)(const REAL *p, const REAL *d, REAL *out)
 {
@@ -3831,61 +509,9 @@ INLINE void NAME(join_point_direction)(const REAL *p, const REAL *d, REAL *out)
     out[5] = p_e032 * d_e013 - p_e013 * d_e032;
 }
 
-static INLINE void NAME(join_point_direction_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[6];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(join_point_direction)(x0, x1, x2);
-        NAME(store_6)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(join_point_direction_block)
-
-static INLINE void NAME(join_point_direction_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[3 * TILE];
-    _Alignas(64) REAL r1[3 * TILE];
-    _Alignas(64) REAL r2[6 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
-        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[6];
-            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
-            NAME(join_point_direction)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
-    }
-}
-LOOP(join_point_direction_dense)
-
-void NAME(join_point_direction_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(join_point_direction_block), WIDTH(join_point_direction_dense),
-        TILE, (any_function *)NAME(join_point_direction), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_join_point_direction(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND OUT(2, 2, \
+    6, 6, 1, 6)
+GAC_KERNEL(join_point_direction, PLAIN, TILES)
 
 INLINE void NAME(join_point_line)(const REAL *p, const REAL *line, REAL *out)
 {
@@ -3898,61 +524,9 @@ INLINE void NAME(join_point_line)(const REAL *p, const REAL *line, REAL *out)
     out[3] = -(p_e032 * line_e01 + p_e013 * line_e02 + p_e021 * line_e03);
 }
 
-static INLINE void NAME(join_point_line_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[6];
-        REAL x2[4];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(join_point_line)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(join_point_line_block)
-
-static INLINE void NAME(join_point_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[3 * TILE];
-    _Alignas(64) REAL r1[6 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
-        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[3];
-            REAL x1[6];
-            REAL x2[4];
-            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
-            NAME(join_point_line)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(join_point_line_dense)
-
-void NAME(join_point_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(join_point_line_block), WIDTH(join_point_line_dense), TILE,
-        (any_function *)NAME(join_point_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_join_point_line(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 6, 6, 1, 6) AND OUT(2, 2, 4, \
+    4, 1, 4)
+GAC_KERNEL(join_point_line, PLAIN, TILES)
 
 INLINE void NAME(join_three_points)(const REAL *a, const REAL *b, const REAL *c, REAL *out)
 {
@@ -3974,69 +548,9 @@ INLINE void NAME(join_three_points)(const REAL *a, const REAL *b, const REAL *c,
     out[3] = -(c_e032 * t4 + c_e013 * t7 + c_e021 * t8);
 }
 
-static INLINE void NAME(join_three_points_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[3];
-        REAL x3[4];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(load_3)(x2, a2 + i * w, c2a);
-        NAME(join_three_points)(x0, x1, x2, x3);
-        NAME(store_4)(a3 + i * w, c3a, x3);
-    }
-}
-LOOPS(join_three_points_block)
-
-static INLINE void NAME(join_three_points_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r0[3 * TILE];
-    _Alignas(64) REAL r1[3 * TILE];
-    _Alignas(64) REAL r2[3 * TILE];
-    _Alignas(64) REAL r3[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
-        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
-        NAME(load_tile_3)(r2, TILE, a2 + first * 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[3];
-            REAL x3[4];
-            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
-            NAME(load_3)(x2, (char *)(r2 + i), TILE * w);
-            NAME(join_three_points)(x0, x1, x2, x3);
-            NAME(store_4)((char *)(r3 + i), TILE * w, x3);
-        }
-        NAME(store_tile_4)(a3 + first * 4, r3, TILE);
-    }
-}
-LOOP(join_three_points_dense)
-
-void NAME(join_three_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {4, 1, 3, {4}}};
-    static const struct kernel kernel = {WIDTHS(join_three_points_block), WIDTH(join_three_points_dense), TILE,
-        (any_function *)NAME(join_three_points), NAME(call_aaar), 3, 4, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_join_three_points(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND IN(2, 2, 3, \
+    3, 1, 3) AND OUT(3, 3, 4, 4, 1, 4)
+GAC_KERNEL(join_three_points, PLAIN, TILES)
 
 INLINE void NAME(join_four_points)(const REAL *a, const REAL *b, const REAL *c, const REAL *d, REAL *out)
 {
@@ -4150,285 +664,27 @@ static INLINE void NAME(join_four_points_apply_b_c_d)(const REAL *prepared, cons
     out[0] = a_e032 * c0 + a_e013 * c1 + a_e021 * c2 + c3;
 }
 
-static INLINE void NAME(join_four_points_block_a_b_c)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c3a = strides[3];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x3[3];
-        REAL x4[1];
-        NAME(load_3)(x3, a3 + i * w, c3a);
-        NAME(join_four_points_apply_a_b_c)(prepared, x3, x4);
-        NAME(store_scalar)(a4 + i * w, x4);
-    }
-}
-LOOPS(join_four_points_block_a_b_c)
-
-static INLINE void NAME(join_four_points_dense_a_b_c)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a3 = (REAL *)args[3];
-    REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r4[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x3[3];
-            REAL x4[1];
-            NAME(load_3)(x3, (char *)a3 + (first + i) * 3 * w, w);
-            NAME(join_four_points_apply_a_b_c)(prepared, x3, x4);
-            NAME(store_scalar)((char *)(r4 + i), x4);
-        }
-        NAME(store_few)(a4 + first * 1, r4, 1, LANES, LANES);
-    }
-}
-LOOPS(join_four_points_dense_a_b_c)
-
-static void NAME(join_four_points_start_a_b_c)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    REAL x0[3];
-    NAME(load_3)(x0, args[0], c0a);
-    REAL x1[3];
-    NAME(load_3)(x1, args[1], c1a);
-    REAL x2[3];
-    NAME(load_3)(x2, args[2], c2a);
-    NAME(join_four_points_prepare_a_b_c)(x0, x1, x2, prepared);
-}
-
-static INLINE void NAME(join_four_points_block_a_b_d)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c2a = strides[2];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a2 = args[2];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x2[3];
-        REAL x4[1];
-        NAME(load_3)(x2, a2 + i * w, c2a);
-        NAME(join_four_points_apply_a_b_d)(prepared, x2, x4);
-        NAME(store_scalar)(a4 + i * w, x4);
-    }
-}
-LOOPS(join_four_points_block_a_b_d)
-
-static INLINE void NAME(join_four_points_dense_a_b_d)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a2 = (REAL *)args[2];
-    REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r4[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x2[3];
-            REAL x4[1];
-            NAME(load_3)(x2, (char *)a2 + (first + i) * 3 * w, w);
-            NAME(join_four_points_apply_a_b_d)(prepared, x2, x4);
-            NAME(store_scalar)((char *)(r4 + i), x4);
-        }
-        NAME(store_few)(a4 + first * 1, r4, 1, LANES, LANES);
-    }
-}
-LOOPS(join_four_points_dense_a_b_d)
-
-static void NAME(join_four_points_start_a_b_d)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0], c1a = strides[1], c3a = strides[3];
-    REAL x0[3];
-    NAME(load_3)(x0, args[0], c0a);
-    REAL x1[3];
-    NAME(load_3)(x1, args[1], c1a);
-    REAL x3[3];
-    NAME(load_3)(x3, args[3], c3a);
-    NAME(join_four_points_prepare_a_b_d)(x0, x1, x3, prepared);
-}
-
-static INLINE void NAME(join_four_points_block_a_c_d)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[1];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x4[1];
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(join_four_points_apply_a_c_d)(prepared, x1, x4);
-        NAME(store_scalar)(a4 + i * w, x4);
-    }
-}
-LOOPS(join_four_points_block_a_c_d)
-
-static INLINE void NAME(join_four_points_dense_a_c_d)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a1 = (REAL *)args[1];
-    REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r4[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x1[3];
-            REAL x4[1];
-            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
-            NAME(join_four_points_apply_a_c_d)(prepared, x1, x4);
-            NAME(store_scalar)((char *)(r4 + i), x4);
-        }
-        NAME(store_few)(a4 + first * 1, r4, 1, LANES, LANES);
-    }
-}
-LOOPS(join_four_points_dense_a_c_d)
-
-static void NAME(join_four_points_start_a_c_d)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0], c2a = strides[2], c3a = strides[3];
-    REAL x0[3];
-    NAME(load_3)(x0, args[0], c0a);
-    REAL x2[3];
-    NAME(load_3)(x2, args[2], c2a);
-    REAL x3[3];
-    NAME(load_3)(x3, args[3], c3a);
-    NAME(join_four_points_prepare_a_c_d)(x0, x2, x3, prepared);
-}
-
-static INLINE void NAME(join_four_points_block_b_c_d)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x4[1];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(join_four_points_apply_b_c_d)(prepared, x0, x4);
-        NAME(store_scalar)(a4 + i * w, x4);
-    }
-}
-LOOPS(join_four_points_block_b_c_d)
-
-static INLINE void NAME(join_four_points_dense_b_c_d)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r4[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x4[1];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(join_four_points_apply_b_c_d)(prepared, x0, x4);
-            NAME(store_scalar)((char *)(r4 + i), x4);
-        }
-        NAME(store_few)(a4 + first * 1, r4, 1, LANES, LANES);
-    }
-}
-LOOPS(join_four_points_dense_b_c_d)
-
-static void NAME(join_four_points_start_b_c_d)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c1a = strides[1], c2a = strides[2], c3a = strides[3];
-    REAL x1[3];
-    NAME(load_3)(x1, args[1], c1a);
-    REAL x2[3];
-    NAME(load_3)(x2, args[2], c2a);
-    REAL x3[3];
-    NAME(load_3)(x3, args[3], c3a);
-    NAME(join_four_points_prepare_b_c_d)(x1, x2, x3, prepared);
-}
-
-static INLINE void NAME(join_four_points_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[3];
-        REAL x3[3];
-        REAL x4[1];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(load_3)(x2, a2 + i * w, c2a);
-        NAME(load_3)(x3, a3 + i * w, c3a);
-        NAME(join_four_points)(x0, x1, x2, x3, x4);
-        NAME(store_scalar)(a4 + i * w, x4);
-    }
-}
-LOOPS(join_four_points_block)
-
-static INLINE void NAME(join_four_points_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    REAL *a3 = (REAL *)args[3];
-    REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r4[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[3];
-            REAL x3[3];
-            REAL x4[1];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
-            NAME(load_3)(x2, (char *)a2 + (first + i) * 3 * w, w);
-            NAME(load_3)(x3, (char *)a3 + (first + i) * 3 * w, w);
-            NAME(join_four_points)(x0, x1, x2, x3, x4);
-            NAME(store_scalar)((char *)(r4 + i), x4);
-        }
-        NAME(store_few)(a4 + first * 1, r4, 1, LANES, LANES);
-    }
-}
-LOOPS(join_four_points_dense)
-
-void NAME(join_four_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}, {1, 0, 4,
-        {0}}};
-    static const struct form forms[] = {{7, 2, NAME(join_four_points_start_a_b_c),
-        WIDTHS(join_four_points_block_a_b_c), WIDTHS(join_four_points_dense_a_b_c), LANES}, {11, 2,
-        NAME(join_four_points_start_a_b_d), WIDTHS(join_four_points_block_a_b_d),
-        WIDTHS(join_four_points_dense_a_b_d), LANES}, {13, 2, NAME(join_four_points_start_a_c_d),
-        WIDTHS(join_four_points_block_a_c_d), WIDTHS(join_four_points_dense_a_c_d), LANES}, {14, 2,
-        NAME(join_four_points_start_b_c_d), WIDTHS(join_four_points_block_b_c_d),
-        WIDTHS(join_four_points_dense_b_c_d), LANES}};
-    static const struct kernel kernel = {WIDTHS(join_four_points_block), WIDTHS(join_four_points_dense), LANES,
-        (any_function *)NAME(join_four_points), NAME(call_aaaar), 4, 5, 4, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_join_four_points(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND IN(2, 2, 3, \
+    3, 1, 3) AND IN(3, 3, 3, 3, 1, 3) AND OUT(4, 4, scalar, 1, 0, 0)
+#define PARTS_join_four_points_a_b_c(IN, NUMBER, OUT, AND) IN(3, 3, 3, 3, 1, 3) AND OUT(4, 4, scalar, 1, 0, 0)
+#define SAME_join_four_points_a_b_c(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND IN(2, 2, \
+    3, 3, 1, 3)
+GAC_FORM(join_four_points, a_b_c, 0, PLAIN, PLAIN, DIRECT)
+#define PARTS_join_four_points_a_b_d(IN, NUMBER, OUT, AND) IN(2, 2, 3, 3, 1, 3) AND OUT(4, 4, scalar, 1, 0, 0)
+#define SAME_join_four_points_a_b_d(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND IN(3, 3, \
+    3, 3, 1, 3)
+GAC_FORM(join_four_points, a_b_d, 0, PLAIN, PLAIN, DIRECT)
+#define PARTS_join_four_points_a_c_d(IN, NUMBER, OUT, AND) IN(1, 1, 3, 3, 1, 3) AND OUT(4, 4, scalar, 1, 0, 0)
+#define SAME_join_four_points_a_c_d(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(2, 2, 3, 3, 1, 3) AND IN(3, 3, \
+    3, 3, 1, 3)
+GAC_FORM(join_four_points, a_c_d, 0, PLAIN, PLAIN, DIRECT)
+#define PARTS_join_four_points_b_c_d(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND OUT(4, 4, scalar, 1, 0, 0)
+#define SAME_join_four_points_b_c_d(IN, NUMBER, OUT, AND) IN(1, 1, 3, 3, 1, 3) AND IN(2, 2, 3, 3, 1, 3) AND IN(3, 3, \
+    3, 3, 1, 3)
+GAC_FORM(join_four_points, b_c_d, 1, PLAIN, PLAIN, DIRECT)
+GAC_KERNEL_AND_FORMS(join_four_points, PLAIN, DIRECT, GAC_USE(join_four_points, a_b_c, DIRECT, 7, 2, 4),
+    GAC_USE(join_four_points, a_b_d, DIRECT, 11, 2, 4), GAC_USE(join_four_points, a_c_d, DIRECT, 13, 2, 4),
+    GAC_USE(join_four_points, b_c_d, DIRECT, 14, 2, 4))
 
 INLINE void NAME(meet_planes)(const REAL *p, const REAL *q, REAL *out)
 {
@@ -4442,61 +698,9 @@ INLINE void NAME(meet_planes)(const REAL *p, const REAL *q, REAL *out)
     out[5] = p_e0 * q_e3 - p_e3 * q_e0;
 }
 
-static INLINE void NAME(meet_planes_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[6];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(meet_planes)(x0, x1, x2);
-        NAME(store_6)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(meet_planes_block)
-
-static INLINE void NAME(meet_planes_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    _Alignas(64) REAL r2[6 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            REAL x2[6];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
-            NAME(meet_planes)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
-    }
-}
-LOOP(meet_planes_dense)
-
-void NAME(meet_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(meet_planes_block), WIDTH(meet_planes_dense), TILE, (any_function
-        *)NAME(meet_planes), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_meet_planes(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 4, 4, 1, 4) AND OUT(2, 2, 6, 6, 1, \
+    6)
+GAC_KERNEL(meet_planes, PLAIN, TILES)
 
 INLINE void NAME(meet_line_plane)(const REAL *line, const REAL *plane, REAL *out)
 {
@@ -4509,61 +713,9 @@ INLINE void NAME(meet_line_plane)(const REAL *line, const REAL *plane, REAL *out
     out[3] = line_e02 * plane_e1 - (line_e12 * plane_e0 + line_e01 * plane_e2);
 }
 
-static INLINE void NAME(meet_line_plane_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(meet_line_plane)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(meet_line_plane_block)
-
-static INLINE void NAME(meet_line_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x1[4];
-            REAL x2[4];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
-            NAME(meet_line_plane)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(meet_line_plane_dense)
-
-void NAME(meet_line_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(meet_line_plane_block), WIDTH(meet_line_plane_dense), TILE,
-        (any_function *)NAME(meet_line_plane), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_meet_line_plane(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND IN(1, 1, 4, 4, 1, 4) AND OUT(2, 2, 4, \
+    4, 1, 4)
+GAC_KERNEL(meet_line_plane, PLAIN, TILES)
 
 INLINE void NAME(meet_three_planes)(const REAL *p, const REAL *q, const REAL *r, REAL *out)
 {
@@ -4651,230 +803,19 @@ static INLINE void NAME(meet_three_planes_apply_q_r)(const REAL *prepared, const
     out[3] = -(p_e1 * c4 + p_e2 * c5 + p_e0 * c2);
 }
 
-static INLINE void NAME(meet_three_planes_block_p_q)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c2a = strides[2], c3a = strides[3];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x2[4];
-        REAL x3[4];
-        NAME(load_4)(x2, a2 + i * w, c2a);
-        NAME(meet_three_planes_apply_p_q)(prepared, x2, x3);
-        NAME(store_4)(a3 + i * w, c3a, x3);
-    }
-}
-LOOPS(meet_three_planes_block_p_q)
-
-static INLINE void NAME(meet_three_planes_dense_p_q)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a2 = (REAL *)args[2];
-    REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r2[4 * TILE];
-    _Alignas(64) REAL r3[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r2, TILE, a2 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x2[4];
-            REAL x3[4];
-            NAME(load_4)(x2, (char *)(r2 + i), TILE * w);
-            NAME(meet_three_planes_apply_p_q)(prepared, x2, x3);
-            NAME(store_4)((char *)(r3 + i), TILE * w, x3);
-        }
-        NAME(store_tile_4)(a3 + first * 4, r3, TILE);
-    }
-}
-LOOP(meet_three_planes_dense_p_q)
-
-static void NAME(meet_three_planes_start_p_q)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    REAL x0[4];
-    NAME(load_4)(x0, args[0], c0a);
-    REAL x1[4];
-    NAME(load_4)(x1, args[1], c1a);
-    NAME(meet_three_planes_prepare_p_q)(x0, x1, prepared);
-}
-
-static INLINE void NAME(meet_three_planes_block_p_r)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[1], c3a = strides[3];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x3[4];
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(meet_three_planes_apply_p_r)(prepared, x1, x3);
-        NAME(store_4)(a3 + i * w, c3a, x3);
-    }
-}
-LOOPS(meet_three_planes_block_p_r)
-
-static INLINE void NAME(meet_three_planes_dense_p_r)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a1 = (REAL *)args[1];
-    REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r1[4 * TILE];
-    _Alignas(64) REAL r3[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x1[4];
-            REAL x3[4];
-            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
-            NAME(meet_three_planes_apply_p_r)(prepared, x1, x3);
-            NAME(store_4)((char *)(r3 + i), TILE * w, x3);
-        }
-        NAME(store_tile_4)(a3 + first * 4, r3, TILE);
-    }
-}
-LOOP(meet_three_planes_dense_p_r)
-
-static void NAME(meet_three_planes_start_p_r)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0], c2a = strides[2];
-    REAL x0[4];
-    NAME(load_4)(x0, args[0], c0a);
-    REAL x2[4];
-    NAME(load_4)(x2, args[2], c2a);
-    NAME(meet_three_planes_prepare_p_r)(x0, x2, prepared);
-}
-
-static INLINE void NAME(meet_three_planes_block_q_r)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c3a = strides[3];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x3[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(meet_three_planes_apply_q_r)(prepared, x0, x3);
-        NAME(store_4)(a3 + i * w, c3a, x3);
-    }
-}
-LOOPS(meet_three_planes_block_q_r)
-
-static INLINE void NAME(meet_three_planes_dense_q_r)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r3[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x3[4];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(meet_three_planes_apply_q_r)(prepared, x0, x3);
-            NAME(store_4)((char *)(r3 + i), TILE * w, x3);
-        }
-        NAME(store_tile_4)(a3 + first * 4, r3, TILE);
-    }
-}
-LOOP(meet_three_planes_dense_q_r)
-
-static void NAME(meet_three_planes_start_q_r)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c1a = strides[1], c2a = strides[2];
-    REAL x1[4];
-    NAME(load_4)(x1, args[1], c1a);
-    REAL x2[4];
-    NAME(load_4)(x2, args[2], c2a);
-    NAME(meet_three_planes_prepare_q_r)(x1, x2, prepared);
-}
-
-static INLINE void NAME(meet_three_planes_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[4];
-        REAL x3[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(load_4)(x2, a2 + i * w, c2a);
-        NAME(meet_three_planes)(x0, x1, x2, x3);
-        NAME(store_4)(a3 + i * w, c3a, x3);
-    }
-}
-LOOPS(meet_three_planes_block)
-
-static INLINE void NAME(meet_three_planes_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    _Alignas(64) REAL r3[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
-        NAME(load_tile_4)(r2, TILE, a2 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            REAL x2[4];
-            REAL x3[4];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
-            NAME(load_4)(x2, (char *)(r2 + i), TILE * w);
-            NAME(meet_three_planes)(x0, x1, x2, x3);
-            NAME(store_4)((char *)(r3 + i), TILE * w, x3);
-        }
-        NAME(store_tile_4)(a3 + first * 4, r3, TILE);
-    }
-}
-LOOP(meet_three_planes_dense)
-
-void NAME(meet_three_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}, {4, 1, 3, {4}}};
-    static const struct form forms[] = {{3, 2, NAME(meet_three_planes_start_p_q),
-        WIDTHS(meet_three_planes_block_p_q), WIDTH(meet_three_planes_dense_p_q), TILE}, {5, 2,
-        NAME(meet_three_planes_start_p_r), WIDTHS(meet_three_planes_block_p_r), WIDTH(meet_three_planes_dense_p_r),
-        TILE}, {6, 2, NAME(meet_three_planes_start_q_r), WIDTHS(meet_three_planes_block_q_r),
-        WIDTH(meet_three_planes_dense_q_r), TILE}};
-    static const struct kernel kernel = {WIDTHS(meet_three_planes_block), WIDTH(meet_three_planes_dense), TILE,
-        (any_function *)NAME(meet_three_planes), NAME(call_aaar), 3, 4, 3, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_meet_three_planes(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 4, 4, 1, 4) AND IN(2, 2, 4, \
+    4, 1, 4) AND OUT(3, 3, 4, 4, 1, 4)
+#define PARTS_meet_three_planes_p_q(IN, NUMBER, OUT, AND) IN(2, 2, 4, 4, 1, 4) AND OUT(3, 3, 4, 4, 1, 4)
+#define SAME_meet_three_planes_p_q(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 4, 4, 1, 4)
+GAC_FORM(meet_three_planes, p_q, 0, PLAIN, PLAIN, TILES)
+#define PARTS_meet_three_planes_p_r(IN, NUMBER, OUT, AND) IN(1, 1, 4, 4, 1, 4) AND OUT(3, 3, 4, 4, 1, 4)
+#define SAME_meet_three_planes_p_r(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(2, 2, 4, 4, 1, 4)
+GAC_FORM(meet_three_planes, p_r, 0, PLAIN, PLAIN, TILES)
+#define PARTS_meet_three_planes_q_r(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(3, 3, 4, 4, 1, 4)
+#define SAME_meet_three_planes_q_r(IN, NUMBER, OUT, AND) IN(1, 1, 4, 4, 1, 4) AND IN(2, 2, 4, 4, 1, 4)
+GAC_FORM(meet_three_planes, q_r, 1, PLAIN, PLAIN, TILES)
+GAC_KERNEL_AND_FORMS(meet_three_planes, PLAIN, TILES, GAC_USE(meet_three_planes, p_q, TILES, 3, 2, 6),
+    GAC_USE(meet_three_planes, p_r, TILES, 5, 2, 6), GAC_USE(meet_three_planes, q_r, TILES, 6, 2, 6))
 
 INLINE void NAME(line_orthogonal_to_plane)(const REAL *p, const REAL *plane, REAL *out)
 {
@@ -4888,62 +829,9 @@ INLINE void NAME(line_orthogonal_to_plane)(const REAL *p, const REAL *plane, REA
     out[5] = p_e032 * plane_e2 - p_e013 * plane_e1;
 }
 
-static INLINE void NAME(line_orthogonal_to_plane_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[4];
-        REAL x2[6];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(line_orthogonal_to_plane)(x0, x1, x2);
-        NAME(store_6)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(line_orthogonal_to_plane_block)
-
-static INLINE void NAME(line_orthogonal_to_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[3 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    _Alignas(64) REAL r2[6 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
-        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[3];
-            REAL x1[4];
-            REAL x2[6];
-            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
-            NAME(line_orthogonal_to_plane)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
-    }
-}
-LOOP(line_orthogonal_to_plane_dense)
-
-void NAME(line_orthogonal_to_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(line_orthogonal_to_plane_block),
-        WIDTH(line_orthogonal_to_plane_dense), TILE, (any_function *)NAME(line_orthogonal_to_plane), NAME(call_aar),
-        2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_line_orthogonal_to_plane(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 4, 4, 1, 4) AND \
+    OUT(2, 2, 6, 6, 1, 6)
+GAC_KERNEL(line_orthogonal_to_plane, PLAIN, TILES)
 
 INLINE void NAME(plane_orthogonal_to_line)(const REAL *p, const REAL *line, REAL *out)
 {
@@ -4955,62 +843,9 @@ INLINE void NAME(plane_orthogonal_to_line)(const REAL *p, const REAL *line, REAL
     out[3] = p_e013 * line_e13 - p_e021 * line_e12 - p_e032 * line_e23;
 }
 
-static INLINE void NAME(plane_orthogonal_to_line_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[6];
-        REAL x2[4];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(plane_orthogonal_to_line)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(plane_orthogonal_to_line_block)
-
-static INLINE void NAME(plane_orthogonal_to_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[3 * TILE];
-    _Alignas(64) REAL r1[6 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
-        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[3];
-            REAL x1[6];
-            REAL x2[4];
-            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
-            NAME(plane_orthogonal_to_line)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(plane_orthogonal_to_line_dense)
-
-void NAME(plane_orthogonal_to_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(plane_orthogonal_to_line_block),
-        WIDTH(plane_orthogonal_to_line_dense), TILE, (any_function *)NAME(plane_orthogonal_to_line), NAME(call_aar),
-        2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_plane_orthogonal_to_line(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 6, 6, 1, 6) AND \
+    OUT(2, 2, 4, 4, 1, 4)
+GAC_KERNEL(plane_orthogonal_to_line, PLAIN, TILES)
 
 INLINE void NAME(plane_through_point)(const REAL *p, const REAL *plane, REAL *out)
 {
@@ -5022,61 +857,9 @@ INLINE void NAME(plane_through_point)(const REAL *p, const REAL *plane, REAL *ou
     out[3] = -(p_e021 * plane_e3 + p_e013 * plane_e2 + p_e032 * plane_e1);
 }
 
-static INLINE void NAME(plane_through_point_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(plane_through_point)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(plane_through_point_block)
-
-static INLINE void NAME(plane_through_point_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[3 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
-        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[3];
-            REAL x1[4];
-            REAL x2[4];
-            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
-            NAME(plane_through_point)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(plane_through_point_dense)
-
-void NAME(plane_through_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(plane_through_point_block), WIDTH(plane_through_point_dense), TILE,
-        (any_function *)NAME(plane_through_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_plane_through_point(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 4, 4, 1, 4) AND OUT(2, 2, \
+    4, 4, 1, 4)
+GAC_KERNEL(plane_through_point, PLAIN, TILES)
 
 INLINE void NAME(distance_squared_points)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -5088,58 +871,9 @@ INLINE void NAME(distance_squared_points)(const REAL *a, const REAL *b, REAL *ou
     out[0] = t0 * t0 + t1 * t1 + t2 * t2;
 }
 
-static INLINE void NAME(distance_squared_points_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[1];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(distance_squared_points)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(distance_squared_points_block)
-
-static INLINE void NAME(distance_squared_points_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[1];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
-            NAME(distance_squared_points)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
-    }
-}
-LOOPS(distance_squared_points_dense)
-
-void NAME(distance_squared_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(distance_squared_points_block),
-        WIDTHS(distance_squared_points_dense), LANES, (any_function *)NAME(distance_squared_points), NAME(call_aar),
-        2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_distance_squared_points(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND OUT(2, \
+    2, scalar, 1, 0, 0)
+GAC_KERNEL(distance_squared_points, PLAIN, DIRECT)
 
 INLINE void NAME(distance_points)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -5151,57 +885,9 @@ INLINE void NAME(distance_points)(const REAL *a, const REAL *b, REAL *out)
     out[0] = SQRT(t0 * t0 + t1 * t1 + t2 * t2);
 }
 
-static INLINE void NAME(distance_points_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[1];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(distance_points)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(distance_points_block)
-
-static INLINE void NAME(distance_points_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[1];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
-            NAME(distance_points)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
-    }
-}
-LOOPS(distance_points_dense)
-
-void NAME(distance_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(distance_points_block), WIDTHS(distance_points_dense), LANES,
-        (any_function *)NAME(distance_points), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_distance_points(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND OUT(2, 2, \
+    scalar, 1, 0, 0)
+GAC_KERNEL(distance_points, PLAIN, DIRECT)
 
 INLINE void NAME(signed_distance_point_plane)(const REAL *p, const REAL *plane, REAL *out)
 {
@@ -5210,58 +896,9 @@ INLINE void NAME(signed_distance_point_plane)(const REAL *p, const REAL *plane, 
     out[0] = plane_e0 + p_e021 * plane_e3 + p_e013 * plane_e2 + p_e032 * plane_e1;
 }
 
-static INLINE void NAME(signed_distance_point_plane_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[4];
-        REAL x2[1];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(signed_distance_point_plane)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(signed_distance_point_plane_block)
-
-static INLINE void NAME(signed_distance_point_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x1[4];
-            REAL x2[1];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
-            NAME(signed_distance_point_plane)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
-    }
-}
-LOOPS(signed_distance_point_plane_dense)
-
-void NAME(signed_distance_point_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(signed_distance_point_plane_block),
-        WIDTHS(signed_distance_point_plane_dense), LANES, (any_function *)NAME(signed_distance_point_plane),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_signed_distance_point_plane(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 4, 4, 1, 4) AND \
+    OUT(2, 2, scalar, 1, 0, 0)
+GAC_KERNEL(signed_distance_point_plane, PLAIN, DIRECT)
 
 INLINE void NAME(distance_point_line)(const REAL *p, const REAL *line, REAL *out)
 {
@@ -5274,61 +911,9 @@ INLINE void NAME(distance_point_line)(const REAL *p, const REAL *line, REAL *out
     out[0] = SQRT(t0 * t0 + t1 * t1 + t2 * t2);
 }
 
-static INLINE void NAME(distance_point_line_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[6];
-        REAL x2[1];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(distance_point_line)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(distance_point_line_block)
-
-static INLINE void NAME(distance_point_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[3 * TILE];
-    _Alignas(64) REAL r1[6 * TILE];
-    _Alignas(64) REAL r2[1 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
-        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[3];
-            REAL x1[6];
-            REAL x2[1];
-            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
-            NAME(distance_point_line)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_tile_1)(a2 + first * 1, r2, TILE);
-    }
-}
-LOOP(distance_point_line_dense)
-
-void NAME(distance_point_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(distance_point_line_block), WIDTH(distance_point_line_dense), TILE,
-        (any_function *)NAME(distance_point_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_distance_point_line(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 6, 6, 1, 6) AND OUT(2, 2, \
+    scalar, 1, 0, 0)
+GAC_KERNEL(distance_point_line, PLAIN, TILES)
 
 INLINE void NAME(mutual_moment)(const REAL *line, const REAL *other, REAL *out)
 {
@@ -5340,61 +925,9 @@ INLINE void NAME(mutual_moment)(const REAL *line, const REAL *other, REAL *out)
     out[0] = line_e12 * other_e03 - (t0 + line_e13 * other_e02);
 }
 
-static INLINE void NAME(mutual_moment_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[6];
-        REAL x2[1];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(mutual_moment)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(mutual_moment_block)
-
-static INLINE void NAME(mutual_moment_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r1[6 * TILE];
-    _Alignas(64) REAL r2[1 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x1[6];
-            REAL x2[1];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
-            NAME(mutual_moment)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_tile_1)(a2 + first * 1, r2, TILE);
-    }
-}
-LOOP(mutual_moment_dense)
-
-void NAME(mutual_moment_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(mutual_moment_block), WIDTH(mutual_moment_dense), TILE,
-        (any_function *)NAME(mutual_moment), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_mutual_moment(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND IN(1, 1, 6, 6, 1, 6) AND OUT(2, 2, \
+    scalar, 1, 0, 0)
+GAC_KERNEL(mutual_moment, PLAIN, TILES)
 
 static INLINE void NAME(angle_between_planes_within)(const REAL *p, const REAL *q, REAL *out)
 {
@@ -5412,33 +945,9 @@ void NAME(angle_between_planes)(const REAL *p, const REAL *q, REAL *out)
     RUN(angle_between_planes, (p, q, out), (p, q, out));
 }
 
-static INLINE void NAME(angle_between_planes_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[1];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(angle_between_planes_within)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(angle_between_planes_block)
-
-void NAME(angle_between_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(angle_between_planes_block), {NULL}, 0, (any_function
-        *)NAME(angle_between_planes), NAME(call_aar), 2, 3, 0, 0, 1, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_angle_between_planes(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 4, 4, 1, 4) AND OUT(2, 2, \
+    scalar, 1, 0, 0)
+GAC_KERNEL(angle_between_planes, BUSY, NO)
 
 static INLINE void NAME(angle_between_lines_within)(const REAL *line, const REAL *other, REAL *out)
 {
@@ -5457,33 +966,9 @@ void NAME(angle_between_lines)(const REAL *line, const REAL *other, REAL *out)
     RUN(angle_between_lines, (line, other, out), (line, other, out));
 }
 
-static INLINE void NAME(angle_between_lines_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[6];
-        REAL x2[1];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(angle_between_lines_within)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(angle_between_lines_block)
-
-void NAME(angle_between_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(angle_between_lines_block), {NULL}, 0, (any_function
-        *)NAME(angle_between_lines), NAME(call_aar), 2, 3, 0, 0, 1, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_angle_between_lines(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND IN(1, 1, 6, 6, 1, 6) AND OUT(2, 2, \
+    scalar, 1, 0, 0)
+GAC_KERNEL(angle_between_lines, BUSY, NO)
 
 INLINE void NAME(project_point_on_plane)(const REAL *p, const REAL *plane, REAL *out)
 {
@@ -5524,107 +1009,12 @@ static INLINE void NAME(project_point_on_plane_apply_plane)(const REAL *prepared
     out[2] = p_e021 * c7 - (p_e032 * c2 + p_e013 * c5) - c8;
 }
 
-static INLINE void NAME(project_point_on_plane_block_plane)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[2];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(project_point_on_plane_apply_plane)(prepared, x0, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(project_point_on_plane_block_plane)
-
-static INLINE void NAME(project_point_on_plane_dense_plane)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x2[3];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(project_point_on_plane_apply_plane)(prepared, x0, x2);
-            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
-    }
-}
-LOOPS(project_point_on_plane_dense_plane)
-
-static void NAME(project_point_on_plane_start_plane)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c1a = strides[1];
-    REAL x1[4];
-    NAME(load_4)(x1, args[1], c1a);
-    NAME(project_point_on_plane_prepare_plane)(x1, prepared);
-}
-
-static INLINE void NAME(project_point_on_plane_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[4];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(project_point_on_plane)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(project_point_on_plane_block)
-
-static INLINE void NAME(project_point_on_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x1[4];
-            REAL x2[3];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
-            NAME(project_point_on_plane)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
-    }
-}
-LOOPS(project_point_on_plane_dense)
-
-void NAME(project_point_on_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
-    static const struct form forms[] = {{2, 4, NAME(project_point_on_plane_start_plane),
-        WIDTHS(project_point_on_plane_block_plane), WIDTHS(project_point_on_plane_dense_plane), LANES}};
-    static const struct kernel kernel = {WIDTHS(project_point_on_plane_block), WIDTHS(project_point_on_plane_dense),
-        LANES, (any_function *)NAME(project_point_on_plane), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_project_point_on_plane(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 4, 4, 1, 4) AND OUT(2, \
+    2, 3, 3, 1, 3)
+#define PARTS_project_point_on_plane_plane(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND OUT(2, 2, 3, 3, 1, 3)
+#define SAME_project_point_on_plane_plane(IN, NUMBER, OUT, AND) IN(1, 1, 4, 4, 1, 4)
+GAC_FORM(project_point_on_plane, plane, 1, PLAIN, PLAIN, DIRECT)
+GAC_KERNEL_AND_FORMS(project_point_on_plane, PLAIN, DIRECT, GAC_USE(project_point_on_plane, plane, DIRECT, 2, 4, 9))
 
 INLINE void NAME(project_point_on_unit_plane)(const REAL *p, const REAL *plane, REAL *out)
 {
@@ -5636,58 +1026,9 @@ INLINE void NAME(project_point_on_unit_plane)(const REAL *p, const REAL *plane, 
     out[2] = p_e021 - plane_e3 * t0;
 }
 
-static INLINE void NAME(project_point_on_unit_plane_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[4];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(project_point_on_unit_plane)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(project_point_on_unit_plane_block)
-
-static INLINE void NAME(project_point_on_unit_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x1[4];
-            REAL x2[3];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
-            NAME(project_point_on_unit_plane)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
-    }
-}
-LOOPS(project_point_on_unit_plane_dense)
-
-void NAME(project_point_on_unit_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(project_point_on_unit_plane_block),
-        WIDTHS(project_point_on_unit_plane_dense), LANES, (any_function *)NAME(project_point_on_unit_plane),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_project_point_on_unit_plane(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 4, 4, 1, 4) AND \
+    OUT(2, 2, 3, 3, 1, 3)
+GAC_KERNEL(project_point_on_unit_plane, PLAIN, DIRECT)
 
 INLINE void NAME(project_point_on_line)(const REAL *p, const REAL *line, REAL *out)
 {
@@ -5735,111 +1076,12 @@ static INLINE void NAME(project_point_on_line_apply_line)(const REAL *prepared, 
     out[2] = c9 + t0 * c8;
 }
 
-static INLINE void NAME(project_point_on_line_block_line)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[2];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(project_point_on_line_apply_line)(prepared, x0, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(project_point_on_line_block_line)
-
-static INLINE void NAME(project_point_on_line_dense_line)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x2[3];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(project_point_on_line_apply_line)(prepared, x0, x2);
-            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
-    }
-}
-LOOPS(project_point_on_line_dense_line)
-
-static void NAME(project_point_on_line_start_line)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c1a = strides[1];
-    REAL x1[6];
-    NAME(load_6)(x1, args[1], c1a);
-    NAME(project_point_on_line_prepare_line)(x1, prepared);
-}
-
-static INLINE void NAME(project_point_on_line_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[6];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(project_point_on_line)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(project_point_on_line_block)
-
-static INLINE void NAME(project_point_on_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[3 * TILE];
-    _Alignas(64) REAL r1[6 * TILE];
-    _Alignas(64) REAL r2[3 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
-        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[3];
-            REAL x1[6];
-            REAL x2[3];
-            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
-            NAME(project_point_on_line)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_3)(a2 + first * 3, r2, TILE);
-    }
-}
-LOOP(project_point_on_line_dense)
-
-void NAME(project_point_on_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {3, 1, 2, {3}}};
-    static const struct form forms[] = {{2, 2, NAME(project_point_on_line_start_line),
-        WIDTHS(project_point_on_line_block_line), WIDTHS(project_point_on_line_dense_line), LANES}};
-    static const struct kernel kernel = {WIDTHS(project_point_on_line_block), WIDTH(project_point_on_line_dense),
-        TILE, (any_function *)NAME(project_point_on_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_project_point_on_line(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 6, 6, 1, 6) AND OUT(2, \
+    2, 3, 3, 1, 3)
+#define PARTS_project_point_on_line_line(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND OUT(2, 2, 3, 3, 1, 3)
+#define SAME_project_point_on_line_line(IN, NUMBER, OUT, AND) IN(1, 1, 6, 6, 1, 6)
+GAC_FORM(project_point_on_line, line, 1, PLAIN, PLAIN, DIRECT)
+GAC_KERNEL_AND_FORMS(project_point_on_line, PLAIN, TILES, GAC_USE(project_point_on_line, line, DIRECT, 2, 2, 10))
 
 INLINE void NAME(project_point_on_unit_line)(const REAL *p, const REAL *line, REAL *out)
 {
@@ -5875,112 +1117,13 @@ static INLINE void NAME(project_point_on_unit_line_apply_line)(const REAL *prepa
     out[2] = c5 + c0 * t0;
 }
 
-static INLINE void NAME(project_point_on_unit_line_block_line)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[2];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(project_point_on_unit_line_apply_line)(prepared, x0, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(project_point_on_unit_line_block_line)
-
-static INLINE void NAME(project_point_on_unit_line_dense_line)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x2[3];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(project_point_on_unit_line_apply_line)(prepared, x0, x2);
-            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
-    }
-}
-LOOPS(project_point_on_unit_line_dense_line)
-
-static void NAME(project_point_on_unit_line_start_line)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c1a = strides[1];
-    REAL x1[6];
-    NAME(load_6)(x1, args[1], c1a);
-    NAME(project_point_on_unit_line_prepare_line)(x1, prepared);
-}
-
-static INLINE void NAME(project_point_on_unit_line_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[6];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(project_point_on_unit_line)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(project_point_on_unit_line_block)
-
-static INLINE void NAME(project_point_on_unit_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[3 * TILE];
-    _Alignas(64) REAL r1[6 * TILE];
-    _Alignas(64) REAL r2[3 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
-        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[3];
-            REAL x1[6];
-            REAL x2[3];
-            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
-            NAME(project_point_on_unit_line)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_3)(a2 + first * 3, r2, TILE);
-    }
-}
-LOOP(project_point_on_unit_line_dense)
-
-void NAME(project_point_on_unit_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {3, 1, 2, {3}}};
-    static const struct form forms[] = {{2, 2, NAME(project_point_on_unit_line_start_line),
-        WIDTHS(project_point_on_unit_line_block_line), WIDTHS(project_point_on_unit_line_dense_line), LANES}};
-    static const struct kernel kernel = {WIDTHS(project_point_on_unit_line_block),
-        WIDTH(project_point_on_unit_line_dense), TILE, (any_function *)NAME(project_point_on_unit_line),
-        NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_project_point_on_unit_line(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 6, 6, 1, 6) AND \
+    OUT(2, 2, 3, 3, 1, 3)
+#define PARTS_project_point_on_unit_line_line(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND OUT(2, 2, 3, 3, 1, 3)
+#define SAME_project_point_on_unit_line_line(IN, NUMBER, OUT, AND) IN(1, 1, 6, 6, 1, 6)
+GAC_FORM(project_point_on_unit_line, line, 1, PLAIN, PLAIN, DIRECT)
+GAC_KERNEL_AND_FORMS(project_point_on_unit_line, PLAIN, TILES, GAC_USE(project_point_on_unit_line, line, DIRECT, 2,
+    2, 6))
 
 INLINE void NAME(project_line_on_unit_plane)(const REAL *line, const REAL *plane, REAL *out)
 {
@@ -5999,62 +1142,9 @@ INLINE void NAME(project_line_on_unit_plane)(const REAL *line, const REAL *plane
     out[5] = plane_e0 * t2 + plane_e3 * t3;
 }
 
-static INLINE void NAME(project_line_on_unit_plane_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[4];
-        REAL x2[6];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(project_line_on_unit_plane)(x0, x1, x2);
-        NAME(store_6)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(project_line_on_unit_plane_block)
-
-static INLINE void NAME(project_line_on_unit_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    _Alignas(64) REAL r2[6 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x1[4];
-            REAL x2[6];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
-            NAME(project_line_on_unit_plane)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
-    }
-}
-LOOP(project_line_on_unit_plane_dense)
-
-void NAME(project_line_on_unit_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(project_line_on_unit_plane_block),
-        WIDTH(project_line_on_unit_plane_dense), TILE, (any_function *)NAME(project_line_on_unit_plane),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_project_line_on_unit_plane(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND IN(1, 1, 4, 4, 1, 4) AND \
+    OUT(2, 2, 6, 6, 1, 6)
+GAC_KERNEL(project_line_on_unit_plane, PLAIN, TILES)
 
 INLINE void NAME(reflect_point)(const REAL *p, const REAL *plane, REAL *out)
 {
@@ -6066,57 +1156,9 @@ INLINE void NAME(reflect_point)(const REAL *p, const REAL *plane, REAL *out)
     out[2] = p_e021 - plane_e3 * t0;
 }
 
-static INLINE void NAME(reflect_point_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[4];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(reflect_point)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(reflect_point_block)
-
-static INLINE void NAME(reflect_point_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x1[4];
-            REAL x2[3];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
-            NAME(reflect_point)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
-    }
-}
-LOOPS(reflect_point_dense)
-
-void NAME(reflect_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(reflect_point_block), WIDTHS(reflect_point_dense), LANES,
-        (any_function *)NAME(reflect_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_reflect_point(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 4, 4, 1, 4) AND OUT(2, 2, 3, 3, \
+    1, 3)
+GAC_KERNEL(reflect_point, PLAIN, DIRECT)
 
 INLINE void NAME(line_from_direction_moment)(const REAL *d, const REAL *m, REAL *out)
 {
@@ -6130,62 +1172,9 @@ INLINE void NAME(line_from_direction_moment)(const REAL *d, const REAL *m, REAL 
     out[5] = m_2;
 }
 
-static INLINE void NAME(line_from_direction_moment_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[6];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(line_from_direction_moment)(x0, x1, x2);
-        NAME(store_6)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(line_from_direction_moment_block)
-
-static INLINE void NAME(line_from_direction_moment_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[3 * TILE];
-    _Alignas(64) REAL r1[3 * TILE];
-    _Alignas(64) REAL r2[6 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
-        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[6];
-            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
-            NAME(line_from_direction_moment)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
-    }
-}
-LOOP(line_from_direction_moment_dense)
-
-void NAME(line_from_direction_moment_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(line_from_direction_moment_block),
-        WIDTH(line_from_direction_moment_dense), TILE, (any_function *)NAME(line_from_direction_moment),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_line_from_direction_moment(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND \
+    OUT(2, 2, 6, 6, 1, 6)
+GAC_KERNEL(line_from_direction_moment, PLAIN, TILES)
 
 INLINE void NAME(line_to_direction_moment)(const REAL *line, REAL *out_0, REAL *out_1)
 {
@@ -6199,62 +1188,9 @@ INLINE void NAME(line_to_direction_moment)(const REAL *line, REAL *out_0, REAL *
     out_1[2] = line_e03;
 }
 
-static INLINE void NAME(line_to_direction_moment_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(line_to_direction_moment)(x0, x1, x2);
-        NAME(store_3)(a1 + i * w, c1a, x1);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(line_to_direction_moment_block)
-
-static INLINE void NAME(line_to_direction_moment_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r1[3 * TILE];
-    _Alignas(64) REAL r2[3 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x1[3];
-            REAL x2[3];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(line_to_direction_moment)(x0, x1, x2);
-            NAME(store_3)((char *)(r1 + i), TILE * w, x1);
-            NAME(store_3)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_3)(a1 + first * 3, r1, TILE);
-        NAME(store_tile_3)(a2 + first * 3, r2, TILE);
-    }
-}
-LOOP(line_to_direction_moment_dense)
-
-void NAME(line_to_direction_moment_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(line_to_direction_moment_block),
-        WIDTH(line_to_direction_moment_dense), TILE, (any_function *)NAME(line_to_direction_moment), NAME(call_arr),
-        1, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_line_to_direction_moment(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND OUT(1, 1, 3, 3, 1, 3) AND \
+    OUT(2, 2, 3, 3, 1, 3)
+GAC_KERNEL(line_to_direction_moment, PLAIN, TILES)
 
 INLINE void NAME(plucker_residual)(const REAL *b, REAL *out)
 {
@@ -6262,53 +1198,8 @@ INLINE void NAME(plucker_residual)(const REAL *b, REAL *out)
     out[0] = b_e12 * b_e03 + b_e23 * b_e01 - b_e13 * b_e02;
 }
 
-static INLINE void NAME(plucker_residual_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[1];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(plucker_residual)(x0, x1);
-        NAME(store_scalar)(a1 + i * w, x1);
-    }
-}
-LOOPS(plucker_residual_block)
-
-static INLINE void NAME(plucker_residual_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r1[1 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x1[1];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(plucker_residual)(x0, x1);
-            NAME(store_scalar)((char *)(r1 + i), x1);
-        }
-        NAME(store_tile_1)(a1 + first * 1, r1, TILE);
-    }
-}
-LOOP(plucker_residual_dense)
-
-void NAME(plucker_residual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(plucker_residual_block), WIDTH(plucker_residual_dense), TILE,
-        (any_function *)NAME(plucker_residual), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_plucker_residual(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND OUT(1, 1, scalar, 1, 0, 0)
+GAC_KERNEL(plucker_residual, PLAIN, TILES)
 
 INLINE void NAME(line_support)(const REAL *line, REAL *out)
 {
@@ -6320,53 +1211,8 @@ INLINE void NAME(line_support)(const REAL *line, REAL *out)
     out[2] = t0 * (line_e13 * line_e01 + line_e23 * line_e02);
 }
 
-static INLINE void NAME(line_support_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[3];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(line_support)(x0, x1);
-        NAME(store_3)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(line_support_block)
-
-static INLINE void NAME(line_support_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r1[3 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x1[3];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(line_support)(x0, x1);
-            NAME(store_3)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_3)(a1 + first * 3, r1, TILE);
-    }
-}
-LOOP(line_support_dense)
-
-void NAME(line_support_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(line_support_block), WIDTH(line_support_dense), TILE, (any_function
-        *)NAME(line_support), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_line_support(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND OUT(1, 1, 3, 3, 1, 3)
+GAC_KERNEL(line_support, PLAIN, TILES)
 
 INLINE void NAME(point_on_line)(const REAL *line, REAL t, REAL *out)
 {
@@ -6377,61 +1223,8 @@ INLINE void NAME(point_on_line)(const REAL *line, REAL t, REAL *out)
     out[2] = line_e23 * line_e02 + line_e13 * line_e01 + line_e12 * t;
 }
 
-static INLINE void NAME(point_on_line_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[1];
-        REAL x2[3];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(point_on_line)(x0, x1[0], x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(point_on_line_block)
-
-static INLINE void NAME(point_on_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r1[1 * TILE];
-    _Alignas(64) REAL r2[3 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        NAME(load_tile_1)(r1, TILE, a1 + first * 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x1[1];
-            REAL x2[3];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_scalar)(x1, (char *)(r1 + i));
-            NAME(point_on_line)(x0, x1[0], x2);
-            NAME(store_3)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_3)(a2 + first * 3, r2, TILE);
-    }
-}
-LOOP(point_on_line_dense)
-
-void NAME(point_on_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(point_on_line_block), WIDTH(point_on_line_dense), TILE,
-        (any_function *)NAME(point_on_line), NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_point_on_line(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND NUMBER(1, 1) AND OUT(2, 1, 3, 3, 1, 3)
+GAC_KERNEL(point_on_line, PLAIN, TILES)
 
 INLINE void NAME(position_along_line)(const REAL *p, const REAL *line, REAL *out)
 {
@@ -6440,61 +1233,9 @@ INLINE void NAME(position_along_line)(const REAL *p, const REAL *line, REAL *out
     out[0] = p_e032 * line_e23 - p_e013 * line_e13 + p_e021 * line_e12;
 }
 
-static INLINE void NAME(position_along_line_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[6];
-        REAL x2[1];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(position_along_line)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(position_along_line_block)
-
-static INLINE void NAME(position_along_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[3 * TILE];
-    _Alignas(64) REAL r1[6 * TILE];
-    _Alignas(64) REAL r2[1 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
-        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[3];
-            REAL x1[6];
-            REAL x2[1];
-            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
-            NAME(position_along_line)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_tile_1)(a2 + first * 1, r2, TILE);
-    }
-}
-LOOP(position_along_line_dense)
-
-void NAME(position_along_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(position_along_line_block), WIDTH(position_along_line_dense), TILE,
-        (any_function *)NAME(position_along_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_position_along_line(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 6, 6, 1, 6) AND OUT(2, 2, \
+    scalar, 1, 0, 0)
+GAC_KERNEL(position_along_line, PLAIN, TILES)
 
 INLINE void NAME(plane_from_normal)(const REAL *normal, REAL distance, REAL *out)
 {
@@ -6505,61 +1246,9 @@ INLINE void NAME(plane_from_normal)(const REAL *normal, REAL distance, REAL *out
     out[3] = -distance;
 }
 
-static INLINE void NAME(plane_from_normal_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[1];
-        REAL x2[4];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(plane_from_normal)(x0, x1[0], x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(plane_from_normal_block)
-
-static INLINE void NAME(plane_from_normal_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[3 * TILE];
-    _Alignas(64) REAL r1[1 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
-        NAME(load_tile_1)(r1, TILE, a1 + first * 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[3];
-            REAL x1[1];
-            REAL x2[4];
-            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_scalar)(x1, (char *)(r1 + i));
-            NAME(plane_from_normal)(x0, x1[0], x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(plane_from_normal_dense)
-
-void NAME(plane_from_normal_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(plane_from_normal_block), WIDTH(plane_from_normal_dense), TILE,
-        (any_function *)NAME(plane_from_normal), NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_plane_from_normal(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND NUMBER(1, 1) AND OUT(2, 1, 4, 4, 1, \
+    4)
+GAC_KERNEL(plane_from_normal, PLAIN, TILES)
 
 INLINE void NAME(plane_from_point_normal)(const REAL *p, const REAL *normal, REAL *out)
 {
@@ -6571,62 +1260,9 @@ INLINE void NAME(plane_from_point_normal)(const REAL *p, const REAL *normal, REA
     out[3] = -(p_e032 * normal_e032 + p_e013 * normal_e013 + p_e021 * normal_e021);
 }
 
-static INLINE void NAME(plane_from_point_normal_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[4];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(plane_from_point_normal)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(plane_from_point_normal_block)
-
-static INLINE void NAME(plane_from_point_normal_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[3 * TILE];
-    _Alignas(64) REAL r1[3 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
-        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[4];
-            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
-            NAME(plane_from_point_normal)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(plane_from_point_normal_dense)
-
-void NAME(plane_from_point_normal_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(plane_from_point_normal_block),
-        WIDTH(plane_from_point_normal_dense), TILE, (any_function *)NAME(plane_from_point_normal), NAME(call_aar),
-        2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_plane_from_point_normal(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND OUT(2, \
+    2, 4, 4, 1, 4)
+GAC_KERNEL(plane_from_point_normal, PLAIN, TILES)
 
 INLINE void NAME(join_point_directions)(const REAL *p, const REAL *d, const REAL *e, REAL *out)
 {
@@ -6642,69 +1278,9 @@ INLINE void NAME(join_point_directions)(const REAL *p, const REAL *d, const REAL
     out[3] = -(p_e032 * t0 + p_e013 * t1 + p_e021 * t2);
 }
 
-static INLINE void NAME(join_point_directions_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[3];
-        REAL x3[4];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(load_3)(x2, a2 + i * w, c2a);
-        NAME(join_point_directions)(x0, x1, x2, x3);
-        NAME(store_4)(a3 + i * w, c3a, x3);
-    }
-}
-LOOPS(join_point_directions_block)
-
-static INLINE void NAME(join_point_directions_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r0[3 * TILE];
-    _Alignas(64) REAL r1[3 * TILE];
-    _Alignas(64) REAL r2[3 * TILE];
-    _Alignas(64) REAL r3[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
-        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
-        NAME(load_tile_3)(r2, TILE, a2 + first * 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[3];
-            REAL x3[4];
-            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
-            NAME(load_3)(x2, (char *)(r2 + i), TILE * w);
-            NAME(join_point_directions)(x0, x1, x2, x3);
-            NAME(store_4)((char *)(r3 + i), TILE * w, x3);
-        }
-        NAME(store_tile_4)(a3 + first * 4, r3, TILE);
-    }
-}
-LOOP(join_point_directions_dense)
-
-void NAME(join_point_directions_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {4, 1, 3, {4}}};
-    static const struct kernel kernel = {WIDTHS(join_point_directions_block), WIDTH(join_point_directions_dense),
-        TILE, (any_function *)NAME(join_point_directions), NAME(call_aaar), 3, 4, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_join_point_directions(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND IN(2, 2, \
+    3, 3, 1, 3) AND OUT(3, 3, 4, 4, 1, 4)
+GAC_KERNEL(join_point_directions, PLAIN, TILES)
 
 INLINE void NAME(plane_to_normal)(const REAL *plane, REAL *out_0, REAL *out_1)
 {
@@ -6716,59 +1292,9 @@ INLINE void NAME(plane_to_normal)(const REAL *plane, REAL *out_0, REAL *out_1)
     out_1[0] = -(plane_e0 * t0);
 }
 
-static INLINE void NAME(plane_to_normal_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[3];
-        REAL x2[1];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(plane_to_normal)(x0, x1, x2);
-        NAME(store_3)(a1 + i * w, c1a, x1);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(plane_to_normal_block)
-
-static INLINE void NAME(plane_to_normal_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r1[3 * LANES];
-    _Alignas(64) REAL r2[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[4];
-            REAL x1[3];
-            REAL x2[1];
-            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
-            NAME(plane_to_normal)(x0, x1, x2);
-            NAME(store_3)((char *)(r1 + i), LANES * w, x1);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_few)(a1 + first * 3, r1, 3, LANES, LANES);
-        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
-    }
-}
-LOOPS(plane_to_normal_dense)
-
-void NAME(plane_to_normal_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(plane_to_normal_block), WIDTHS(plane_to_normal_dense), LANES,
-        (any_function *)NAME(plane_to_normal), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_plane_to_normal(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(1, 1, 3, 3, 1, 3) AND OUT(2, 2, \
+    scalar, 1, 0, 0)
+GAC_KERNEL(plane_to_normal, PLAIN, DIRECT)
 
 INLINE void NAME(plane_support)(const REAL *plane, REAL *out)
 {
@@ -6779,51 +1305,8 @@ INLINE void NAME(plane_support)(const REAL *plane, REAL *out)
     out[2] = -(plane_e3 * t0);
 }
 
-static INLINE void NAME(plane_support_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[3];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(plane_support)(x0, x1);
-        NAME(store_3)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(plane_support_block)
-
-static INLINE void NAME(plane_support_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[4];
-            REAL x1[3];
-            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
-            NAME(plane_support)(x0, x1);
-            NAME(store_3)((char *)(r1 + i), LANES * w, x1);
-        }
-        NAME(store_few)(a1 + first * 3, r1, 3, LANES, LANES);
-    }
-}
-LOOPS(plane_support_dense)
-
-void NAME(plane_support_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(plane_support_block), WIDTHS(plane_support_dense), LANES,
-        (any_function *)NAME(plane_support), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_plane_support(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(1, 1, 3, 3, 1, 3)
+GAC_KERNEL(plane_support, PLAIN, DIRECT)
 
 INLINE void NAME(bisector_plane)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -6838,61 +1321,9 @@ INLINE void NAME(bisector_plane)(const REAL *a, const REAL *b, REAL *out)
     out[3] = -((t0 * (a_e032 + b_e032) + t1 * (a_e013 + b_e013) + t2 * (a_e021 + b_e021)) * (REAL)0.5);
 }
 
-static INLINE void NAME(bisector_plane_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[4];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(bisector_plane)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(bisector_plane_block)
-
-static INLINE void NAME(bisector_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[3 * TILE];
-    _Alignas(64) REAL r1[3 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
-        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[4];
-            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
-            NAME(bisector_plane)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(bisector_plane_dense)
-
-void NAME(bisector_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(bisector_plane_block), WIDTH(bisector_plane_dense), TILE,
-        (any_function *)NAME(bisector_plane), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_bisector_plane(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND OUT(2, 2, 4, 4, \
+    1, 4)
+GAC_KERNEL(bisector_plane, PLAIN, TILES)
 
 INLINE void NAME(bisectors_of_planes)(const REAL *p, const REAL *q, REAL *out_0, REAL *out_1)
 {
@@ -6908,69 +1339,9 @@ INLINE void NAME(bisectors_of_planes)(const REAL *p, const REAL *q, REAL *out_0,
     out_1[3] = p_e0 + q_e0;
 }
 
-static INLINE void NAME(bisectors_of_planes_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[4];
-        REAL x3[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(bisectors_of_planes)(x0, x1, x2, x3);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-        NAME(store_4)(a3 + i * w, c3a, x3);
-    }
-}
-LOOPS(bisectors_of_planes_block)
-
-static INLINE void NAME(bisectors_of_planes_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    _Alignas(64) REAL r3[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            REAL x2[4];
-            REAL x3[4];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
-            NAME(bisectors_of_planes)(x0, x1, x2, x3);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-            NAME(store_4)((char *)(r3 + i), TILE * w, x3);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-        NAME(store_tile_4)(a3 + first * 4, r3, TILE);
-    }
-}
-LOOP(bisectors_of_planes_dense)
-
-void NAME(bisectors_of_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}, {4, 1, 3, {4}}};
-    static const struct kernel kernel = {WIDTHS(bisectors_of_planes_block), WIDTH(bisectors_of_planes_dense), TILE,
-        (any_function *)NAME(bisectors_of_planes), NAME(call_aarr), 2, 4, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_bisectors_of_planes(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 4, 4, 1, 4) AND OUT(2, 2, \
+    4, 4, 1, 4) AND OUT(3, 3, 4, 4, 1, 4)
+GAC_KERNEL(bisectors_of_planes, PLAIN, TILES)
 
 INLINE void NAME(midpoint)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -6981,57 +1352,8 @@ INLINE void NAME(midpoint)(const REAL *a, const REAL *b, REAL *out)
     out[2] = (a_e021 + b_e021) * (REAL)0.5;
 }
 
-static INLINE void NAME(midpoint_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(midpoint)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(midpoint_block)
-
-static INLINE void NAME(midpoint_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[3];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
-            NAME(midpoint)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
-    }
-}
-LOOPS(midpoint_dense)
-
-void NAME(midpoint_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(midpoint_block), WIDTHS(midpoint_dense), LANES, (any_function
-        *)NAME(midpoint), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_midpoint(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND OUT(2, 2, 3, 3, 1, 3)
+GAC_KERNEL(midpoint, PLAIN, DIRECT)
 
 INLINE void NAME(closest_points_of_lines)(const REAL *a, const REAL *b, REAL *out_0, REAL *out_1)
 {
@@ -7077,36 +1399,9 @@ INLINE void NAME(closest_points_of_lines)(const REAL *a, const REAL *b, REAL *ou
     out_1[2] = SELECT(t7, t31, t30);
 }
 
-static INLINE void NAME(closest_points_of_lines_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[6];
-        REAL x2[3];
-        REAL x3[3];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(closest_points_of_lines)(x0, x1, x2, x3);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-        NAME(store_3)(a3 + i * w, c3a, x3);
-    }
-}
-LOOPS(closest_points_of_lines_block)
-
-void NAME(closest_points_of_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}};
-    static const struct kernel kernel = {WIDTHS(closest_points_of_lines_block), {NULL}, 0, (any_function
-        *)NAME(closest_points_of_lines), NAME(call_aarr), 2, 4, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_closest_points_of_lines(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND IN(1, 1, 6, 6, 1, 6) AND OUT(2, \
+    2, 3, 3, 1, 3) AND OUT(3, 3, 3, 3, 1, 3)
+GAC_KERNEL(closest_points_of_lines, PLAIN, NO)
 
 INLINE void NAME(common_perpendicular)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -7156,33 +1451,9 @@ INLINE void NAME(common_perpendicular)(const REAL *a, const REAL *b, REAL *out)
     out[5] = SELECT(t17, t34, t35);
 }
 
-static INLINE void NAME(common_perpendicular_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[6];
-        REAL x2[6];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(common_perpendicular)(x0, x1, x2);
-        NAME(store_6)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(common_perpendicular_block)
-
-void NAME(common_perpendicular_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(common_perpendicular_block), {NULL}, 0, (any_function
-        *)NAME(common_perpendicular), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_common_perpendicular(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND IN(1, 1, 6, 6, 1, 6) AND OUT(2, 2, \
+    6, 6, 1, 6)
+GAC_KERNEL(common_perpendicular, PLAIN, NO)
 
 INLINE void NAME(signed_distance_lines)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -7202,61 +1473,9 @@ INLINE void NAME(signed_distance_lines)(const REAL *a, const REAL *b, REAL *out)
     out[0] = SELECT(t4, t10, t6);
 }
 
-static INLINE void NAME(signed_distance_lines_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[6];
-        REAL x2[1];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(signed_distance_lines)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(signed_distance_lines_block)
-
-static INLINE void NAME(signed_distance_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r1[6 * TILE];
-    _Alignas(64) REAL r2[1 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x1[6];
-            REAL x2[1];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
-            NAME(signed_distance_lines)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_tile_1)(a2 + first * 1, r2, TILE);
-    }
-}
-LOOP(signed_distance_lines_dense)
-
-void NAME(signed_distance_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(signed_distance_lines_block), WIDTH(signed_distance_lines_dense),
-        TILE, (any_function *)NAME(signed_distance_lines), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_signed_distance_lines(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND IN(1, 1, 6, 6, 1, 6) AND OUT(2, \
+    2, scalar, 1, 0, 0)
+GAC_KERNEL(signed_distance_lines, PLAIN, TILES)
 
 INLINE void NAME(distance_lines)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -7276,61 +1495,9 @@ INLINE void NAME(distance_lines)(const REAL *a, const REAL *b, REAL *out)
     out[0] = ABS(SELECT(t4, t10, t6));
 }
 
-static INLINE void NAME(distance_lines_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[6];
-        REAL x2[1];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(distance_lines)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(distance_lines_block)
-
-static INLINE void NAME(distance_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r1[6 * TILE];
-    _Alignas(64) REAL r2[1 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x1[6];
-            REAL x2[1];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
-            NAME(distance_lines)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_tile_1)(a2 + first * 1, r2, TILE);
-    }
-}
-LOOP(distance_lines_dense)
-
-void NAME(distance_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(distance_lines_block), WIDTH(distance_lines_dense), TILE,
-        (any_function *)NAME(distance_lines), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_distance_lines(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND IN(1, 1, 6, 6, 1, 6) AND OUT(2, 2, \
+    scalar, 1, 0, 0)
+GAC_KERNEL(distance_lines, PLAIN, TILES)
 
 INLINE void NAME(signed_distance_line_plane)(const REAL *line, const REAL *plane, REAL *out)
 {
@@ -7366,112 +1533,14 @@ static INLINE void NAME(signed_distance_line_plane_apply_line)(const REAL *prepa
     out[0] = SELECT(LESS_EQUAL(t1 * t1, (REAL)1e-24), t0, (REAL)0);
 }
 
-static INLINE void NAME(signed_distance_line_plane_block_line)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[1];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[1];
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(signed_distance_line_plane_apply_line)(prepared, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(signed_distance_line_plane_block_line)
-
-static INLINE void NAME(signed_distance_line_plane_dense_line)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x1[4];
-            REAL x2[1];
-            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
-            NAME(signed_distance_line_plane_apply_line)(prepared, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
-    }
-}
-LOOPS(signed_distance_line_plane_dense_line)
-
-static void NAME(signed_distance_line_plane_start_line)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0];
-    REAL x0[6];
-    NAME(load_6)(x0, args[0], c0a);
-    NAME(signed_distance_line_plane_prepare_line)(x0, prepared);
-}
-
-static INLINE void NAME(signed_distance_line_plane_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[4];
-        REAL x2[1];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(signed_distance_line_plane)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(signed_distance_line_plane_block)
-
-static INLINE void NAME(signed_distance_line_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    _Alignas(64) REAL r2[1 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x1[4];
-            REAL x2[1];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
-            NAME(signed_distance_line_plane)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_tile_1)(a2 + first * 1, r2, TILE);
-    }
-}
-LOOP(signed_distance_line_plane_dense)
-
-void NAME(signed_distance_line_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
-    static const struct form forms[] = {{1, 2, NAME(signed_distance_line_plane_start_line),
-        WIDTHS(signed_distance_line_plane_block_line), WIDTHS(signed_distance_line_plane_dense_line), LANES}};
-    static const struct kernel kernel = {WIDTHS(signed_distance_line_plane_block),
-        WIDTH(signed_distance_line_plane_dense), TILE, (any_function *)NAME(signed_distance_line_plane),
-        NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_signed_distance_line_plane(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND IN(1, 1, 4, 4, 1, 4) AND \
+    OUT(2, 2, scalar, 1, 0, 0)
+#define PARTS_signed_distance_line_plane_line(IN, NUMBER, OUT, AND) IN(1, 1, 4, 4, 1, 4) AND OUT(2, 2, scalar, 1, 0, \
+    0)
+#define SAME_signed_distance_line_plane_line(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6)
+GAC_FORM(signed_distance_line_plane, line, 0, PLAIN, PLAIN, DIRECT)
+GAC_KERNEL_AND_FORMS(signed_distance_line_plane, PLAIN, TILES, GAC_USE(signed_distance_line_plane, line, DIRECT, 1,
+    2, 6))
 
 INLINE void NAME(signed_distance_planes)(const REAL *p, const REAL *q, REAL *out)
 {
@@ -7523,157 +1592,16 @@ static INLINE void NAME(signed_distance_planes_apply_q)(const REAL *prepared, co
     out[0] = SELECT(t1, t2, (REAL)0);
 }
 
-static INLINE void NAME(signed_distance_planes_block_p)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[1];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[1];
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(signed_distance_planes_apply_p)(prepared, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(signed_distance_planes_block_p)
-
-static INLINE void NAME(signed_distance_planes_dense_p)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x1[4];
-            REAL x2[1];
-            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
-            NAME(signed_distance_planes_apply_p)(prepared, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
-    }
-}
-LOOPS(signed_distance_planes_dense_p)
-
-static void NAME(signed_distance_planes_start_p)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0];
-    REAL x0[4];
-    NAME(load_4)(x0, args[0], c0a);
-    NAME(signed_distance_planes_prepare_p)(x0, prepared);
-}
-
-static INLINE void NAME(signed_distance_planes_block_q)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x2[1];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(signed_distance_planes_apply_q)(prepared, x0, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(signed_distance_planes_block_q)
-
-static INLINE void NAME(signed_distance_planes_dense_q)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[4];
-            REAL x2[1];
-            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
-            NAME(signed_distance_planes_apply_q)(prepared, x0, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
-    }
-}
-LOOPS(signed_distance_planes_dense_q)
-
-static void NAME(signed_distance_planes_start_q)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c1a = strides[1];
-    REAL x1[4];
-    NAME(load_4)(x1, args[1], c1a);
-    NAME(signed_distance_planes_prepare_q)(x1, prepared);
-}
-
-static INLINE void NAME(signed_distance_planes_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[1];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(signed_distance_planes)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(signed_distance_planes_block)
-
-static INLINE void NAME(signed_distance_planes_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            REAL x2[1];
-            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
-            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
-            NAME(signed_distance_planes)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
-    }
-}
-LOOPS(signed_distance_planes_dense)
-
-void NAME(signed_distance_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
-    static const struct form forms[] = {{1, 2, NAME(signed_distance_planes_start_p),
-        WIDTHS(signed_distance_planes_block_p), WIDTHS(signed_distance_planes_dense_p), LANES}, {2, 2,
-        NAME(signed_distance_planes_start_q), WIDTHS(signed_distance_planes_block_q),
-        WIDTHS(signed_distance_planes_dense_q), LANES}};
-    static const struct kernel kernel = {WIDTHS(signed_distance_planes_block), WIDTHS(signed_distance_planes_dense),
-        LANES, (any_function *)NAME(signed_distance_planes), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_signed_distance_planes(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 4, 4, 1, 4) AND OUT(2, \
+    2, scalar, 1, 0, 0)
+#define PARTS_signed_distance_planes_p(IN, NUMBER, OUT, AND) IN(1, 1, 4, 4, 1, 4) AND OUT(2, 2, scalar, 1, 0, 0)
+#define SAME_signed_distance_planes_p(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4)
+GAC_FORM(signed_distance_planes, p, 0, PLAIN, PLAIN, DIRECT)
+#define PARTS_signed_distance_planes_q(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(2, 2, scalar, 1, 0, 0)
+#define SAME_signed_distance_planes_q(IN, NUMBER, OUT, AND) IN(1, 1, 4, 4, 1, 4)
+GAC_FORM(signed_distance_planes, q, 1, PLAIN, PLAIN, DIRECT)
+GAC_KERNEL_AND_FORMS(signed_distance_planes, PLAIN, DIRECT, GAC_USE(signed_distance_planes, p, DIRECT, 1, 2, 5),
+    GAC_USE(signed_distance_planes, q, DIRECT, 2, 2, 5))
 
 static INLINE void NAME(signed_angle_line_plane_within)(const REAL *line, const REAL *plane, REAL *out)
 {
@@ -7692,33 +1620,9 @@ void NAME(signed_angle_line_plane)(const REAL *line, const REAL *plane, REAL *ou
     RUN(signed_angle_line_plane, (line, plane, out), (line, plane, out));
 }
 
-static INLINE void NAME(signed_angle_line_plane_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[4];
-        REAL x2[1];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(signed_angle_line_plane_within)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(signed_angle_line_plane_block)
-
-void NAME(signed_angle_line_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(signed_angle_line_plane_block), {NULL}, 0, (any_function
-        *)NAME(signed_angle_line_plane), NAME(call_aar), 2, 3, 0, 0, 1, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_signed_angle_line_plane(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND IN(1, 1, 4, 4, 1, 4) AND OUT(2, \
+    2, scalar, 1, 0, 0)
+GAC_KERNEL(signed_angle_line_plane, BUSY, NO)
 
 static INLINE void NAME(signed_angle_between_lines_within)(const REAL *a, const REAL *b, const REAL *axis, REAL
     *out)
@@ -7776,88 +1680,14 @@ static INLINE void NAME(signed_angle_between_lines_apply_a_b)(const REAL *prepar
     out[0] = SELECT(LESS(axis_e032 * c0 + axis_e013 * c1 + axis_e021 * c2, (REAL)0), c3, c4);
 }
 
-static INLINE void NAME(signed_angle_between_lines_block_a_b)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c2a = strides[2];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x2[3];
-        REAL x3[1];
-        NAME(load_3)(x2, a2 + i * w, c2a);
-        NAME(signed_angle_between_lines_apply_a_b)(prepared, x2, x3);
-        NAME(store_scalar)(a3 + i * w, x3);
-    }
-}
-LOOPS(signed_angle_between_lines_block_a_b)
-
-static INLINE void NAME(signed_angle_between_lines_dense_a_b)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a2 = (REAL *)args[2];
-    REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r3[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x2[3];
-            REAL x3[1];
-            NAME(load_3)(x2, (char *)a2 + (first + i) * 3 * w, w);
-            NAME(signed_angle_between_lines_apply_a_b)(prepared, x2, x3);
-            NAME(store_scalar)((char *)(r3 + i), x3);
-        }
-        NAME(store_few)(a3 + first * 1, r3, 1, LANES, LANES);
-    }
-}
-LOOPS(signed_angle_between_lines_dense_a_b)
-
-static void NAME(signed_angle_between_lines_start_a_b)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    REAL x0[6];
-    NAME(load_6)(x0, args[0], c0a);
-    REAL x1[6];
-    NAME(load_6)(x1, args[1], c1a);
-    NAME(signed_angle_between_lines_prepare_a_b)(x0, x1, prepared);
-}
-
-static INLINE void NAME(signed_angle_between_lines_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[6];
-        REAL x2[3];
-        REAL x3[1];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(load_3)(x2, a2 + i * w, c2a);
-        NAME(signed_angle_between_lines_within)(x0, x1, x2, x3);
-        NAME(store_scalar)(a3 + i * w, x3);
-    }
-}
-LOOPS(signed_angle_between_lines_block)
-
-void NAME(signed_angle_between_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {3, 1, 2, {3}}, {1, 0, 3, {0}}};
-    static const struct form forms[] = {{3, 2, NAME(signed_angle_between_lines_start_a_b),
-        WIDTHS(signed_angle_between_lines_block_a_b), WIDTHS(signed_angle_between_lines_dense_a_b), LANES}};
-    static const struct kernel kernel = {WIDTHS(signed_angle_between_lines_block), {NULL}, 0, (any_function
-        *)NAME(signed_angle_between_lines), NAME(call_aaar), 3, 4, 1, 0, 1, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_signed_angle_between_lines(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND IN(1, 1, 6, 6, 1, 6) AND \
+    IN(2, 2, 3, 3, 1, 3) AND OUT(3, 3, scalar, 1, 0, 0)
+#define PARTS_signed_angle_between_lines_a_b(IN, NUMBER, OUT, AND) IN(2, 2, 3, 3, 1, 3) AND OUT(3, 3, scalar, 1, 0, \
+    0)
+#define SAME_signed_angle_between_lines_a_b(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND IN(1, 1, 6, 6, 1, 6)
+GAC_FORM(signed_angle_between_lines, a_b, 0, PLAIN, PLAIN, DIRECT)
+GAC_KERNEL_AND_FORMS(signed_angle_between_lines, BUSY, NO, GAC_USE(signed_angle_between_lines, a_b, DIRECT, 3, 2,
+    5))
 
 static INLINE void NAME(signed_angle_between_planes_within)(const REAL *p, const REAL *q, const REAL *axis, REAL
     *out)
@@ -7901,88 +1731,14 @@ static INLINE void NAME(signed_angle_between_planes_apply_p_q)(const REAL *prepa
     out[0] = SELECT(LESS(axis_e032 * c0 - axis_e013 * c1 + axis_e021 * c2, (REAL)0), c3, c4);
 }
 
-static INLINE void NAME(signed_angle_between_planes_block_p_q)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c2a = strides[2];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x2[3];
-        REAL x3[1];
-        NAME(load_3)(x2, a2 + i * w, c2a);
-        NAME(signed_angle_between_planes_apply_p_q)(prepared, x2, x3);
-        NAME(store_scalar)(a3 + i * w, x3);
-    }
-}
-LOOPS(signed_angle_between_planes_block_p_q)
-
-static INLINE void NAME(signed_angle_between_planes_dense_p_q)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a2 = (REAL *)args[2];
-    REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r3[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x2[3];
-            REAL x3[1];
-            NAME(load_3)(x2, (char *)a2 + (first + i) * 3 * w, w);
-            NAME(signed_angle_between_planes_apply_p_q)(prepared, x2, x3);
-            NAME(store_scalar)((char *)(r3 + i), x3);
-        }
-        NAME(store_few)(a3 + first * 1, r3, 1, LANES, LANES);
-    }
-}
-LOOPS(signed_angle_between_planes_dense_p_q)
-
-static void NAME(signed_angle_between_planes_start_p_q)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    REAL x0[4];
-    NAME(load_4)(x0, args[0], c0a);
-    REAL x1[4];
-    NAME(load_4)(x1, args[1], c1a);
-    NAME(signed_angle_between_planes_prepare_p_q)(x0, x1, prepared);
-}
-
-static INLINE void NAME(signed_angle_between_planes_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[3];
-        REAL x3[1];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(load_3)(x2, a2 + i * w, c2a);
-        NAME(signed_angle_between_planes_within)(x0, x1, x2, x3);
-        NAME(store_scalar)(a3 + i * w, x3);
-    }
-}
-LOOPS(signed_angle_between_planes_block)
-
-void NAME(signed_angle_between_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}, {1, 0, 3, {0}}};
-    static const struct form forms[] = {{3, 2, NAME(signed_angle_between_planes_start_p_q),
-        WIDTHS(signed_angle_between_planes_block_p_q), WIDTHS(signed_angle_between_planes_dense_p_q), LANES}};
-    static const struct kernel kernel = {WIDTHS(signed_angle_between_planes_block), {NULL}, 0, (any_function
-        *)NAME(signed_angle_between_planes), NAME(call_aaar), 3, 4, 1, 0, 1, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_signed_angle_between_planes(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 4, 4, 1, 4) AND \
+    IN(2, 2, 3, 3, 1, 3) AND OUT(3, 3, scalar, 1, 0, 0)
+#define PARTS_signed_angle_between_planes_p_q(IN, NUMBER, OUT, AND) IN(2, 2, 3, 3, 1, 3) AND OUT(3, 3, scalar, 1, 0, \
+    0)
+#define SAME_signed_angle_between_planes_p_q(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 4, 4, 1, 4)
+GAC_FORM(signed_angle_between_planes, p_q, 0, PLAIN, PLAIN, DIRECT)
+GAC_KERNEL_AND_FORMS(signed_angle_between_planes, BUSY, NO, GAC_USE(signed_angle_between_planes, p_q, DIRECT, 3, 2,
+    5))
 
 INLINE void NAME(join_lines)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -8012,61 +1768,9 @@ INLINE void NAME(join_lines)(const REAL *a, const REAL *b, REAL *out)
     out[3] = t15 * SELECT(t11, t16, t17);
 }
 
-static INLINE void NAME(join_lines_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[6];
-        REAL x2[4];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(join_lines)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(join_lines_block)
-
-static INLINE void NAME(join_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r1[6 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x1[6];
-            REAL x2[4];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
-            NAME(join_lines)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(join_lines_dense)
-
-void NAME(join_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(join_lines_block), WIDTH(join_lines_dense), TILE, (any_function
-        *)NAME(join_lines), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_join_lines(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND IN(1, 1, 6, 6, 1, 6) AND OUT(2, 2, 4, 4, 1, \
+    4)
+GAC_KERNEL(join_lines, PLAIN, TILES)
 
 INLINE void NAME(meet_lines)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -8093,61 +1797,9 @@ INLINE void NAME(meet_lines)(const REAL *a, const REAL *b, REAL *out)
     out[3] = (REAL)0.5 * t14;
 }
 
-static INLINE void NAME(meet_lines_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[6];
-        REAL x2[4];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(meet_lines)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(meet_lines_block)
-
-static INLINE void NAME(meet_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r1[6 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x1[6];
-            REAL x2[4];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
-            NAME(meet_lines)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(meet_lines_dense)
-
-void NAME(meet_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(meet_lines_block), WIDTH(meet_lines_dense), TILE, (any_function
-        *)NAME(meet_lines), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_meet_lines(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND IN(1, 1, 6, 6, 1, 6) AND OUT(2, 2, 4, 4, 1, \
+    4)
+GAC_KERNEL(meet_lines, PLAIN, TILES)
 
 INLINE void NAME(relation_of_lines)(const REAL *a, const REAL *b, REAL distance, REAL sine, REAL *out)
 {
@@ -8227,141 +1879,18 @@ static INLINE void NAME(relation_of_lines_apply_a_b_sine)(const REAL *prepared, 
     out[0] = SELECT(c2, t1, t0);
 }
 
-static INLINE void NAME(relation_of_lines_block_a_b_distance)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    const REAL *prepared = (const REAL *)args[0];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x3[1];
-        REAL x4[1];
-        NAME(load_scalar)(x3, a3 + i * w);
-        NAME(relation_of_lines_apply_a_b_distance)(prepared, x3[0], x4);
-        NAME(store_scalar)(a4 + i * w, x4);
-    }
-}
-LOOPS(relation_of_lines_block_a_b_distance)
-
-static void NAME(relation_of_lines_start_a_b_distance)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    REAL x0[6];
-    NAME(load_6)(x0, args[0], c0a);
-    REAL x1[6];
-    NAME(load_6)(x1, args[1], c1a);
-    REAL x2[1];
-    NAME(load_scalar)(x2, args[2]);
-    NAME(relation_of_lines_prepare_a_b_distance)(x0, x1, x2[0], prepared);
-}
-
-static INLINE void NAME(relation_of_lines_block_a_b_sine)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    const REAL *prepared = (const REAL *)args[0];
-    char *a2 = args[2];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x2[1];
-        REAL x4[1];
-        NAME(load_scalar)(x2, a2 + i * w);
-        NAME(relation_of_lines_apply_a_b_sine)(prepared, x2[0], x4);
-        NAME(store_scalar)(a4 + i * w, x4);
-    }
-}
-LOOPS(relation_of_lines_block_a_b_sine)
-
-static void NAME(relation_of_lines_start_a_b_sine)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    REAL x0[6];
-    NAME(load_6)(x0, args[0], c0a);
-    REAL x1[6];
-    NAME(load_6)(x1, args[1], c1a);
-    REAL x3[1];
-    NAME(load_scalar)(x3, args[3]);
-    NAME(relation_of_lines_prepare_a_b_sine)(x0, x1, x3[0], prepared);
-}
-
-static INLINE void NAME(relation_of_lines_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[6];
-        REAL x2[1];
-        REAL x3[1];
-        REAL x4[1];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(load_scalar)(x2, a2 + i * w);
-        NAME(load_scalar)(x3, a3 + i * w);
-        NAME(relation_of_lines)(x0, x1, x2[0], x3[0], x4);
-        NAME(store_scalar)(a4 + i * w, x4);
-    }
-}
-LOOPS(relation_of_lines_block)
-
-static INLINE void NAME(relation_of_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    REAL *a3 = (REAL *)args[3];
-    REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r1[6 * TILE];
-    _Alignas(64) REAL r2[1 * TILE];
-    _Alignas(64) REAL r3[1 * TILE];
-    _Alignas(64) REAL r4[1 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
-        NAME(load_tile_1)(r2, TILE, a2 + first * 1);
-        NAME(load_tile_1)(r3, TILE, a3 + first * 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x1[6];
-            REAL x2[1];
-            REAL x3[1];
-            REAL x4[1];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
-            NAME(load_scalar)(x2, (char *)(r2 + i));
-            NAME(load_scalar)(x3, (char *)(r3 + i));
-            NAME(relation_of_lines)(x0, x1, x2[0], x3[0], x4);
-            NAME(store_scalar)((char *)(r4 + i), x4);
-        }
-        NAME(store_tile_1)(a4 + first * 1, r4, TILE);
-    }
-}
-LOOP(relation_of_lines_dense)
-
-void NAME(relation_of_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}, {1, 0, 2, {0}}, {1, 0, 2,
-        {0}}};
-    static const struct form forms[] = {{7, 2, NAME(relation_of_lines_start_a_b_distance),
-        WIDTHS(relation_of_lines_block_a_b_distance), {NULL}, 0}, {11, 2, NAME(relation_of_lines_start_a_b_sine),
-        WIDTHS(relation_of_lines_block_a_b_sine), {NULL}, 0}};
-    static const struct kernel kernel = {WIDTHS(relation_of_lines_block), WIDTH(relation_of_lines_dense), TILE,
-        (any_function *)NAME(relation_of_lines), NAME(call_aannr), 4, 5, 2, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_relation_of_lines(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND IN(1, 1, 6, 6, 1, 6) AND NUMBER(2, 2) \
+    AND NUMBER(3, 2) AND OUT(4, 2, scalar, 1, 0, 0)
+#define PARTS_relation_of_lines_a_b_distance(IN, NUMBER, OUT, AND) NUMBER(3, 2) AND OUT(4, 2, scalar, 1, 0, 0)
+#define SAME_relation_of_lines_a_b_distance(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND IN(1, 1, 6, 6, 1, 6) AND \
+    NUMBER(2, 2)
+GAC_FORM(relation_of_lines, a_b_distance, 0, PLAIN, PLAIN, NO)
+#define PARTS_relation_of_lines_a_b_sine(IN, NUMBER, OUT, AND) NUMBER(2, 2) AND OUT(4, 2, scalar, 1, 0, 0)
+#define SAME_relation_of_lines_a_b_sine(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND IN(1, 1, 6, 6, 1, 6) AND \
+    NUMBER(3, 2)
+GAC_FORM(relation_of_lines, a_b_sine, 0, PLAIN, PLAIN, NO)
+GAC_KERNEL_AND_FORMS(relation_of_lines, PLAIN, TILES, GAC_USE(relation_of_lines, a_b_distance, NO, 7, 2, 3),
+    GAC_USE(relation_of_lines, a_b_sine, NO, 11, 2, 3))
 
 INLINE void NAME(relation_of_line_plane)(const REAL *line, const REAL *plane, REAL distance, REAL sine, REAL *out)
 {
@@ -8442,202 +1971,26 @@ static INLINE void NAME(relation_of_line_plane_apply_line_distance_sine)(const R
     out[0] = SELECT(LESS_EQUAL(ABS(c4 * plane_e3 + c5 * plane_e1 - c6 * plane_e2), c7), t1, (REAL)2);
 }
 
-static INLINE void NAME(relation_of_line_plane_block_line_plane_distance)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    const REAL *prepared = (const REAL *)args[0];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x3[1];
-        REAL x4[1];
-        NAME(load_scalar)(x3, a3 + i * w);
-        NAME(relation_of_line_plane_apply_line_plane_distance)(prepared, x3[0], x4);
-        NAME(store_scalar)(a4 + i * w, x4);
-    }
-}
-LOOPS(relation_of_line_plane_block_line_plane_distance)
-
-static void NAME(relation_of_line_plane_start_line_plane_distance)(char **args, const intptr_t *strides, void
-    *prepared)
-{
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    REAL x0[6];
-    NAME(load_6)(x0, args[0], c0a);
-    REAL x1[4];
-    NAME(load_4)(x1, args[1], c1a);
-    REAL x2[1];
-    NAME(load_scalar)(x2, args[2]);
-    NAME(relation_of_line_plane_prepare_line_plane_distance)(x0, x1, x2[0], prepared);
-}
-
-static INLINE void NAME(relation_of_line_plane_block_line_plane_sine)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    const REAL *prepared = (const REAL *)args[0];
-    char *a2 = args[2];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x2[1];
-        REAL x4[1];
-        NAME(load_scalar)(x2, a2 + i * w);
-        NAME(relation_of_line_plane_apply_line_plane_sine)(prepared, x2[0], x4);
-        NAME(store_scalar)(a4 + i * w, x4);
-    }
-}
-LOOPS(relation_of_line_plane_block_line_plane_sine)
-
-static void NAME(relation_of_line_plane_start_line_plane_sine)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    REAL x0[6];
-    NAME(load_6)(x0, args[0], c0a);
-    REAL x1[4];
-    NAME(load_4)(x1, args[1], c1a);
-    REAL x3[1];
-    NAME(load_scalar)(x3, args[3]);
-    NAME(relation_of_line_plane_prepare_line_plane_sine)(x0, x1, x3[0], prepared);
-}
-
-static INLINE void NAME(relation_of_line_plane_block_line_distance_sine)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[1];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x4[1];
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(relation_of_line_plane_apply_line_distance_sine)(prepared, x1, x4);
-        NAME(store_scalar)(a4 + i * w, x4);
-    }
-}
-LOOPS(relation_of_line_plane_block_line_distance_sine)
-
-static INLINE void NAME(relation_of_line_plane_dense_line_distance_sine)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a1 = (REAL *)args[1];
-    REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r4[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x1[4];
-            REAL x4[1];
-            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
-            NAME(relation_of_line_plane_apply_line_distance_sine)(prepared, x1, x4);
-            NAME(store_scalar)((char *)(r4 + i), x4);
-        }
-        NAME(store_few)(a4 + first * 1, r4, 1, LANES, LANES);
-    }
-}
-LOOPS(relation_of_line_plane_dense_line_distance_sine)
-
-static void NAME(relation_of_line_plane_start_line_distance_sine)(char **args, const intptr_t *strides, void
-    *prepared)
-{
-    const intptr_t c0a = strides[0];
-    REAL x0[6];
-    NAME(load_6)(x0, args[0], c0a);
-    REAL x2[1];
-    NAME(load_scalar)(x2, args[2]);
-    REAL x3[1];
-    NAME(load_scalar)(x3, args[3]);
-    NAME(relation_of_line_plane_prepare_line_distance_sine)(x0, x2[0], x3[0], prepared);
-}
-
-static INLINE void NAME(relation_of_line_plane_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[4];
-        REAL x2[1];
-        REAL x3[1];
-        REAL x4[1];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(load_scalar)(x2, a2 + i * w);
-        NAME(load_scalar)(x3, a3 + i * w);
-        NAME(relation_of_line_plane)(x0, x1, x2[0], x3[0], x4);
-        NAME(store_scalar)(a4 + i * w, x4);
-    }
-}
-LOOPS(relation_of_line_plane_block)
-
-static INLINE void NAME(relation_of_line_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    REAL *a3 = (REAL *)args[3];
-    REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    _Alignas(64) REAL r2[1 * TILE];
-    _Alignas(64) REAL r3[1 * TILE];
-    _Alignas(64) REAL r4[1 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
-        NAME(load_tile_1)(r2, TILE, a2 + first * 1);
-        NAME(load_tile_1)(r3, TILE, a3 + first * 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x1[4];
-            REAL x2[1];
-            REAL x3[1];
-            REAL x4[1];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
-            NAME(load_scalar)(x2, (char *)(r2 + i));
-            NAME(load_scalar)(x3, (char *)(r3 + i));
-            NAME(relation_of_line_plane)(x0, x1, x2[0], x3[0], x4);
-            NAME(store_scalar)((char *)(r4 + i), x4);
-        }
-        NAME(store_tile_1)(a4 + first * 1, r4, TILE);
-    }
-}
-LOOP(relation_of_line_plane_dense)
-
-void NAME(relation_of_line_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}, {1, 0, 2, {0}}, {1, 0, 2,
-        {0}}};
-    static const struct form forms[] = {{7, 2, NAME(relation_of_line_plane_start_line_plane_distance),
-        WIDTHS(relation_of_line_plane_block_line_plane_distance), {NULL}, 0}, {11, 2,
-        NAME(relation_of_line_plane_start_line_plane_sine), WIDTHS(relation_of_line_plane_block_line_plane_sine),
-        {NULL}, 0}, {13, 2, NAME(relation_of_line_plane_start_line_distance_sine),
-        WIDTHS(relation_of_line_plane_block_line_distance_sine),
-        WIDTHS(relation_of_line_plane_dense_line_distance_sine), LANES}};
-    static const struct kernel kernel = {WIDTHS(relation_of_line_plane_block), WIDTH(relation_of_line_plane_dense),
-        TILE, (any_function *)NAME(relation_of_line_plane), NAME(call_aannr), 4, 5, 3, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_relation_of_line_plane(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND IN(1, 1, 4, 4, 1, 4) AND \
+    NUMBER(2, 2) AND NUMBER(3, 2) AND OUT(4, 2, scalar, 1, 0, 0)
+#define PARTS_relation_of_line_plane_line_plane_distance(IN, NUMBER, OUT, AND) NUMBER(3, 2) AND OUT(4, 2, scalar, 1, \
+    0, 0)
+#define SAME_relation_of_line_plane_line_plane_distance(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND IN(1, 1, 4, \
+    4, 1, 4) AND NUMBER(2, 2)
+GAC_FORM(relation_of_line_plane, line_plane_distance, 0, PLAIN, PLAIN, NO)
+#define PARTS_relation_of_line_plane_line_plane_sine(IN, NUMBER, OUT, AND) NUMBER(2, 2) AND OUT(4, 2, scalar, 1, 0, \
+    0)
+#define SAME_relation_of_line_plane_line_plane_sine(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND IN(1, 1, 4, 4, 1, \
+    4) AND NUMBER(3, 2)
+GAC_FORM(relation_of_line_plane, line_plane_sine, 0, PLAIN, PLAIN, NO)
+#define PARTS_relation_of_line_plane_line_distance_sine(IN, NUMBER, OUT, AND) IN(1, 1, 4, 4, 1, 4) AND OUT(4, 2, \
+    scalar, 1, 0, 0)
+#define SAME_relation_of_line_plane_line_distance_sine(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND NUMBER(2, 2) \
+    AND NUMBER(3, 2)
+GAC_FORM(relation_of_line_plane, line_distance_sine, 0, PLAIN, PLAIN, DIRECT)
+GAC_KERNEL_AND_FORMS(relation_of_line_plane, PLAIN, TILES, GAC_USE(relation_of_line_plane, line_plane_distance, NO,
+    7, 2, 2), GAC_USE(relation_of_line_plane, line_plane_sine, NO, 11, 2, 2), GAC_USE(relation_of_line_plane,
+    line_distance_sine, DIRECT, 13, 2, 8))
 
 INLINE void NAME(relation_of_planes)(const REAL *p, const REAL *q, REAL distance, REAL sine, REAL *out)
 {
@@ -8736,241 +2089,29 @@ static INLINE void NAME(relation_of_planes_apply_q_distance_sine)(const REAL *pr
     out[0] = SELECT(t1, t3, (REAL)2);
 }
 
-static INLINE void NAME(relation_of_planes_block_p_q_distance)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    const REAL *prepared = (const REAL *)args[0];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x3[1];
-        REAL x4[1];
-        NAME(load_scalar)(x3, a3 + i * w);
-        NAME(relation_of_planes_apply_p_q_distance)(prepared, x3[0], x4);
-        NAME(store_scalar)(a4 + i * w, x4);
-    }
-}
-LOOPS(relation_of_planes_block_p_q_distance)
-
-static void NAME(relation_of_planes_start_p_q_distance)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    REAL x0[4];
-    NAME(load_4)(x0, args[0], c0a);
-    REAL x1[4];
-    NAME(load_4)(x1, args[1], c1a);
-    REAL x2[1];
-    NAME(load_scalar)(x2, args[2]);
-    NAME(relation_of_planes_prepare_p_q_distance)(x0, x1, x2[0], prepared);
-}
-
-static INLINE void NAME(relation_of_planes_block_p_q_sine)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    const REAL *prepared = (const REAL *)args[0];
-    char *a2 = args[2];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x2[1];
-        REAL x4[1];
-        NAME(load_scalar)(x2, a2 + i * w);
-        NAME(relation_of_planes_apply_p_q_sine)(prepared, x2[0], x4);
-        NAME(store_scalar)(a4 + i * w, x4);
-    }
-}
-LOOPS(relation_of_planes_block_p_q_sine)
-
-static void NAME(relation_of_planes_start_p_q_sine)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    REAL x0[4];
-    NAME(load_4)(x0, args[0], c0a);
-    REAL x1[4];
-    NAME(load_4)(x1, args[1], c1a);
-    REAL x3[1];
-    NAME(load_scalar)(x3, args[3]);
-    NAME(relation_of_planes_prepare_p_q_sine)(x0, x1, x3[0], prepared);
-}
-
-static INLINE void NAME(relation_of_planes_block_p_distance_sine)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[1];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x4[1];
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(relation_of_planes_apply_p_distance_sine)(prepared, x1, x4);
-        NAME(store_scalar)(a4 + i * w, x4);
-    }
-}
-LOOPS(relation_of_planes_block_p_distance_sine)
-
-static INLINE void NAME(relation_of_planes_dense_p_distance_sine)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a1 = (REAL *)args[1];
-    REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r4[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x1[4];
-            REAL x4[1];
-            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
-            NAME(relation_of_planes_apply_p_distance_sine)(prepared, x1, x4);
-            NAME(store_scalar)((char *)(r4 + i), x4);
-        }
-        NAME(store_few)(a4 + first * 1, r4, 1, LANES, LANES);
-    }
-}
-LOOPS(relation_of_planes_dense_p_distance_sine)
-
-static void NAME(relation_of_planes_start_p_distance_sine)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0];
-    REAL x0[4];
-    NAME(load_4)(x0, args[0], c0a);
-    REAL x2[1];
-    NAME(load_scalar)(x2, args[2]);
-    REAL x3[1];
-    NAME(load_scalar)(x3, args[3]);
-    NAME(relation_of_planes_prepare_p_distance_sine)(x0, x2[0], x3[0], prepared);
-}
-
-static INLINE void NAME(relation_of_planes_block_q_distance_sine)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x4[1];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(relation_of_planes_apply_q_distance_sine)(prepared, x0, x4);
-        NAME(store_scalar)(a4 + i * w, x4);
-    }
-}
-LOOPS(relation_of_planes_block_q_distance_sine)
-
-static INLINE void NAME(relation_of_planes_dense_q_distance_sine)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r4[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[4];
-            REAL x4[1];
-            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
-            NAME(relation_of_planes_apply_q_distance_sine)(prepared, x0, x4);
-            NAME(store_scalar)((char *)(r4 + i), x4);
-        }
-        NAME(store_few)(a4 + first * 1, r4, 1, LANES, LANES);
-    }
-}
-LOOPS(relation_of_planes_dense_q_distance_sine)
-
-static void NAME(relation_of_planes_start_q_distance_sine)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c1a = strides[1];
-    REAL x1[4];
-    NAME(load_4)(x1, args[1], c1a);
-    REAL x2[1];
-    NAME(load_scalar)(x2, args[2]);
-    REAL x3[1];
-    NAME(load_scalar)(x3, args[3]);
-    NAME(relation_of_planes_prepare_q_distance_sine)(x1, x2[0], x3[0], prepared);
-}
-
-static INLINE void NAME(relation_of_planes_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[1];
-        REAL x3[1];
-        REAL x4[1];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(load_scalar)(x2, a2 + i * w);
-        NAME(load_scalar)(x3, a3 + i * w);
-        NAME(relation_of_planes)(x0, x1, x2[0], x3[0], x4);
-        NAME(store_scalar)(a4 + i * w, x4);
-    }
-}
-LOOPS(relation_of_planes_block)
-
-static INLINE void NAME(relation_of_planes_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    REAL *a3 = (REAL *)args[3];
-    REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r4[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            REAL x2[1];
-            REAL x3[1];
-            REAL x4[1];
-            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
-            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
-            NAME(load_scalar)(x2, (char *)a2 + (first + i) * w);
-            NAME(load_scalar)(x3, (char *)a3 + (first + i) * w);
-            NAME(relation_of_planes)(x0, x1, x2[0], x3[0], x4);
-            NAME(store_scalar)((char *)(r4 + i), x4);
-        }
-        NAME(store_few)(a4 + first * 1, r4, 1, LANES, LANES);
-    }
-}
-LOOPS(relation_of_planes_dense)
-
-void NAME(relation_of_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}, {1, 0, 2, {0}}, {1, 0, 2,
-        {0}}};
-    static const struct form forms[] = {{7, 2, NAME(relation_of_planes_start_p_q_distance),
-        WIDTHS(relation_of_planes_block_p_q_distance), {NULL}, 0}, {11, 2, NAME(relation_of_planes_start_p_q_sine),
-        WIDTHS(relation_of_planes_block_p_q_sine), {NULL}, 0}, {13, 2,
-        NAME(relation_of_planes_start_p_distance_sine), WIDTHS(relation_of_planes_block_p_distance_sine),
-        WIDTHS(relation_of_planes_dense_p_distance_sine), LANES}, {14, 2,
-        NAME(relation_of_planes_start_q_distance_sine), WIDTHS(relation_of_planes_block_q_distance_sine),
-        WIDTHS(relation_of_planes_dense_q_distance_sine), LANES}};
-    static const struct kernel kernel = {WIDTHS(relation_of_planes_block), WIDTHS(relation_of_planes_dense), LANES,
-        (any_function *)NAME(relation_of_planes), NAME(call_aannr), 4, 5, 4, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_relation_of_planes(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 4, 4, 1, 4) AND NUMBER(2, \
+    2) AND NUMBER(3, 2) AND OUT(4, 2, scalar, 1, 0, 0)
+#define PARTS_relation_of_planes_p_q_distance(IN, NUMBER, OUT, AND) NUMBER(3, 2) AND OUT(4, 2, scalar, 1, 0, 0)
+#define SAME_relation_of_planes_p_q_distance(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 4, 4, 1, 4) AND \
+    NUMBER(2, 2)
+GAC_FORM(relation_of_planes, p_q_distance, 0, PLAIN, PLAIN, NO)
+#define PARTS_relation_of_planes_p_q_sine(IN, NUMBER, OUT, AND) NUMBER(2, 2) AND OUT(4, 2, scalar, 1, 0, 0)
+#define SAME_relation_of_planes_p_q_sine(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 4, 4, 1, 4) AND \
+    NUMBER(3, 2)
+GAC_FORM(relation_of_planes, p_q_sine, 0, PLAIN, PLAIN, NO)
+#define PARTS_relation_of_planes_p_distance_sine(IN, NUMBER, OUT, AND) IN(1, 1, 4, 4, 1, 4) AND OUT(4, 2, scalar, 1, \
+    0, 0)
+#define SAME_relation_of_planes_p_distance_sine(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND NUMBER(2, 2) AND \
+    NUMBER(3, 2)
+GAC_FORM(relation_of_planes, p_distance_sine, 0, PLAIN, PLAIN, DIRECT)
+#define PARTS_relation_of_planes_q_distance_sine(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(4, 2, scalar, 1, \
+    0, 0)
+#define SAME_relation_of_planes_q_distance_sine(IN, NUMBER, OUT, AND) IN(1, 1, 4, 4, 1, 4) AND NUMBER(2, 2) AND \
+    NUMBER(3, 2)
+GAC_FORM(relation_of_planes, q_distance_sine, 1, PLAIN, PLAIN, DIRECT)
+GAC_KERNEL_AND_FORMS(relation_of_planes, PLAIN, DIRECT, GAC_USE(relation_of_planes, p_q_distance, NO, 7, 2, 2),
+    GAC_USE(relation_of_planes, p_q_sine, NO, 11, 2, 2), GAC_USE(relation_of_planes, p_distance_sine, DIRECT, 13, 2,
+    7), GAC_USE(relation_of_planes, q_distance_sine, DIRECT, 14, 2, 7))
 
 INLINE void NAME(relation_of_three_planes)(const REAL *p, const REAL *q, const REAL *r, REAL distance, REAL sine,
     REAL *out)
@@ -9211,113 +2352,19 @@ static INLINE void NAME(relation_of_three_planes_apply_p_q_r_sine)(const REAL *p
     out[0] = SELECT(c3, t2, t1);
 }
 
-static INLINE void NAME(relation_of_three_planes_block_p_q_r_distance)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    const REAL *prepared = (const REAL *)args[0];
-    char *a4 = args[4];
-    char *a5 = args[5];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x4[1];
-        REAL x5[1];
-        NAME(load_scalar)(x4, a4 + i * w);
-        NAME(relation_of_three_planes_apply_p_q_r_distance)(prepared, x4[0], x5);
-        NAME(store_scalar)(a5 + i * w, x5);
-    }
-}
-LOOPS(relation_of_three_planes_block_p_q_r_distance)
-
-static void NAME(relation_of_three_planes_start_p_q_r_distance)(char **args, const intptr_t *strides, void
-    *prepared)
-{
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    REAL x0[4];
-    NAME(load_4)(x0, args[0], c0a);
-    REAL x1[4];
-    NAME(load_4)(x1, args[1], c1a);
-    REAL x2[4];
-    NAME(load_4)(x2, args[2], c2a);
-    REAL x3[1];
-    NAME(load_scalar)(x3, args[3]);
-    NAME(relation_of_three_planes_prepare_p_q_r_distance)(x0, x1, x2, x3[0], prepared);
-}
-
-static INLINE void NAME(relation_of_three_planes_block_p_q_r_sine)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    const REAL *prepared = (const REAL *)args[0];
-    char *a3 = args[3];
-    char *a5 = args[5];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x3[1];
-        REAL x5[1];
-        NAME(load_scalar)(x3, a3 + i * w);
-        NAME(relation_of_three_planes_apply_p_q_r_sine)(prepared, x3[0], x5);
-        NAME(store_scalar)(a5 + i * w, x5);
-    }
-}
-LOOPS(relation_of_three_planes_block_p_q_r_sine)
-
-static void NAME(relation_of_three_planes_start_p_q_r_sine)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    REAL x0[4];
-    NAME(load_4)(x0, args[0], c0a);
-    REAL x1[4];
-    NAME(load_4)(x1, args[1], c1a);
-    REAL x2[4];
-    NAME(load_4)(x2, args[2], c2a);
-    REAL x4[1];
-    NAME(load_scalar)(x4, args[4]);
-    NAME(relation_of_three_planes_prepare_p_q_r_sine)(x0, x1, x2, x4[0], prepared);
-}
-
-static INLINE void NAME(relation_of_three_planes_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    char *a5 = args[5];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[4];
-        REAL x3[1];
-        REAL x4[1];
-        REAL x5[1];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(load_4)(x2, a2 + i * w, c2a);
-        NAME(load_scalar)(x3, a3 + i * w);
-        NAME(load_scalar)(x4, a4 + i * w);
-        NAME(relation_of_three_planes)(x0, x1, x2, x3[0], x4[0], x5);
-        NAME(store_scalar)(a5 + i * w, x5);
-    }
-}
-LOOPS(relation_of_three_planes_block)
-
-void NAME(relation_of_three_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}, {1, 0, 3, {0}}, {1, 0, 3,
-        {0}}, {1, 0, 3, {0}}};
-    static const struct form forms[] = {{15, 2, NAME(relation_of_three_planes_start_p_q_r_distance),
-        WIDTHS(relation_of_three_planes_block_p_q_r_distance), {NULL}, 0}, {23, 2,
-        NAME(relation_of_three_planes_start_p_q_r_sine), WIDTHS(relation_of_three_planes_block_p_q_r_sine), {NULL},
-        0}};
-    static const struct kernel kernel = {WIDTHS(relation_of_three_planes_block), {NULL}, 0, (any_function
-        *)NAME(relation_of_three_planes), NAME(call_aaannr), 5, 6, 2, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_relation_of_three_planes(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 4, 4, 1, 4) AND IN(2, \
+    2, 4, 4, 1, 4) AND NUMBER(3, 3) AND NUMBER(4, 3) AND OUT(5, 3, scalar, 1, 0, 0)
+#define PARTS_relation_of_three_planes_p_q_r_distance(IN, NUMBER, OUT, AND) NUMBER(4, 3) AND OUT(5, 3, scalar, 1, 0, \
+    0)
+#define SAME_relation_of_three_planes_p_q_r_distance(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 4, 4, \
+    1, 4) AND IN(2, 2, 4, 4, 1, 4) AND NUMBER(3, 3)
+GAC_FORM(relation_of_three_planes, p_q_r_distance, 0, PLAIN, PLAIN, NO)
+#define PARTS_relation_of_three_planes_p_q_r_sine(IN, NUMBER, OUT, AND) NUMBER(3, 3) AND OUT(5, 3, scalar, 1, 0, 0)
+#define SAME_relation_of_three_planes_p_q_r_sine(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 4, 4, 1, 4) \
+    AND IN(2, 2, 4, 4, 1, 4) AND NUMBER(4, 3)
+GAC_FORM(relation_of_three_planes, p_q_r_sine, 0, PLAIN, PLAIN, NO)
+GAC_KERNEL_AND_FORMS(relation_of_three_planes, PLAIN, NO, GAC_USE(relation_of_three_planes, p_q_r_distance, NO, 15,
+    2, 4), GAC_USE(relation_of_three_planes, p_q_r_sine, NO, 23, 2, 4))
 
 INLINE void NAME(reject_point_from_plane)(const REAL *p, const REAL *plane, REAL *out)
 {
@@ -9329,58 +2376,9 @@ INLINE void NAME(reject_point_from_plane)(const REAL *p, const REAL *plane, REAL
     out[2] = plane_e3 * t0;
 }
 
-static INLINE void NAME(reject_point_from_plane_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[4];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(reject_point_from_plane)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(reject_point_from_plane_block)
-
-static INLINE void NAME(reject_point_from_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x1[4];
-            REAL x2[3];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(load_4)(x1, (char *)a1 + (first + i) * 4 * w, w);
-            NAME(reject_point_from_plane)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
-    }
-}
-LOOPS(reject_point_from_plane_dense)
-
-void NAME(reject_point_from_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(reject_point_from_plane_block),
-        WIDTHS(reject_point_from_plane_dense), LANES, (any_function *)NAME(reject_point_from_plane), NAME(call_aar),
-        2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_reject_point_from_plane(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 4, 4, 1, 4) AND OUT(2, \
+    2, 3, 3, 1, 3)
+GAC_KERNEL(reject_point_from_plane, PLAIN, DIRECT)
 
 INLINE void NAME(reject_point_from_line)(const REAL *p, const REAL *line, REAL *out)
 {
@@ -9416,111 +2414,12 @@ static INLINE void NAME(reject_point_from_line_apply_line)(const REAL *prepared,
     out[2] = p_e021 - (c5 + c0 * t0);
 }
 
-static INLINE void NAME(reject_point_from_line_block_line)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[2];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(reject_point_from_line_apply_line)(prepared, x0, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(reject_point_from_line_block_line)
-
-static INLINE void NAME(reject_point_from_line_dense_line)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x2[3];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(reject_point_from_line_apply_line)(prepared, x0, x2);
-            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
-    }
-}
-LOOPS(reject_point_from_line_dense_line)
-
-static void NAME(reject_point_from_line_start_line)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c1a = strides[1];
-    REAL x1[6];
-    NAME(load_6)(x1, args[1], c1a);
-    NAME(reject_point_from_line_prepare_line)(x1, prepared);
-}
-
-static INLINE void NAME(reject_point_from_line_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[6];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(reject_point_from_line)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(reject_point_from_line_block)
-
-static INLINE void NAME(reject_point_from_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[3 * TILE];
-    _Alignas(64) REAL r1[6 * TILE];
-    _Alignas(64) REAL r2[3 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
-        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[3];
-            REAL x1[6];
-            REAL x2[3];
-            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
-            NAME(reject_point_from_line)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_3)(a2 + first * 3, r2, TILE);
-    }
-}
-LOOP(reject_point_from_line_dense)
-
-void NAME(reject_point_from_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {3, 1, 2, {3}}};
-    static const struct form forms[] = {{2, 2, NAME(reject_point_from_line_start_line),
-        WIDTHS(reject_point_from_line_block_line), WIDTHS(reject_point_from_line_dense_line), LANES}};
-    static const struct kernel kernel = {WIDTHS(reject_point_from_line_block), WIDTH(reject_point_from_line_dense),
-        TILE, (any_function *)NAME(reject_point_from_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_reject_point_from_line(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 6, 6, 1, 6) AND OUT(2, \
+    2, 3, 3, 1, 3)
+#define PARTS_reject_point_from_line_line(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND OUT(2, 2, 3, 3, 1, 3)
+#define SAME_reject_point_from_line_line(IN, NUMBER, OUT, AND) IN(1, 1, 6, 6, 1, 6)
+GAC_FORM(reject_point_from_line, line, 1, PLAIN, PLAIN, DIRECT)
+GAC_KERNEL_AND_FORMS(reject_point_from_line, PLAIN, TILES, GAC_USE(reject_point_from_line, line, DIRECT, 2, 2, 6))
 
 INLINE void NAME(reject_line_from_plane)(const REAL *line, const REAL *plane, REAL *out)
 {
@@ -9539,61 +2438,9 @@ INLINE void NAME(reject_line_from_plane)(const REAL *line, const REAL *plane, RE
     out[5] = -(plane_e1 * t2 + plane_e2 * t3);
 }
 
-static INLINE void NAME(reject_line_from_plane_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[4];
-        REAL x2[6];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(reject_line_from_plane)(x0, x1, x2);
-        NAME(store_6)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(reject_line_from_plane_block)
-
-static INLINE void NAME(reject_line_from_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    _Alignas(64) REAL r2[6 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x1[4];
-            REAL x2[6];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
-            NAME(reject_line_from_plane)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
-    }
-}
-LOOP(reject_line_from_plane_dense)
-
-void NAME(reject_line_from_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(reject_line_from_plane_block), WIDTH(reject_line_from_plane_dense),
-        TILE, (any_function *)NAME(reject_line_from_plane), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_reject_line_from_plane(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND IN(1, 1, 4, 4, 1, 4) AND OUT(2, \
+    2, 6, 6, 1, 6)
+GAC_KERNEL(reject_line_from_plane, PLAIN, TILES)
 
 INLINE void NAME(project_line_on_point)(const REAL *line, const REAL *p, REAL *out)
 {
@@ -9607,61 +2454,9 @@ INLINE void NAME(project_line_on_point)(const REAL *line, const REAL *p, REAL *o
     out[5] = -(line_e13 * p_e032 + line_e23 * p_e013);
 }
 
-static INLINE void NAME(project_line_on_point_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[3];
-        REAL x2[6];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(project_line_on_point)(x0, x1, x2);
-        NAME(store_6)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(project_line_on_point_block)
-
-static INLINE void NAME(project_line_on_point_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r1[3 * TILE];
-    _Alignas(64) REAL r2[6 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x1[3];
-            REAL x2[6];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
-            NAME(project_line_on_point)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
-    }
-}
-LOOP(project_line_on_point_dense)
-
-void NAME(project_line_on_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(project_line_on_point_block), WIDTH(project_line_on_point_dense),
-        TILE, (any_function *)NAME(project_line_on_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_project_line_on_point(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND IN(1, 1, 3, 3, 1, 3) AND OUT(2, \
+    2, 6, 6, 1, 6)
+GAC_KERNEL(project_line_on_point, PLAIN, TILES)
 
 INLINE void NAME(project_plane_on_line)(const REAL *plane, const REAL *line, REAL *out)
 {
@@ -9677,61 +2472,9 @@ INLINE void NAME(project_plane_on_line)(const REAL *plane, const REAL *line, REA
     out[3] = line_e02 * t0 - line_e01 * t2 + line_e03 * t1;
 }
 
-static INLINE void NAME(project_plane_on_line_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[6];
-        REAL x2[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(project_plane_on_line)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(project_plane_on_line_block)
-
-static INLINE void NAME(project_plane_on_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[6 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[6];
-            REAL x2[4];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
-            NAME(project_plane_on_line)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(project_plane_on_line_dense)
-
-void NAME(project_plane_on_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(project_plane_on_line_block), WIDTH(project_plane_on_line_dense),
-        TILE, (any_function *)NAME(project_plane_on_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_project_plane_on_line(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 6, 6, 1, 6) AND OUT(2, \
+    2, 4, 4, 1, 4)
+GAC_KERNEL(project_plane_on_line, PLAIN, TILES)
 
 INLINE void NAME(reject_plane_from_line)(const REAL *plane, const REAL *line, REAL *out)
 {
@@ -9747,61 +2490,9 @@ INLINE void NAME(reject_plane_from_line)(const REAL *plane, const REAL *line, RE
     out[3] = t2 - line_e03 * (plane_e1 * line_e13 + plane_e2 * line_e23);
 }
 
-static INLINE void NAME(reject_plane_from_line_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[6];
-        REAL x2[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(reject_plane_from_line)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(reject_plane_from_line_block)
-
-static INLINE void NAME(reject_plane_from_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[6 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[6];
-            REAL x2[4];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
-            NAME(reject_plane_from_line)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(reject_plane_from_line_dense)
-
-void NAME(reject_plane_from_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(reject_plane_from_line_block), WIDTH(reject_plane_from_line_dense),
-        TILE, (any_function *)NAME(reject_plane_from_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_reject_plane_from_line(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 6, 6, 1, 6) AND OUT(2, \
+    2, 4, 4, 1, 4)
+GAC_KERNEL(reject_plane_from_line, PLAIN, TILES)
 
 INLINE void NAME(reflect_line)(const REAL *line, const REAL *plane, REAL *out)
 {
@@ -9819,61 +2510,9 @@ INLINE void NAME(reflect_line)(const REAL *line, const REAL *plane, REAL *out)
     out[5] = plane_e3 * t1 + t2 * (line_e13 * plane_e1 + line_e23 * plane_e2) - line_e03;
 }
 
-static INLINE void NAME(reflect_line_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[4];
-        REAL x2[6];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(reflect_line)(x0, x1, x2);
-        NAME(store_6)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(reflect_line_block)
-
-static INLINE void NAME(reflect_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    _Alignas(64) REAL r2[6 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x1[4];
-            REAL x2[6];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
-            NAME(reflect_line)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
-    }
-}
-LOOP(reflect_line_dense)
-
-void NAME(reflect_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(reflect_line_block), WIDTH(reflect_line_dense), TILE, (any_function
-        *)NAME(reflect_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_reflect_line(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND IN(1, 1, 4, 4, 1, 4) AND OUT(2, 2, 6, 6, \
+    1, 6)
+GAC_KERNEL(reflect_line, PLAIN, TILES)
 
 INLINE void NAME(reflect_plane)(const REAL *q, const REAL *plane, REAL *out)
 {
@@ -9886,61 +2525,9 @@ INLINE void NAME(reflect_plane)(const REAL *q, const REAL *plane, REAL *out)
     out[3] = q_e0 - plane_e0 * t0;
 }
 
-static INLINE void NAME(reflect_plane_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(reflect_plane)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(reflect_plane_block)
-
-static INLINE void NAME(reflect_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            REAL x2[4];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
-            NAME(reflect_plane)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(reflect_plane_dense)
-
-void NAME(reflect_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(reflect_plane_block), WIDTH(reflect_plane_dense), TILE,
-        (any_function *)NAME(reflect_plane), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_reflect_plane(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 4, 4, 1, 4) AND OUT(2, 2, 4, 4, \
+    1, 4)
+GAC_KERNEL(reflect_plane, PLAIN, TILES)
 
 INLINE void NAME(reflect_point_in_line)(const REAL *p, const REAL *line, REAL *out)
 {
@@ -9980,111 +2567,12 @@ static INLINE void NAME(reflect_point_in_line_apply_line)(const REAL *prepared, 
     out[2] = p_e032 * c2 - p_e013 * c5 + p_e021 * c7 + c8;
 }
 
-static INLINE void NAME(reflect_point_in_line_block_line)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[2];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(reflect_point_in_line_apply_line)(prepared, x0, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(reflect_point_in_line_block_line)
-
-static INLINE void NAME(reflect_point_in_line_dense_line)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x2[3];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(reflect_point_in_line_apply_line)(prepared, x0, x2);
-            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
-    }
-}
-LOOPS(reflect_point_in_line_dense_line)
-
-static void NAME(reflect_point_in_line_start_line)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c1a = strides[1];
-    REAL x1[6];
-    NAME(load_6)(x1, args[1], c1a);
-    NAME(reflect_point_in_line_prepare_line)(x1, prepared);
-}
-
-static INLINE void NAME(reflect_point_in_line_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[6];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(reflect_point_in_line)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(reflect_point_in_line_block)
-
-static INLINE void NAME(reflect_point_in_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[3 * TILE];
-    _Alignas(64) REAL r1[6 * TILE];
-    _Alignas(64) REAL r2[3 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
-        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[3];
-            REAL x1[6];
-            REAL x2[3];
-            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
-            NAME(reflect_point_in_line)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_3)(a2 + first * 3, r2, TILE);
-    }
-}
-LOOP(reflect_point_in_line_dense)
-
-void NAME(reflect_point_in_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {3, 1, 2, {3}}};
-    static const struct form forms[] = {{2, 4, NAME(reflect_point_in_line_start_line),
-        WIDTHS(reflect_point_in_line_block_line), WIDTHS(reflect_point_in_line_dense_line), LANES}};
-    static const struct kernel kernel = {WIDTHS(reflect_point_in_line_block), WIDTH(reflect_point_in_line_dense),
-        TILE, (any_function *)NAME(reflect_point_in_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_reflect_point_in_line(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 6, 6, 1, 6) AND OUT(2, \
+    2, 3, 3, 1, 3)
+#define PARTS_reflect_point_in_line_line(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND OUT(2, 2, 3, 3, 1, 3)
+#define SAME_reflect_point_in_line_line(IN, NUMBER, OUT, AND) IN(1, 1, 6, 6, 1, 6)
+GAC_FORM(reflect_point_in_line, line, 1, PLAIN, PLAIN, DIRECT)
+GAC_KERNEL_AND_FORMS(reflect_point_in_line, PLAIN, TILES, GAC_USE(reflect_point_in_line, line, DIRECT, 2, 4, 9))
 
 INLINE void NAME(reflect_line_in_line)(const REAL *a, const REAL *line, REAL *out)
 {
@@ -10111,61 +2599,9 @@ INLINE void NAME(reflect_line_in_line)(const REAL *a, const REAL *line, REAL *ou
     out[5] = line_e03 * (t11 + t0 * (REAL)4) - (REAL)2 * (a_e13 * t10 - line_e12 * t9) - a_e03;
 }
 
-static INLINE void NAME(reflect_line_in_line_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[6];
-        REAL x2[6];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(reflect_line_in_line)(x0, x1, x2);
-        NAME(store_6)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(reflect_line_in_line_block)
-
-static INLINE void NAME(reflect_line_in_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r1[6 * TILE];
-    _Alignas(64) REAL r2[6 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x1[6];
-            REAL x2[6];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
-            NAME(reflect_line_in_line)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
-    }
-}
-LOOP(reflect_line_in_line_dense)
-
-void NAME(reflect_line_in_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(reflect_line_in_line_block), WIDTH(reflect_line_in_line_dense),
-        TILE, (any_function *)NAME(reflect_line_in_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_reflect_line_in_line(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND IN(1, 1, 6, 6, 1, 6) AND OUT(2, 2, \
+    6, 6, 1, 6)
+GAC_KERNEL(reflect_line_in_line, PLAIN, TILES)
 
 INLINE void NAME(reflect_plane_in_line)(const REAL *plane, const REAL *line, REAL *out)
 {
@@ -10209,113 +2645,12 @@ static INLINE void NAME(reflect_plane_in_line_apply_line)(const REAL *prepared, 
     out[3] = plane_e0 + (plane_e2 * c7 - plane_e1 * c6 + plane_e3 * c8);
 }
 
-static INLINE void NAME(reflect_plane_in_line_block_line)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[2];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x2[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(reflect_plane_in_line_apply_line)(prepared, x0, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(reflect_plane_in_line_block_line)
-
-static INLINE void NAME(reflect_plane_in_line_dense_line)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x2[4];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(reflect_plane_in_line_apply_line)(prepared, x0, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(reflect_plane_in_line_dense_line)
-
-static void NAME(reflect_plane_in_line_start_line)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c1a = strides[1];
-    REAL x1[6];
-    NAME(load_6)(x1, args[1], c1a);
-    NAME(reflect_plane_in_line_prepare_line)(x1, prepared);
-}
-
-static INLINE void NAME(reflect_plane_in_line_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[6];
-        REAL x2[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(reflect_plane_in_line)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(reflect_plane_in_line_block)
-
-static INLINE void NAME(reflect_plane_in_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[6 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[6];
-            REAL x2[4];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
-            NAME(reflect_plane_in_line)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(reflect_plane_in_line_dense)
-
-void NAME(reflect_plane_in_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
-    static const struct form forms[] = {{2, 4, NAME(reflect_plane_in_line_start_line),
-        WIDTHS(reflect_plane_in_line_block_line), WIDTH(reflect_plane_in_line_dense_line), TILE}};
-    static const struct kernel kernel = {WIDTHS(reflect_plane_in_line_block), WIDTH(reflect_plane_in_line_dense),
-        TILE, (any_function *)NAME(reflect_plane_in_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_reflect_plane_in_line(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 6, 6, 1, 6) AND OUT(2, \
+    2, 4, 4, 1, 4)
+#define PARTS_reflect_plane_in_line_line(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(2, 2, 4, 4, 1, 4)
+#define SAME_reflect_plane_in_line_line(IN, NUMBER, OUT, AND) IN(1, 1, 6, 6, 1, 6)
+GAC_FORM(reflect_plane_in_line, line, 1, PLAIN, PLAIN, TILES)
+GAC_KERNEL_AND_FORMS(reflect_plane_in_line, PLAIN, TILES, GAC_USE(reflect_plane_in_line, line, TILES, 2, 4, 9))
 
 INLINE void NAME(reflect_point_in_point)(const REAL *a, const REAL *p, REAL *out)
 {
@@ -10326,57 +2661,9 @@ INLINE void NAME(reflect_point_in_point)(const REAL *a, const REAL *p, REAL *out
     out[2] = p_e021 + (p_e021 - a_e021);
 }
 
-static INLINE void NAME(reflect_point_in_point_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(reflect_point_in_point)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(reflect_point_in_point_block)
-
-static INLINE void NAME(reflect_point_in_point_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[3];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
-            NAME(reflect_point_in_point)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
-    }
-}
-LOOPS(reflect_point_in_point_dense)
-
-void NAME(reflect_point_in_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(reflect_point_in_point_block), WIDTHS(reflect_point_in_point_dense),
-        LANES, (any_function *)NAME(reflect_point_in_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_reflect_point_in_point(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND OUT(2, \
+    2, 3, 3, 1, 3)
+GAC_KERNEL(reflect_point_in_point, PLAIN, DIRECT)
 
 INLINE void NAME(reflect_line_in_point)(const REAL *line, const REAL *p, REAL *out)
 {
@@ -10391,61 +2678,9 @@ INLINE void NAME(reflect_line_in_point)(const REAL *line, const REAL *p, REAL *o
     out[5] = line_e03 + (REAL)2 * (line_e13 * p_e032 + line_e23 * p_e013);
 }
 
-static INLINE void NAME(reflect_line_in_point_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[3];
-        REAL x2[6];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(reflect_line_in_point)(x0, x1, x2);
-        NAME(store_6)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(reflect_line_in_point_block)
-
-static INLINE void NAME(reflect_line_in_point_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r1[3 * TILE];
-    _Alignas(64) REAL r2[6 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x1[3];
-            REAL x2[6];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
-            NAME(reflect_line_in_point)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
-    }
-}
-LOOP(reflect_line_in_point_dense)
-
-void NAME(reflect_line_in_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(reflect_line_in_point_block), WIDTH(reflect_line_in_point_dense),
-        TILE, (any_function *)NAME(reflect_line_in_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_reflect_line_in_point(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND IN(1, 1, 3, 3, 1, 3) AND OUT(2, \
+    2, 6, 6, 1, 6)
+GAC_KERNEL(reflect_line_in_point, PLAIN, TILES)
 
 INLINE void NAME(reflect_plane_in_point)(const REAL *plane, const REAL *p, REAL *out)
 {
@@ -10457,61 +2692,9 @@ INLINE void NAME(reflect_plane_in_point)(const REAL *plane, const REAL *p, REAL 
     out[3] = plane_e0 + (plane_e1 * p_e032 + plane_e2 * p_e013 + plane_e3 * p_e021) * (REAL)2;
 }
 
-static INLINE void NAME(reflect_plane_in_point_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[3];
-        REAL x2[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(reflect_plane_in_point)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(reflect_plane_in_point_block)
-
-static INLINE void NAME(reflect_plane_in_point_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[3 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[3];
-            REAL x2[4];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
-            NAME(reflect_plane_in_point)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(reflect_plane_in_point_dense)
-
-void NAME(reflect_plane_in_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(reflect_plane_in_point_block), WIDTH(reflect_plane_in_point_dense),
-        TILE, (any_function *)NAME(reflect_plane_in_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_reflect_plane_in_point(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 3, 3, 1, 3) AND OUT(2, \
+    2, 4, 4, 1, 4)
+GAC_KERNEL(reflect_plane_in_point, PLAIN, TILES)
 
 INLINE void NAME(collinearity_residual)(const REAL *a, const REAL *b, const REAL *c, REAL *out)
 {
@@ -10584,115 +2767,12 @@ static INLINE void NAME(collinearity_residual_apply_a_b)(const REAL *prepared, c
     out[0] = SQRT(t11 * t11 + t12 * t12 + t13 * t13) / t10;
 }
 
-static INLINE void NAME(collinearity_residual_block_a_b)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c2a = strides[2];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x2[3];
-        REAL x3[1];
-        NAME(load_3)(x2, a2 + i * w, c2a);
-        NAME(collinearity_residual_apply_a_b)(prepared, x2, x3);
-        NAME(store_scalar)(a3 + i * w, x3);
-    }
-}
-LOOPS(collinearity_residual_block_a_b)
-
-static INLINE void NAME(collinearity_residual_dense_a_b)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a2 = (REAL *)args[2];
-    REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r3[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x2[3];
-            REAL x3[1];
-            NAME(load_3)(x2, (char *)a2 + (first + i) * 3 * w, w);
-            NAME(collinearity_residual_apply_a_b)(prepared, x2, x3);
-            NAME(store_scalar)((char *)(r3 + i), x3);
-        }
-        NAME(store_few)(a3 + first * 1, r3, 1, LANES, LANES);
-    }
-}
-LOOPS(collinearity_residual_dense_a_b)
-
-static void NAME(collinearity_residual_start_a_b)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    REAL x0[3];
-    NAME(load_3)(x0, args[0], c0a);
-    REAL x1[3];
-    NAME(load_3)(x1, args[1], c1a);
-    NAME(collinearity_residual_prepare_a_b)(x0, x1, prepared);
-}
-
-static INLINE void NAME(collinearity_residual_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[3];
-        REAL x3[1];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(load_3)(x2, a2 + i * w, c2a);
-        NAME(collinearity_residual)(x0, x1, x2, x3);
-        NAME(store_scalar)(a3 + i * w, x3);
-    }
-}
-LOOPS(collinearity_residual_block)
-
-static INLINE void NAME(collinearity_residual_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r3[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[3];
-            REAL x3[1];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
-            NAME(load_3)(x2, (char *)a2 + (first + i) * 3 * w, w);
-            NAME(collinearity_residual)(x0, x1, x2, x3);
-            NAME(store_scalar)((char *)(r3 + i), x3);
-        }
-        NAME(store_few)(a3 + first * 1, r3, 1, LANES, LANES);
-    }
-}
-LOOPS(collinearity_residual_dense)
-
-void NAME(collinearity_residual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {1, 0, 3, {0}}};
-    static const struct form forms[] = {{3, 2, NAME(collinearity_residual_start_a_b),
-        WIDTHS(collinearity_residual_block_a_b), WIDTHS(collinearity_residual_dense_a_b), LANES}};
-    static const struct kernel kernel = {WIDTHS(collinearity_residual_block), WIDTHS(collinearity_residual_dense),
-        LANES, (any_function *)NAME(collinearity_residual), NAME(call_aaar), 3, 4, 1, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_collinearity_residual(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND IN(2, 2, \
+    3, 3, 1, 3) AND OUT(3, 3, scalar, 1, 0, 0)
+#define PARTS_collinearity_residual_a_b(IN, NUMBER, OUT, AND) IN(2, 2, 3, 3, 1, 3) AND OUT(3, 3, scalar, 1, 0, 0)
+#define SAME_collinearity_residual_a_b(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3)
+GAC_FORM(collinearity_residual, a_b, 0, PLAIN, PLAIN, DIRECT)
+GAC_KERNEL_AND_FORMS(collinearity_residual, PLAIN, DIRECT, GAC_USE(collinearity_residual, a_b, DIRECT, 3, 2, 13))
 
 INLINE void NAME(coplanarity_residual)(const REAL *a, const REAL *b, const REAL *c, const REAL *d, REAL *out)
 {
@@ -10982,165 +3062,27 @@ static INLINE void NAME(coplanarity_residual_apply_b_c_d)(const REAL *prepared, 
     out[0] = t24 / SQRT(SELECT(LESS_EQUAL(t23, (REAL)0), (REAL)1, t23));
 }
 
-static INLINE void NAME(coplanarity_residual_block_a_b_c)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c3a = strides[3];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x3[3];
-        REAL x4[1];
-        NAME(load_3)(x3, a3 + i * w, c3a);
-        NAME(coplanarity_residual_apply_a_b_c)(prepared, x3, x4);
-        NAME(store_scalar)(a4 + i * w, x4);
-    }
-}
-LOOPS(coplanarity_residual_block_a_b_c)
-
-static void NAME(coplanarity_residual_start_a_b_c)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    REAL x0[3];
-    NAME(load_3)(x0, args[0], c0a);
-    REAL x1[3];
-    NAME(load_3)(x1, args[1], c1a);
-    REAL x2[3];
-    NAME(load_3)(x2, args[2], c2a);
-    NAME(coplanarity_residual_prepare_a_b_c)(x0, x1, x2, prepared);
-}
-
-static INLINE void NAME(coplanarity_residual_block_a_b_d)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c2a = strides[2];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a2 = args[2];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x2[3];
-        REAL x4[1];
-        NAME(load_3)(x2, a2 + i * w, c2a);
-        NAME(coplanarity_residual_apply_a_b_d)(prepared, x2, x4);
-        NAME(store_scalar)(a4 + i * w, x4);
-    }
-}
-LOOPS(coplanarity_residual_block_a_b_d)
-
-static void NAME(coplanarity_residual_start_a_b_d)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0], c1a = strides[1], c3a = strides[3];
-    REAL x0[3];
-    NAME(load_3)(x0, args[0], c0a);
-    REAL x1[3];
-    NAME(load_3)(x1, args[1], c1a);
-    REAL x3[3];
-    NAME(load_3)(x3, args[3], c3a);
-    NAME(coplanarity_residual_prepare_a_b_d)(x0, x1, x3, prepared);
-}
-
-static INLINE void NAME(coplanarity_residual_block_a_c_d)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[1];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x4[1];
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(coplanarity_residual_apply_a_c_d)(prepared, x1, x4);
-        NAME(store_scalar)(a4 + i * w, x4);
-    }
-}
-LOOPS(coplanarity_residual_block_a_c_d)
-
-static void NAME(coplanarity_residual_start_a_c_d)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0], c2a = strides[2], c3a = strides[3];
-    REAL x0[3];
-    NAME(load_3)(x0, args[0], c0a);
-    REAL x2[3];
-    NAME(load_3)(x2, args[2], c2a);
-    REAL x3[3];
-    NAME(load_3)(x3, args[3], c3a);
-    NAME(coplanarity_residual_prepare_a_c_d)(x0, x2, x3, prepared);
-}
-
-static INLINE void NAME(coplanarity_residual_block_b_c_d)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x4[1];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(coplanarity_residual_apply_b_c_d)(prepared, x0, x4);
-        NAME(store_scalar)(a4 + i * w, x4);
-    }
-}
-LOOPS(coplanarity_residual_block_b_c_d)
-
-static void NAME(coplanarity_residual_start_b_c_d)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c1a = strides[1], c2a = strides[2], c3a = strides[3];
-    REAL x1[3];
-    NAME(load_3)(x1, args[1], c1a);
-    REAL x2[3];
-    NAME(load_3)(x2, args[2], c2a);
-    REAL x3[3];
-    NAME(load_3)(x3, args[3], c3a);
-    NAME(coplanarity_residual_prepare_b_c_d)(x1, x2, x3, prepared);
-}
-
-static INLINE void NAME(coplanarity_residual_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[3];
-        REAL x3[3];
-        REAL x4[1];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(load_3)(x2, a2 + i * w, c2a);
-        NAME(load_3)(x3, a3 + i * w, c3a);
-        NAME(coplanarity_residual)(x0, x1, x2, x3, x4);
-        NAME(store_scalar)(a4 + i * w, x4);
-    }
-}
-LOOPS(coplanarity_residual_block)
-
-void NAME(coplanarity_residual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}, {1, 0, 4,
-        {0}}};
-    static const struct form forms[] = {{7, 2, NAME(coplanarity_residual_start_a_b_c),
-        WIDTHS(coplanarity_residual_block_a_b_c), {NULL}, 0}, {11, 2, NAME(coplanarity_residual_start_a_b_d),
-        WIDTHS(coplanarity_residual_block_a_b_d), {NULL}, 0}, {13, 2, NAME(coplanarity_residual_start_a_c_d),
-        WIDTHS(coplanarity_residual_block_a_c_d), {NULL}, 0}, {14, 2, NAME(coplanarity_residual_start_b_c_d),
-        WIDTHS(coplanarity_residual_block_b_c_d), {NULL}, 0}};
-    static const struct kernel kernel = {WIDTHS(coplanarity_residual_block), {NULL}, 0, (any_function
-        *)NAME(coplanarity_residual), NAME(call_aaaar), 4, 5, 4, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_coplanarity_residual(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND IN(2, 2, \
+    3, 3, 1, 3) AND IN(3, 3, 3, 3, 1, 3) AND OUT(4, 4, scalar, 1, 0, 0)
+#define PARTS_coplanarity_residual_a_b_c(IN, NUMBER, OUT, AND) IN(3, 3, 3, 3, 1, 3) AND OUT(4, 4, scalar, 1, 0, 0)
+#define SAME_coplanarity_residual_a_b_c(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND \
+    IN(2, 2, 3, 3, 1, 3)
+GAC_FORM(coplanarity_residual, a_b_c, 0, PLAIN, PLAIN, NO)
+#define PARTS_coplanarity_residual_a_b_d(IN, NUMBER, OUT, AND) IN(2, 2, 3, 3, 1, 3) AND OUT(4, 4, scalar, 1, 0, 0)
+#define SAME_coplanarity_residual_a_b_d(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND \
+    IN(3, 3, 3, 3, 1, 3)
+GAC_FORM(coplanarity_residual, a_b_d, 0, PLAIN, PLAIN, NO)
+#define PARTS_coplanarity_residual_a_c_d(IN, NUMBER, OUT, AND) IN(1, 1, 3, 3, 1, 3) AND OUT(4, 4, scalar, 1, 0, 0)
+#define SAME_coplanarity_residual_a_c_d(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(2, 2, 3, 3, 1, 3) AND \
+    IN(3, 3, 3, 3, 1, 3)
+GAC_FORM(coplanarity_residual, a_c_d, 0, PLAIN, PLAIN, NO)
+#define PARTS_coplanarity_residual_b_c_d(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND OUT(4, 4, scalar, 1, 0, 0)
+#define SAME_coplanarity_residual_b_c_d(IN, NUMBER, OUT, AND) IN(1, 1, 3, 3, 1, 3) AND IN(2, 2, 3, 3, 1, 3) AND \
+    IN(3, 3, 3, 3, 1, 3)
+GAC_FORM(coplanarity_residual, b_c_d, 1, PLAIN, PLAIN, NO)
+GAC_KERNEL_AND_FORMS(coplanarity_residual, PLAIN, NO, GAC_USE(coplanarity_residual, a_b_c, NO, 7, 2, 23),
+    GAC_USE(coplanarity_residual, a_b_d, NO, 11, 2, 16), GAC_USE(coplanarity_residual, a_c_d, NO, 13, 2, 10),
+    GAC_USE(coplanarity_residual, b_c_d, NO, 14, 2, 10))
 
 INLINE void NAME(flag_residuals)(const REAL *p, const REAL *line, const REAL *plane, REAL *out_0, REAL *out_1, REAL
     *out_2)
@@ -11185,154 +3127,13 @@ static INLINE void NAME(flag_residuals_apply_p_line)(const REAL *prepared, const
     out_2[0] = c3 * plane_e3 - c4 * plane_e2 + c5 * plane_e1;
 }
 
-static INLINE void NAME(flag_residuals_block_p_line)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c2a = strides[2];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    char *a5 = args[5];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x2[4];
-        REAL x3[1];
-        REAL x4[1];
-        REAL x5[1];
-        NAME(load_4)(x2, a2 + i * w, c2a);
-        NAME(flag_residuals_apply_p_line)(prepared, x2, x3, x4, x5);
-        NAME(store_scalar)(a3 + i * w, x3);
-        NAME(store_scalar)(a4 + i * w, x4);
-        NAME(store_scalar)(a5 + i * w, x5);
-    }
-}
-LOOPS(flag_residuals_block_p_line)
-
-static INLINE void NAME(flag_residuals_dense_p_line)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a2 = (REAL *)args[2];
-    REAL *a3 = (REAL *)args[3];
-    REAL *a4 = (REAL *)args[4];
-    REAL *a5 = (REAL *)args[5];
-    _Alignas(64) REAL r3[1 * LANES];
-    _Alignas(64) REAL r4[1 * LANES];
-    _Alignas(64) REAL r5[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x2[4];
-            REAL x3[1];
-            REAL x4[1];
-            REAL x5[1];
-            NAME(load_4)(x2, (char *)a2 + (first + i) * 4 * w, w);
-            NAME(flag_residuals_apply_p_line)(prepared, x2, x3, x4, x5);
-            NAME(store_scalar)((char *)(r3 + i), x3);
-            NAME(store_scalar)((char *)(r4 + i), x4);
-            NAME(store_scalar)((char *)(r5 + i), x5);
-        }
-        NAME(store_few)(a3 + first * 1, r3, 1, LANES, LANES);
-        NAME(store_few)(a4 + first * 1, r4, 1, LANES, LANES);
-        NAME(store_few)(a5 + first * 1, r5, 1, LANES, LANES);
-    }
-}
-LOOPS(flag_residuals_dense_p_line)
-
-static void NAME(flag_residuals_start_p_line)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    REAL x0[3];
-    NAME(load_3)(x0, args[0], c0a);
-    REAL x1[6];
-    NAME(load_6)(x1, args[1], c1a);
-    NAME(flag_residuals_prepare_p_line)(x0, x1, prepared);
-}
-
-static INLINE void NAME(flag_residuals_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    char *a5 = args[5];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[6];
-        REAL x2[4];
-        REAL x3[1];
-        REAL x4[1];
-        REAL x5[1];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(load_4)(x2, a2 + i * w, c2a);
-        NAME(flag_residuals)(x0, x1, x2, x3, x4, x5);
-        NAME(store_scalar)(a3 + i * w, x3);
-        NAME(store_scalar)(a4 + i * w, x4);
-        NAME(store_scalar)(a5 + i * w, x5);
-    }
-}
-LOOPS(flag_residuals_block)
-
-static INLINE void NAME(flag_residuals_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    REAL *a3 = (REAL *)args[3];
-    REAL *a4 = (REAL *)args[4];
-    REAL *a5 = (REAL *)args[5];
-    _Alignas(64) REAL r0[3 * TILE];
-    _Alignas(64) REAL r1[6 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    _Alignas(64) REAL r3[1 * TILE];
-    _Alignas(64) REAL r4[1 * TILE];
-    _Alignas(64) REAL r5[1 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
-        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
-        NAME(load_tile_4)(r2, TILE, a2 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[3];
-            REAL x1[6];
-            REAL x2[4];
-            REAL x3[1];
-            REAL x4[1];
-            REAL x5[1];
-            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
-            NAME(load_4)(x2, (char *)(r2 + i), TILE * w);
-            NAME(flag_residuals)(x0, x1, x2, x3, x4, x5);
-            NAME(store_scalar)((char *)(r3 + i), x3);
-            NAME(store_scalar)((char *)(r4 + i), x4);
-            NAME(store_scalar)((char *)(r5 + i), x5);
-        }
-        NAME(store_tile_1)(a3 + first * 1, r3, TILE);
-        NAME(store_tile_1)(a4 + first * 1, r4, TILE);
-        NAME(store_tile_1)(a5 + first * 1, r5, TILE);
-    }
-}
-LOOP(flag_residuals_dense)
-
-void NAME(flag_residuals_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}, {1, 0, 3, {0}}, {1, 0, 3,
-        {0}}, {1, 0, 3, {0}}};
-    static const struct form forms[] = {{3, 2, NAME(flag_residuals_start_p_line),
-        WIDTHS(flag_residuals_block_p_line), WIDTHS(flag_residuals_dense_p_line), LANES}};
-    static const struct kernel kernel = {WIDTHS(flag_residuals_block), WIDTH(flag_residuals_dense), TILE,
-        (any_function *)NAME(flag_residuals), NAME(call_aaarrr), 3, 6, 1, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_flag_residuals(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 6, 6, 1, 6) AND IN(2, 2, 4, 4, \
+    1, 4) AND OUT(3, 3, scalar, 1, 0, 0) AND OUT(4, 3, scalar, 1, 0, 0) AND OUT(5, 3, scalar, 1, 0, 0)
+#define PARTS_flag_residuals_p_line(IN, NUMBER, OUT, AND) IN(2, 2, 4, 4, 1, 4) AND OUT(3, 3, scalar, 1, 0, 0) AND \
+    OUT(4, 3, scalar, 1, 0, 0) AND OUT(5, 3, scalar, 1, 0, 0)
+#define SAME_flag_residuals_p_line(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 6, 6, 1, 6)
+GAC_FORM(flag_residuals, p_line, 0, PLAIN, PLAIN, DIRECT)
+GAC_KERNEL_AND_FORMS(flag_residuals, PLAIN, TILES, GAC_USE(flag_residuals, p_line, DIRECT, 3, 2, 7))
 
 INLINE void NAME(flag_from_points)(const REAL *a, const REAL *b, const REAL *c, REAL *out_0, REAL *out_1, REAL
     *out_2)
@@ -11420,157 +3221,13 @@ static INLINE void NAME(flag_from_points_apply_a_b)(const REAL *prepared, const 
     out_2[3] = t3 * (c_e032 * c2 + c_e013 * c4 + c_e021 * c5);
 }
 
-static INLINE void NAME(flag_from_points_block_a_b)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c2a = strides[2], c3a = strides[3], c4a = strides[4], c5a = strides[5];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    char *a5 = args[5];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x2[3];
-        REAL x3[3];
-        REAL x4[6];
-        REAL x5[4];
-        NAME(load_3)(x2, a2 + i * w, c2a);
-        NAME(flag_from_points_apply_a_b)(prepared, x2, x3, x4, x5);
-        NAME(store_3)(a3 + i * w, c3a, x3);
-        NAME(store_6)(a4 + i * w, c4a, x4);
-        NAME(store_4)(a5 + i * w, c5a, x5);
-    }
-}
-LOOPS(flag_from_points_block_a_b)
-
-static INLINE void NAME(flag_from_points_dense_a_b)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a2 = (REAL *)args[2];
-    REAL *a3 = (REAL *)args[3];
-    REAL *a4 = (REAL *)args[4];
-    REAL *a5 = (REAL *)args[5];
-    _Alignas(64) REAL r2[3 * TILE];
-    _Alignas(64) REAL r3[3 * TILE];
-    _Alignas(64) REAL r4[6 * TILE];
-    _Alignas(64) REAL r5[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_3)(r2, TILE, a2 + first * 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x2[3];
-            REAL x3[3];
-            REAL x4[6];
-            REAL x5[4];
-            NAME(load_3)(x2, (char *)(r2 + i), TILE * w);
-            NAME(flag_from_points_apply_a_b)(prepared, x2, x3, x4, x5);
-            NAME(store_3)((char *)(r3 + i), TILE * w, x3);
-            NAME(store_6)((char *)(r4 + i), TILE * w, x4);
-            NAME(store_4)((char *)(r5 + i), TILE * w, x5);
-        }
-        NAME(store_tile_3)(a3 + first * 3, r3, TILE);
-        NAME(store_tile_6)(a4 + first * 6, r4, TILE);
-        NAME(store_tile_4)(a5 + first * 4, r5, TILE);
-    }
-}
-LOOP(flag_from_points_dense_a_b)
-
-static void NAME(flag_from_points_start_a_b)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    REAL x0[3];
-    NAME(load_3)(x0, args[0], c0a);
-    REAL x1[3];
-    NAME(load_3)(x1, args[1], c1a);
-    NAME(flag_from_points_prepare_a_b)(x0, x1, prepared);
-}
-
-static INLINE void NAME(flag_from_points_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3], c4a = strides[4], c5a =
-        strides[5];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    char *a5 = args[5];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[3];
-        REAL x3[3];
-        REAL x4[6];
-        REAL x5[4];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(load_3)(x2, a2 + i * w, c2a);
-        NAME(flag_from_points)(x0, x1, x2, x3, x4, x5);
-        NAME(store_3)(a3 + i * w, c3a, x3);
-        NAME(store_6)(a4 + i * w, c4a, x4);
-        NAME(store_4)(a5 + i * w, c5a, x5);
-    }
-}
-LOOPS(flag_from_points_block)
-
-static INLINE void NAME(flag_from_points_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    REAL *a3 = (REAL *)args[3];
-    REAL *a4 = (REAL *)args[4];
-    REAL *a5 = (REAL *)args[5];
-    _Alignas(64) REAL r0[3 * TILE];
-    _Alignas(64) REAL r1[3 * TILE];
-    _Alignas(64) REAL r2[3 * TILE];
-    _Alignas(64) REAL r3[3 * TILE];
-    _Alignas(64) REAL r4[6 * TILE];
-    _Alignas(64) REAL r5[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
-        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
-        NAME(load_tile_3)(r2, TILE, a2 + first * 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[3];
-            REAL x3[3];
-            REAL x4[6];
-            REAL x5[4];
-            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
-            NAME(load_3)(x2, (char *)(r2 + i), TILE * w);
-            NAME(flag_from_points)(x0, x1, x2, x3, x4, x5);
-            NAME(store_3)((char *)(r3 + i), TILE * w, x3);
-            NAME(store_6)((char *)(r4 + i), TILE * w, x4);
-            NAME(store_4)((char *)(r5 + i), TILE * w, x5);
-        }
-        NAME(store_tile_3)(a3 + first * 3, r3, TILE);
-        NAME(store_tile_6)(a4 + first * 6, r4, TILE);
-        NAME(store_tile_4)(a5 + first * 4, r5, TILE);
-    }
-}
-LOOP(flag_from_points_dense)
-
-void NAME(flag_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}, {6, 1, 4,
-        {6}}, {4, 1, 5, {4}}};
-    static const struct form forms[] = {{3, 2, NAME(flag_from_points_start_a_b), WIDTHS(flag_from_points_block_a_b),
-        WIDTH(flag_from_points_dense_a_b), TILE}};
-    static const struct kernel kernel = {WIDTHS(flag_from_points_block), WIDTH(flag_from_points_dense), TILE,
-        (any_function *)NAME(flag_from_points), NAME(call_aaarrr), 3, 6, 1, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_flag_from_points(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND IN(2, 2, 3, \
+    3, 1, 3) AND OUT(3, 3, 3, 3, 1, 3) AND OUT(4, 4, 6, 6, 1, 6) AND OUT(5, 5, 4, 4, 1, 4)
+#define PARTS_flag_from_points_a_b(IN, NUMBER, OUT, AND) IN(2, 2, 3, 3, 1, 3) AND OUT(3, 3, 3, 3, 1, 3) AND OUT(4, \
+    4, 6, 6, 1, 6) AND OUT(5, 5, 4, 4, 1, 4)
+#define SAME_flag_from_points_a_b(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3)
+GAC_FORM(flag_from_points, a_b, 0, PLAIN, PLAIN, TILES)
+GAC_KERNEL_AND_FORMS(flag_from_points, PLAIN, TILES, GAC_USE(flag_from_points, a_b, TILES, 3, 2, 15))
 
 INLINE void NAME(flag_from_motor)(const REAL *m, REAL *out_0, REAL *out_1, REAL *out_2)
 {
@@ -11606,69 +3263,9 @@ INLINE void NAME(flag_from_motor)(const REAL *m, REAL *out_0, REAL *out_1, REAL 
     out_2[3] = t8 + t11;
 }
 
-static INLINE void NAME(flag_from_motor_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[3];
-        REAL x2[6];
-        REAL x3[4];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(flag_from_motor)(x0, x1, x2, x3);
-        NAME(store_3)(a1 + i * w, c1a, x1);
-        NAME(store_6)(a2 + i * w, c2a, x2);
-        NAME(store_4)(a3 + i * w, c3a, x3);
-    }
-}
-LOOPS(flag_from_motor_block)
-
-static INLINE void NAME(flag_from_motor_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r0[8 * TILE];
-    _Alignas(64) REAL r1[3 * TILE];
-    _Alignas(64) REAL r2[6 * TILE];
-    _Alignas(64) REAL r3[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[8];
-            REAL x1[3];
-            REAL x2[6];
-            REAL x3[4];
-            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
-            NAME(flag_from_motor)(x0, x1, x2, x3);
-            NAME(store_3)((char *)(r1 + i), TILE * w, x1);
-            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
-            NAME(store_4)((char *)(r3 + i), TILE * w, x3);
-        }
-        NAME(store_tile_3)(a1 + first * 3, r1, TILE);
-        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
-        NAME(store_tile_4)(a3 + first * 4, r3, TILE);
-    }
-}
-LOOP(flag_from_motor_dense)
-
-void NAME(flag_from_motor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}, {4, 1, 3, {4}}};
-    static const struct kernel kernel = {WIDTHS(flag_from_motor_block), WIDTH(flag_from_motor_dense), TILE,
-        (any_function *)NAME(flag_from_motor), NAME(call_arrr), 1, 4, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_flag_from_motor(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND OUT(1, 1, 3, 3, 1, 3) AND OUT(2, 2, 6, \
+    6, 1, 6) AND OUT(3, 3, 4, 4, 1, 4)
+GAC_KERNEL(flag_from_motor, PLAIN, TILES)
 
 INLINE void NAME(motor_from_flag)(const REAL *p, const REAL *line, const REAL *plane, REAL *out)
 {
@@ -11807,123 +3404,12 @@ static INLINE void NAME(motor_from_flag_apply_line_plane)(const REAL *prepared, 
     out[7] = p_e013 * c2 + p_e032 * c3 + p_e021 * c1;
 }
 
-static INLINE void NAME(motor_from_flag_block_line_plane)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c3a = strides[3];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x3[8];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(motor_from_flag_apply_line_plane)(prepared, x0, x3);
-        NAME(store_8)(a3 + i * w, c3a, x3);
-    }
-}
-LOOPS(motor_from_flag_block_line_plane)
-
-static INLINE void NAME(motor_from_flag_dense_line_plane)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r0[3 * TILE];
-    _Alignas(64) REAL r3[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[3];
-            REAL x3[8];
-            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
-            NAME(motor_from_flag_apply_line_plane)(prepared, x0, x3);
-            NAME(store_8)((char *)(r3 + i), TILE * w, x3);
-        }
-        NAME(store_tile_8)(a3 + first * 8, r3, TILE);
-    }
-}
-LOOP(motor_from_flag_dense_line_plane)
-
-static void NAME(motor_from_flag_start_line_plane)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c1a = strides[1], c2a = strides[2];
-    REAL x1[6];
-    NAME(load_6)(x1, args[1], c1a);
-    REAL x2[4];
-    NAME(load_4)(x2, args[2], c2a);
-    NAME(motor_from_flag_prepare_line_plane)(x1, x2, prepared);
-}
-
-static INLINE void NAME(motor_from_flag_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[6];
-        REAL x2[4];
-        REAL x3[8];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(load_4)(x2, a2 + i * w, c2a);
-        NAME(motor_from_flag)(x0, x1, x2, x3);
-        NAME(store_8)(a3 + i * w, c3a, x3);
-    }
-}
-LOOPS(motor_from_flag_block)
-
-static INLINE void NAME(motor_from_flag_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r0[3 * TILE];
-    _Alignas(64) REAL r1[6 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    _Alignas(64) REAL r3[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
-        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
-        NAME(load_tile_4)(r2, TILE, a2 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[3];
-            REAL x1[6];
-            REAL x2[4];
-            REAL x3[8];
-            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
-            NAME(load_4)(x2, (char *)(r2 + i), TILE * w);
-            NAME(motor_from_flag)(x0, x1, x2, x3);
-            NAME(store_8)((char *)(r3 + i), TILE * w, x3);
-        }
-        NAME(store_tile_8)(a3 + first * 8, r3, TILE);
-    }
-}
-LOOP(motor_from_flag_dense)
-
-void NAME(motor_from_flag_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}, {8, 1, 3, {8}}};
-    static const struct form forms[] = {{6, 2, NAME(motor_from_flag_start_line_plane),
-        WIDTHS(motor_from_flag_block_line_plane), WIDTH(motor_from_flag_dense_line_plane), TILE}};
-    static const struct kernel kernel = {WIDTHS(motor_from_flag_block), WIDTH(motor_from_flag_dense), TILE,
-        (any_function *)NAME(motor_from_flag), NAME(call_aaar), 3, 4, 1, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_from_flag(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 6, 6, 1, 6) AND IN(2, 2, 4, 4, \
+    1, 4) AND OUT(3, 3, 8, 8, 1, 8)
+#define PARTS_motor_from_flag_line_plane(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND OUT(3, 3, 8, 8, 1, 8)
+#define SAME_motor_from_flag_line_plane(IN, NUMBER, OUT, AND) IN(1, 1, 6, 6, 1, 6) AND IN(2, 2, 4, 4, 1, 4)
+GAC_FORM(motor_from_flag, line_plane, 1, PLAIN, PLAIN, TILES)
+GAC_KERNEL_AND_FORMS(motor_from_flag, PLAIN, TILES, GAC_USE(motor_from_flag, line_plane, TILES, 6, 2, 8))
 
 INLINE void NAME(motor_from_points)(const REAL *a, const REAL *b, const REAL *c, REAL *out)
 {
@@ -12089,66 +3575,12 @@ static INLINE void NAME(motor_from_points_apply_a_b)(const REAL *prepared, const
     out[7] = t45 * c12 + t46 * c13 + t47 * c11;
 }
 
-static INLINE void NAME(motor_from_points_block_a_b)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c2a = strides[2], c3a = strides[3];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x2[3];
-        REAL x3[8];
-        NAME(load_3)(x2, a2 + i * w, c2a);
-        NAME(motor_from_points_apply_a_b)(prepared, x2, x3);
-        NAME(store_8)(a3 + i * w, c3a, x3);
-    }
-}
-LOOPS(motor_from_points_block_a_b)
-
-static void NAME(motor_from_points_start_a_b)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    REAL x0[3];
-    NAME(load_3)(x0, args[0], c0a);
-    REAL x1[3];
-    NAME(load_3)(x1, args[1], c1a);
-    NAME(motor_from_points_prepare_a_b)(x0, x1, prepared);
-}
-
-static INLINE void NAME(motor_from_points_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[3];
-        REAL x3[8];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(load_3)(x2, a2 + i * w, c2a);
-        NAME(motor_from_points)(x0, x1, x2, x3);
-        NAME(store_8)(a3 + i * w, c3a, x3);
-    }
-}
-LOOPS(motor_from_points_block)
-
-void NAME(motor_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {8, 1, 3, {8}}};
-    static const struct form forms[] = {{3, 2, NAME(motor_from_points_start_a_b),
-        WIDTHS(motor_from_points_block_a_b), {NULL}, 0}};
-    static const struct kernel kernel = {WIDTHS(motor_from_points_block), {NULL}, 0, (any_function
-        *)NAME(motor_from_points), NAME(call_aaar), 3, 4, 1, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_from_points(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND IN(2, 2, 3, \
+    3, 1, 3) AND OUT(3, 3, 8, 8, 1, 8)
+#define PARTS_motor_from_points_a_b(IN, NUMBER, OUT, AND) IN(2, 2, 3, 3, 1, 3) AND OUT(3, 3, 8, 8, 1, 8)
+#define SAME_motor_from_points_a_b(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3)
+GAC_FORM(motor_from_points, a_b, 0, PLAIN, PLAIN, NO)
+GAC_KERNEL_AND_FORMS(motor_from_points, PLAIN, NO, GAC_USE(motor_from_points, a_b, NO, 3, 2, 14))
 
 INLINE void NAME(hit_ray_plane)(const REAL *p, const REAL *d, const REAL *plane, REAL *out_0, REAL *out_1)
 {
@@ -12214,192 +3646,18 @@ static INLINE void NAME(hit_ray_plane_apply_d_plane)(const REAL *prepared, const
     out_1[2] = p_e021 - c7 * t0;
 }
 
-static INLINE void NAME(hit_ray_plane_block_p_plane)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[1], c4a = strides[3];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x3[1];
-        REAL x4[3];
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(hit_ray_plane_apply_p_plane)(prepared, x1, x3, x4);
-        NAME(store_scalar)(a3 + i * w, x3);
-        NAME(store_3)(a4 + i * w, c4a, x4);
-    }
-}
-LOOPS(hit_ray_plane_block_p_plane)
-
-static INLINE void NAME(hit_ray_plane_dense_p_plane)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a1 = (REAL *)args[1];
-    REAL *a3 = (REAL *)args[3];
-    REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r3[1 * LANES];
-    _Alignas(64) REAL r4[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x1[3];
-            REAL x3[1];
-            REAL x4[3];
-            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
-            NAME(hit_ray_plane_apply_p_plane)(prepared, x1, x3, x4);
-            NAME(store_scalar)((char *)(r3 + i), x3);
-            NAME(store_3)((char *)(r4 + i), LANES * w, x4);
-        }
-        NAME(store_few)(a3 + first * 1, r3, 1, LANES, LANES);
-        NAME(store_few)(a4 + first * 3, r4, 3, LANES, LANES);
-    }
-}
-LOOPS(hit_ray_plane_dense_p_plane)
-
-static void NAME(hit_ray_plane_start_p_plane)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0], c2a = strides[2];
-    REAL x0[3];
-    NAME(load_3)(x0, args[0], c0a);
-    REAL x2[4];
-    NAME(load_4)(x2, args[2], c2a);
-    NAME(hit_ray_plane_prepare_p_plane)(x0, x2, prepared);
-}
-
-static INLINE void NAME(hit_ray_plane_block_d_plane)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c4a = strides[3];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x3[1];
-        REAL x4[3];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(hit_ray_plane_apply_d_plane)(prepared, x0, x3, x4);
-        NAME(store_scalar)(a3 + i * w, x3);
-        NAME(store_3)(a4 + i * w, c4a, x4);
-    }
-}
-LOOPS(hit_ray_plane_block_d_plane)
-
-static INLINE void NAME(hit_ray_plane_dense_d_plane)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a3 = (REAL *)args[3];
-    REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r3[1 * LANES];
-    _Alignas(64) REAL r4[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x3[1];
-            REAL x4[3];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(hit_ray_plane_apply_d_plane)(prepared, x0, x3, x4);
-            NAME(store_scalar)((char *)(r3 + i), x3);
-            NAME(store_3)((char *)(r4 + i), LANES * w, x4);
-        }
-        NAME(store_few)(a3 + first * 1, r3, 1, LANES, LANES);
-        NAME(store_few)(a4 + first * 3, r4, 3, LANES, LANES);
-    }
-}
-LOOPS(hit_ray_plane_dense_d_plane)
-
-static void NAME(hit_ray_plane_start_d_plane)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c1a = strides[1], c2a = strides[2];
-    REAL x1[3];
-    NAME(load_3)(x1, args[1], c1a);
-    REAL x2[4];
-    NAME(load_4)(x2, args[2], c2a);
-    NAME(hit_ray_plane_prepare_d_plane)(x1, x2, prepared);
-}
-
-static INLINE void NAME(hit_ray_plane_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c4a = strides[3];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[4];
-        REAL x3[1];
-        REAL x4[3];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(load_4)(x2, a2 + i * w, c2a);
-        NAME(hit_ray_plane)(x0, x1, x2, x3, x4);
-        NAME(store_scalar)(a3 + i * w, x3);
-        NAME(store_3)(a4 + i * w, c4a, x4);
-    }
-}
-LOOPS(hit_ray_plane_block)
-
-static INLINE void NAME(hit_ray_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    REAL *a3 = (REAL *)args[3];
-    REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r3[1 * LANES];
-    _Alignas(64) REAL r4[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[4];
-            REAL x3[1];
-            REAL x4[3];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
-            NAME(load_4)(x2, (char *)a2 + (first + i) * 4 * w, w);
-            NAME(hit_ray_plane)(x0, x1, x2, x3, x4);
-            NAME(store_scalar)((char *)(r3 + i), x3);
-            NAME(store_3)((char *)(r4 + i), LANES * w, x4);
-        }
-        NAME(store_few)(a3 + first * 1, r3, 1, LANES, LANES);
-        NAME(store_few)(a4 + first * 3, r4, 3, LANES, LANES);
-    }
-}
-LOOPS(hit_ray_plane_dense)
-
-void NAME(hit_ray_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}, {1, 0, 3, {0}}, {3, 1, 3,
-        {3}}};
-    static const struct form forms[] = {{5, 2, NAME(hit_ray_plane_start_p_plane),
-        WIDTHS(hit_ray_plane_block_p_plane), WIDTHS(hit_ray_plane_dense_p_plane), LANES}, {6, 2,
-        NAME(hit_ray_plane_start_d_plane), WIDTHS(hit_ray_plane_block_d_plane), WIDTHS(hit_ray_plane_dense_d_plane),
-        LANES}};
-    static const struct kernel kernel = {WIDTHS(hit_ray_plane_block), WIDTHS(hit_ray_plane_dense), LANES,
-        (any_function *)NAME(hit_ray_plane), NAME(call_aaarr), 3, 5, 2, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_hit_ray_plane(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND IN(2, 2, 4, 4, \
+    1, 4) AND OUT(3, 3, scalar, 1, 0, 0) AND OUT(4, 3, 3, 3, 1, 3)
+#define PARTS_hit_ray_plane_p_plane(IN, NUMBER, OUT, AND) IN(1, 1, 3, 3, 1, 3) AND OUT(3, 3, scalar, 1, 0, 0) AND \
+    OUT(4, 3, 3, 3, 1, 3)
+#define SAME_hit_ray_plane_p_plane(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(2, 2, 4, 4, 1, 4)
+GAC_FORM(hit_ray_plane, p_plane, 0, PLAIN, PLAIN, DIRECT)
+#define PARTS_hit_ray_plane_d_plane(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND OUT(3, 3, scalar, 1, 0, 0) AND \
+    OUT(4, 3, 3, 3, 1, 3)
+#define SAME_hit_ray_plane_d_plane(IN, NUMBER, OUT, AND) IN(1, 1, 3, 3, 1, 3) AND IN(2, 2, 4, 4, 1, 4)
+GAC_FORM(hit_ray_plane, d_plane, 1, PLAIN, PLAIN, DIRECT)
+GAC_KERNEL_AND_FORMS(hit_ray_plane, PLAIN, DIRECT, GAC_USE(hit_ray_plane, p_plane, DIRECT, 5, 2, 7),
+    GAC_USE(hit_ray_plane, d_plane, DIRECT, 6, 2, 8))
 
 INLINE void NAME(hit_ray_triangle)(const REAL *p, const REAL *d, const REAL *a, const REAL *b, const REAL *c, REAL
     *out_0, REAL *out_1)
@@ -12732,293 +3990,37 @@ static INLINE void NAME(hit_ray_triangle_apply_p_d_b_c)(const REAL *prepared, co
     out_1[2] = t9 * (t1 * c13 - c9 * t2 - c10 * t5 - c11 * t7 - t0 * c15 - t4 * c14);
 }
 
-static INLINE void NAME(hit_ray_triangle_block_d_a_b_c)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c6a = strides[5];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a5 = args[5];
-    char *a6 = args[6];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x5[1];
-        REAL x6[3];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(hit_ray_triangle_apply_d_a_b_c)(prepared, x0, x5, x6);
-        NAME(store_scalar)(a5 + i * w, x5);
-        NAME(store_3)(a6 + i * w, c6a, x6);
-    }
-}
-LOOPS(hit_ray_triangle_block_d_a_b_c)
-
-static INLINE void NAME(hit_ray_triangle_dense_d_a_b_c)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a5 = (REAL *)args[5];
-    REAL *a6 = (REAL *)args[6];
-    _Alignas(64) REAL r5[1 * LANES];
-    _Alignas(64) REAL r6[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x5[1];
-            REAL x6[3];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(hit_ray_triangle_apply_d_a_b_c)(prepared, x0, x5, x6);
-            NAME(store_scalar)((char *)(r5 + i), x5);
-            NAME(store_3)((char *)(r6 + i), LANES * w, x6);
-        }
-        NAME(store_few)(a5 + first * 1, r5, 1, LANES, LANES);
-        NAME(store_few)(a6 + first * 3, r6, 3, LANES, LANES);
-    }
-}
-LOOPS(hit_ray_triangle_dense_d_a_b_c)
-
-static void NAME(hit_ray_triangle_start_d_a_b_c)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c1a = strides[1], c2a = strides[2], c3a = strides[3], c4a = strides[4];
-    REAL x1[3];
-    NAME(load_3)(x1, args[1], c1a);
-    REAL x2[3];
-    NAME(load_3)(x2, args[2], c2a);
-    REAL x3[3];
-    NAME(load_3)(x3, args[3], c3a);
-    REAL x4[3];
-    NAME(load_3)(x4, args[4], c4a);
-    NAME(hit_ray_triangle_prepare_d_a_b_c)(x1, x2, x3, x4, prepared);
-}
-
-static INLINE void NAME(hit_ray_triangle_block_p_a_b_c)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[1], c6a = strides[5];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a5 = args[5];
-    char *a6 = args[6];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x5[1];
-        REAL x6[3];
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(hit_ray_triangle_apply_p_a_b_c)(prepared, x1, x5, x6);
-        NAME(store_scalar)(a5 + i * w, x5);
-        NAME(store_3)(a6 + i * w, c6a, x6);
-    }
-}
-LOOPS(hit_ray_triangle_block_p_a_b_c)
-
-static void NAME(hit_ray_triangle_start_p_a_b_c)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0], c2a = strides[2], c3a = strides[3], c4a = strides[4];
-    REAL x0[3];
-    NAME(load_3)(x0, args[0], c0a);
-    REAL x2[3];
-    NAME(load_3)(x2, args[2], c2a);
-    REAL x3[3];
-    NAME(load_3)(x3, args[3], c3a);
-    REAL x4[3];
-    NAME(load_3)(x4, args[4], c4a);
-    NAME(hit_ray_triangle_prepare_p_a_b_c)(x0, x2, x3, x4, prepared);
-}
-
-static INLINE void NAME(hit_ray_triangle_block_p_d_a_b)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c4a = strides[4], c6a = strides[5];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a4 = args[4];
-    char *a5 = args[5];
-    char *a6 = args[6];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x4[3];
-        REAL x5[1];
-        REAL x6[3];
-        NAME(load_3)(x4, a4 + i * w, c4a);
-        NAME(hit_ray_triangle_apply_p_d_a_b)(prepared, x4, x5, x6);
-        NAME(store_scalar)(a5 + i * w, x5);
-        NAME(store_3)(a6 + i * w, c6a, x6);
-    }
-}
-LOOPS(hit_ray_triangle_block_p_d_a_b)
-
-static void NAME(hit_ray_triangle_start_p_d_a_b)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
-    REAL x0[3];
-    NAME(load_3)(x0, args[0], c0a);
-    REAL x1[3];
-    NAME(load_3)(x1, args[1], c1a);
-    REAL x2[3];
-    NAME(load_3)(x2, args[2], c2a);
-    REAL x3[3];
-    NAME(load_3)(x3, args[3], c3a);
-    NAME(hit_ray_triangle_prepare_p_d_a_b)(x0, x1, x2, x3, prepared);
-}
-
-static INLINE void NAME(hit_ray_triangle_block_p_d_a_c)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c3a = strides[3], c6a = strides[5];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a3 = args[3];
-    char *a5 = args[5];
-    char *a6 = args[6];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x3[3];
-        REAL x5[1];
-        REAL x6[3];
-        NAME(load_3)(x3, a3 + i * w, c3a);
-        NAME(hit_ray_triangle_apply_p_d_a_c)(prepared, x3, x5, x6);
-        NAME(store_scalar)(a5 + i * w, x5);
-        NAME(store_3)(a6 + i * w, c6a, x6);
-    }
-}
-LOOPS(hit_ray_triangle_block_p_d_a_c)
-
-static void NAME(hit_ray_triangle_start_p_d_a_c)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c4a = strides[4];
-    REAL x0[3];
-    NAME(load_3)(x0, args[0], c0a);
-    REAL x1[3];
-    NAME(load_3)(x1, args[1], c1a);
-    REAL x2[3];
-    NAME(load_3)(x2, args[2], c2a);
-    REAL x4[3];
-    NAME(load_3)(x4, args[4], c4a);
-    NAME(hit_ray_triangle_prepare_p_d_a_c)(x0, x1, x2, x4, prepared);
-}
-
-static INLINE void NAME(hit_ray_triangle_block_p_d_b_c)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c2a = strides[2], c6a = strides[5];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a2 = args[2];
-    char *a5 = args[5];
-    char *a6 = args[6];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x2[3];
-        REAL x5[1];
-        REAL x6[3];
-        NAME(load_3)(x2, a2 + i * w, c2a);
-        NAME(hit_ray_triangle_apply_p_d_b_c)(prepared, x2, x5, x6);
-        NAME(store_scalar)(a5 + i * w, x5);
-        NAME(store_3)(a6 + i * w, c6a, x6);
-    }
-}
-LOOPS(hit_ray_triangle_block_p_d_b_c)
-
-static void NAME(hit_ray_triangle_start_p_d_b_c)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0], c1a = strides[1], c3a = strides[3], c4a = strides[4];
-    REAL x0[3];
-    NAME(load_3)(x0, args[0], c0a);
-    REAL x1[3];
-    NAME(load_3)(x1, args[1], c1a);
-    REAL x3[3];
-    NAME(load_3)(x3, args[3], c3a);
-    REAL x4[3];
-    NAME(load_3)(x4, args[4], c4a);
-    NAME(hit_ray_triangle_prepare_p_d_b_c)(x0, x1, x3, x4, prepared);
-}
-
-static INLINE void NAME(hit_ray_triangle_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3], c4a = strides[4], c6a =
-        strides[5];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    char *a5 = args[5];
-    char *a6 = args[6];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[3];
-        REAL x3[3];
-        REAL x4[3];
-        REAL x5[1];
-        REAL x6[3];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(load_3)(x2, a2 + i * w, c2a);
-        NAME(load_3)(x3, a3 + i * w, c3a);
-        NAME(load_3)(x4, a4 + i * w, c4a);
-        NAME(hit_ray_triangle)(x0, x1, x2, x3, x4, x5, x6);
-        NAME(store_scalar)(a5 + i * w, x5);
-        NAME(store_3)(a6 + i * w, c6a, x6);
-    }
-}
-LOOPS(hit_ray_triangle_block)
-
-static INLINE void NAME(hit_ray_triangle_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    REAL *a3 = (REAL *)args[3];
-    REAL *a4 = (REAL *)args[4];
-    REAL *a5 = (REAL *)args[5];
-    REAL *a6 = (REAL *)args[6];
-    _Alignas(64) REAL r5[1 * LANES];
-    _Alignas(64) REAL r6[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[3];
-            REAL x3[3];
-            REAL x4[3];
-            REAL x5[1];
-            REAL x6[3];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
-            NAME(load_3)(x2, (char *)a2 + (first + i) * 3 * w, w);
-            NAME(load_3)(x3, (char *)a3 + (first + i) * 3 * w, w);
-            NAME(load_3)(x4, (char *)a4 + (first + i) * 3 * w, w);
-            NAME(hit_ray_triangle)(x0, x1, x2, x3, x4, x5, x6);
-            NAME(store_scalar)((char *)(r5 + i), x5);
-            NAME(store_3)((char *)(r6 + i), LANES * w, x6);
-        }
-        NAME(store_few)(a5 + first * 1, r5, 1, LANES, LANES);
-        NAME(store_few)(a6 + first * 3, r6, 3, LANES, LANES);
-    }
-}
-LOOPS(hit_ray_triangle_dense)
-
-void NAME(hit_ray_triangle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}, {3, 1, 4,
-        {3}}, {1, 0, 5, {0}}, {3, 1, 5, {3}}};
-    static const struct form forms[] = {{30, 2, NAME(hit_ray_triangle_start_d_a_b_c),
-        WIDTHS(hit_ray_triangle_block_d_a_b_c), WIDTHS(hit_ray_triangle_dense_d_a_b_c), LANES}, {29, 2,
-        NAME(hit_ray_triangle_start_p_a_b_c), WIDTHS(hit_ray_triangle_block_p_a_b_c), {NULL}, 0}, {15, 2,
-        NAME(hit_ray_triangle_start_p_d_a_b), WIDTHS(hit_ray_triangle_block_p_d_a_b), {NULL}, 0}, {23, 2,
-        NAME(hit_ray_triangle_start_p_d_a_c), WIDTHS(hit_ray_triangle_block_p_d_a_c), {NULL}, 0}, {27, 2,
-        NAME(hit_ray_triangle_start_p_d_b_c), WIDTHS(hit_ray_triangle_block_p_d_b_c), {NULL}, 0}};
-    static const struct kernel kernel = {WIDTHS(hit_ray_triangle_block), WIDTHS(hit_ray_triangle_dense), LANES,
-        (any_function *)NAME(hit_ray_triangle), NAME(call_aaaaarr), 5, 7, 5, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_hit_ray_triangle(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND IN(2, 2, 3, \
+    3, 1, 3) AND IN(3, 3, 3, 3, 1, 3) AND IN(4, 4, 3, 3, 1, 3) AND OUT(5, 5, scalar, 1, 0, 0) AND OUT(6, 5, 3, 3, 1, \
+    3)
+#define PARTS_hit_ray_triangle_d_a_b_c(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND OUT(5, 5, scalar, 1, 0, 0) AND \
+    OUT(6, 5, 3, 3, 1, 3)
+#define SAME_hit_ray_triangle_d_a_b_c(IN, NUMBER, OUT, AND) IN(1, 1, 3, 3, 1, 3) AND IN(2, 2, 3, 3, 1, 3) AND IN(3, \
+    3, 3, 3, 1, 3) AND IN(4, 4, 3, 3, 1, 3)
+GAC_FORM(hit_ray_triangle, d_a_b_c, 1, PLAIN, PLAIN, DIRECT)
+#define PARTS_hit_ray_triangle_p_a_b_c(IN, NUMBER, OUT, AND) IN(1, 1, 3, 3, 1, 3) AND OUT(5, 5, scalar, 1, 0, 0) AND \
+    OUT(6, 5, 3, 3, 1, 3)
+#define SAME_hit_ray_triangle_p_a_b_c(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(2, 2, 3, 3, 1, 3) AND IN(3, \
+    3, 3, 3, 1, 3) AND IN(4, 4, 3, 3, 1, 3)
+GAC_FORM(hit_ray_triangle, p_a_b_c, 0, PLAIN, PLAIN, NO)
+#define PARTS_hit_ray_triangle_p_d_a_b(IN, NUMBER, OUT, AND) IN(4, 4, 3, 3, 1, 3) AND OUT(5, 5, scalar, 1, 0, 0) AND \
+    OUT(6, 5, 3, 3, 1, 3)
+#define SAME_hit_ray_triangle_p_d_a_b(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND IN(2, \
+    2, 3, 3, 1, 3) AND IN(3, 3, 3, 3, 1, 3)
+GAC_FORM(hit_ray_triangle, p_d_a_b, 0, PLAIN, PLAIN, NO)
+#define PARTS_hit_ray_triangle_p_d_a_c(IN, NUMBER, OUT, AND) IN(3, 3, 3, 3, 1, 3) AND OUT(5, 5, scalar, 1, 0, 0) AND \
+    OUT(6, 5, 3, 3, 1, 3)
+#define SAME_hit_ray_triangle_p_d_a_c(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND IN(2, \
+    2, 3, 3, 1, 3) AND IN(4, 4, 3, 3, 1, 3)
+GAC_FORM(hit_ray_triangle, p_d_a_c, 0, PLAIN, PLAIN, NO)
+#define PARTS_hit_ray_triangle_p_d_b_c(IN, NUMBER, OUT, AND) IN(2, 2, 3, 3, 1, 3) AND OUT(5, 5, scalar, 1, 0, 0) AND \
+    OUT(6, 5, 3, 3, 1, 3)
+#define SAME_hit_ray_triangle_p_d_b_c(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND IN(3, \
+    3, 3, 3, 1, 3) AND IN(4, 4, 3, 3, 1, 3)
+GAC_FORM(hit_ray_triangle, p_d_b_c, 0, PLAIN, PLAIN, NO)
+GAC_KERNEL_AND_FORMS(hit_ray_triangle, PLAIN, DIRECT, GAC_USE(hit_ray_triangle, d_a_b_c, DIRECT, 30, 2, 16),
+    GAC_USE(hit_ray_triangle, p_a_b_c, NO, 29, 2, 25), GAC_USE(hit_ray_triangle, p_d_a_b, NO, 15, 2, 22),
+    GAC_USE(hit_ray_triangle, p_d_a_c, NO, 23, 2, 16), GAC_USE(hit_ray_triangle, p_d_b_c, NO, 27, 2, 16))
 
 INLINE void NAME(motor_product)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -13040,61 +4042,9 @@ INLINE void NAME(motor_product)(const REAL *a, const REAL *b, REAL *out)
     out[7] = a_e0123 * b_1 - (t3 + a_e02 * b_e13 - a_e03 * b_e12);
 }
 
-static INLINE void NAME(motor_product_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        REAL x2[8];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(load_8)(x1, a1 + i * w, c1a);
-        NAME(motor_product)(x0, x1, x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(motor_product_block)
-
-static INLINE void NAME(motor_product_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[8 * TILE];
-    _Alignas(64) REAL r1[8 * TILE];
-    _Alignas(64) REAL r2[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
-        NAME(load_tile_8)(r1, TILE, a1 + first * 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            REAL x2[8];
-            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_8)(x1, (char *)(r1 + i), TILE * w);
-            NAME(motor_product)(x0, x1, x2);
-            NAME(store_8)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_8)(a2 + first * 8, r2, TILE);
-    }
-}
-LOOP(motor_product_dense)
-
-void NAME(motor_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_product_block), WIDTH(motor_product_dense), TILE,
-        (any_function *)NAME(motor_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_product(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND IN(1, 1, 8, 8, 1, 8) AND OUT(2, 2, 8, 8, \
+    1, 8)
+GAC_KERNEL(motor_product, PLAIN, TILES)
 
 INLINE void NAME(even_product)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -13116,61 +4066,9 @@ INLINE void NAME(even_product)(const REAL *a, const REAL *b, REAL *out)
     out[7] = a_e0123 * b_1 - (t3 + a_e02 * b_e13 - a_e03 * b_e12);
 }
 
-static INLINE void NAME(even_product_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        REAL x2[8];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(load_8)(x1, a1 + i * w, c1a);
-        NAME(even_product)(x0, x1, x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(even_product_block)
-
-static INLINE void NAME(even_product_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[8 * TILE];
-    _Alignas(64) REAL r1[8 * TILE];
-    _Alignas(64) REAL r2[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
-        NAME(load_tile_8)(r1, TILE, a1 + first * 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            REAL x2[8];
-            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_8)(x1, (char *)(r1 + i), TILE * w);
-            NAME(even_product)(x0, x1, x2);
-            NAME(store_8)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_8)(a2 + first * 8, r2, TILE);
-    }
-}
-LOOP(even_product_dense)
-
-void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(even_product_block), WIDTH(even_product_dense), TILE, (any_function
-        *)NAME(even_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_even_product(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND IN(1, 1, 8, 8, 1, 8) AND OUT(2, 2, 8, 8, \
+    1, 8)
+GAC_KERNEL(even_product, PLAIN, TILES)
 
 INLINE void NAME(motor_inverse)(const REAL *m, REAL *out)
 {
@@ -13186,53 +4084,8 @@ INLINE void NAME(motor_inverse)(const REAL *m, REAL *out)
     out[7] = m_e0123;
 }
 
-static INLINE void NAME(motor_inverse_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(motor_inverse)(x0, x1);
-        NAME(store_8)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(motor_inverse_block)
-
-static INLINE void NAME(motor_inverse_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[8 * TILE];
-    _Alignas(64) REAL r1[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
-            NAME(motor_inverse)(x0, x1);
-            NAME(store_8)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_8)(a1 + first * 8, r1, TILE);
-    }
-}
-LOOP(motor_inverse_dense)
-
-void NAME(motor_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_inverse_block), WIDTH(motor_inverse_dense), TILE,
-        (any_function *)NAME(motor_inverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_inverse(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND OUT(1, 1, 8, 8, 1, 8)
+GAC_KERNEL(motor_inverse, PLAIN, TILES)
 
 INLINE void NAME(even_inverse)(const REAL *x, REAL *out)
 {
@@ -13252,53 +4105,8 @@ INLINE void NAME(even_inverse)(const REAL *x, REAL *out)
     out[7] = x_1 * t3 + x_e0123 * t2;
 }
 
-static INLINE void NAME(even_inverse_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(even_inverse)(x0, x1);
-        NAME(store_8)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(even_inverse_block)
-
-static INLINE void NAME(even_inverse_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[8 * TILE];
-    _Alignas(64) REAL r1[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
-            NAME(even_inverse)(x0, x1);
-            NAME(store_8)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_8)(a1 + first * 8, r1, TILE);
-    }
-}
-LOOP(even_inverse_dense)
-
-void NAME(even_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(even_inverse_block), WIDTH(even_inverse_dense), TILE, (any_function
-        *)NAME(even_inverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_even_inverse(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND OUT(1, 1, 8, 8, 1, 8)
+GAC_KERNEL(even_inverse, PLAIN, TILES)
 
 INLINE void NAME(normalize_motor)(const REAL *x, REAL *out)
 {
@@ -13316,53 +4124,8 @@ INLINE void NAME(normalize_motor)(const REAL *x, REAL *out)
     out[7] = t0 * (x_e0123 + x_1 * t1);
 }
 
-static INLINE void NAME(normalize_motor_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(normalize_motor)(x0, x1);
-        NAME(store_8)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(normalize_motor_block)
-
-static INLINE void NAME(normalize_motor_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[8 * TILE];
-    _Alignas(64) REAL r1[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
-            NAME(normalize_motor)(x0, x1);
-            NAME(store_8)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_8)(a1 + first * 8, r1, TILE);
-    }
-}
-LOOP(normalize_motor_dense)
-
-void NAME(normalize_motor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(normalize_motor_block), WIDTH(normalize_motor_dense), TILE,
-        (any_function *)NAME(normalize_motor), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_normalize_motor(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND OUT(1, 1, 8, 8, 1, 8)
+GAC_KERNEL(normalize_motor, PLAIN, TILES)
 
 INLINE void NAME(move_point)(const REAL *m, const REAL *p, REAL *out)
 {
@@ -13418,107 +4181,12 @@ static INLINE void NAME(move_point_apply_m)(const REAL *prepared, const REAL *p,
     out[2] = p_e032 * c8 - p_e013 * c9 + p_e021 * c10 + c11;
 }
 
-static INLINE void NAME(move_point_block_m)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[1], c2a = strides[2];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(move_point_apply_m)(prepared, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(move_point_block_m)
-
-static INLINE void NAME(move_point_dense_m)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x1[3];
-            REAL x2[3];
-            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
-            NAME(move_point_apply_m)(prepared, x1, x2);
-            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
-    }
-}
-LOOPS(move_point_dense_m)
-
-static void NAME(move_point_start_m)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0];
-    REAL x0[8];
-    NAME(load_8)(x0, args[0], c0a);
-    NAME(move_point_prepare_m)(x0, prepared);
-}
-
-static INLINE void NAME(move_point_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(move_point)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(move_point_block)
-
-static INLINE void NAME(move_point_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[8];
-            REAL x1[3];
-            REAL x2[3];
-            NAME(load_8)(x0, (char *)a0 + (first + i) * 8 * w, w);
-            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
-            NAME(move_point)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
-    }
-}
-LOOPS(move_point_dense)
-
-void NAME(move_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct form forms[] = {{1, 3, NAME(move_point_start_m), WIDTHS(move_point_block_m),
-        WIDTHS(move_point_dense_m), LANES}};
-    static const struct kernel kernel = {WIDTHS(move_point_block), WIDTHS(move_point_dense), LANES, (any_function
-        *)NAME(move_point), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_move_point(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND IN(1, 1, 3, 3, 1, 3) AND OUT(2, 2, 3, 3, 1, \
+    3)
+#define PARTS_move_point_m(IN, NUMBER, OUT, AND) IN(1, 1, 3, 3, 1, 3) AND OUT(2, 2, 3, 3, 1, 3)
+#define SAME_move_point_m(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8)
+GAC_FORM(move_point, m, 0, PLAIN, PLAIN, DIRECT)
+GAC_KERNEL_AND_FORMS(move_point, PLAIN, DIRECT, GAC_USE(move_point, m, DIRECT, 1, 3, 12))
 
 INLINE void NAME(move_direction)(const REAL *m, const REAL *d, REAL *out)
 {
@@ -13568,107 +4236,12 @@ static INLINE void NAME(move_direction_apply_m)(const REAL *prepared, const REAL
     out[2] = d_e032 * c6 - d_e013 * c7 + d_e021 * c8;
 }
 
-static INLINE void NAME(move_direction_block_m)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[1], c2a = strides[2];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(move_direction_apply_m)(prepared, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(move_direction_block_m)
-
-static INLINE void NAME(move_direction_dense_m)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x1[3];
-            REAL x2[3];
-            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
-            NAME(move_direction_apply_m)(prepared, x1, x2);
-            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
-    }
-}
-LOOPS(move_direction_dense_m)
-
-static void NAME(move_direction_start_m)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0];
-    REAL x0[8];
-    NAME(load_8)(x0, args[0], c0a);
-    NAME(move_direction_prepare_m)(x0, prepared);
-}
-
-static INLINE void NAME(move_direction_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(move_direction)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(move_direction_block)
-
-static INLINE void NAME(move_direction_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[8];
-            REAL x1[3];
-            REAL x2[3];
-            NAME(load_8)(x0, (char *)a0 + (first + i) * 8 * w, w);
-            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
-            NAME(move_direction)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
-    }
-}
-LOOPS(move_direction_dense)
-
-void NAME(move_direction_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct form forms[] = {{1, 2, NAME(move_direction_start_m), WIDTHS(move_direction_block_m),
-        WIDTHS(move_direction_dense_m), LANES}};
-    static const struct kernel kernel = {WIDTHS(move_direction_block), WIDTHS(move_direction_dense), LANES,
-        (any_function *)NAME(move_direction), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_move_direction(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND IN(1, 1, 3, 3, 1, 3) AND OUT(2, 2, 3, 3, \
+    1, 3)
+#define PARTS_move_direction_m(IN, NUMBER, OUT, AND) IN(1, 1, 3, 3, 1, 3) AND OUT(2, 2, 3, 3, 1, 3)
+#define SAME_move_direction_m(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8)
+GAC_FORM(move_direction, m, 0, PLAIN, PLAIN, DIRECT)
+GAC_KERNEL_AND_FORMS(move_direction, PLAIN, DIRECT, GAC_USE(move_direction, m, DIRECT, 1, 2, 9))
 
 INLINE void NAME(move_line)(const REAL *m, const REAL *line, REAL *out)
 {
@@ -13754,113 +4327,12 @@ static INLINE void NAME(move_line_apply_m)(const REAL *prepared, const REAL *lin
     out[5] = t2 - line_e02 * c1;
 }
 
-static INLINE void NAME(move_line_block_m)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[1], c2a = strides[2];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[6];
-        REAL x2[6];
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(move_line_apply_m)(prepared, x1, x2);
-        NAME(store_6)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(move_line_block_m)
-
-static INLINE void NAME(move_line_dense_m)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r1[6 * TILE];
-    _Alignas(64) REAL r2[6 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x1[6];
-            REAL x2[6];
-            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
-            NAME(move_line_apply_m)(prepared, x1, x2);
-            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
-    }
-}
-LOOP(move_line_dense_m)
-
-static void NAME(move_line_start_m)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0];
-    REAL x0[8];
-    NAME(load_8)(x0, args[0], c0a);
-    NAME(move_line_prepare_m)(x0, prepared);
-}
-
-static INLINE void NAME(move_line_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[6];
-        REAL x2[6];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(move_line)(x0, x1, x2);
-        NAME(store_6)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(move_line_block)
-
-static INLINE void NAME(move_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[8 * TILE];
-    _Alignas(64) REAL r1[6 * TILE];
-    _Alignas(64) REAL r2[6 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
-        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[8];
-            REAL x1[6];
-            REAL x2[6];
-            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
-            NAME(move_line)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
-    }
-}
-LOOP(move_line_dense)
-
-void NAME(move_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
-    static const struct form forms[] = {{1, 2, NAME(move_line_start_m), WIDTHS(move_line_block_m),
-        WIDTH(move_line_dense_m), TILE}};
-    static const struct kernel kernel = {WIDTHS(move_line_block), WIDTH(move_line_dense), TILE, (any_function
-        *)NAME(move_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_move_line(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND IN(1, 1, 6, 6, 1, 6) AND OUT(2, 2, 6, 6, 1, \
+    6)
+#define PARTS_move_line_m(IN, NUMBER, OUT, AND) IN(1, 1, 6, 6, 1, 6) AND OUT(2, 2, 6, 6, 1, 6)
+#define SAME_move_line_m(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8)
+GAC_FORM(move_line, m, 0, PLAIN, PLAIN, TILES)
+GAC_KERNEL_AND_FORMS(move_line, PLAIN, TILES, GAC_USE(move_line, m, TILES, 1, 2, 18))
 
 INLINE void NAME(move_plane)(const REAL *m, const REAL *plane, REAL *out)
 {
@@ -13916,113 +4388,12 @@ static INLINE void NAME(move_plane_apply_m)(const REAL *prepared, const REAL *pl
     out[3] = plane_e0 + (plane_e1 * c9 + plane_e2 * c10 + plane_e3 * c11);
 }
 
-static INLINE void NAME(move_plane_block_m)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[1], c2a = strides[2];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(move_plane_apply_m)(prepared, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(move_plane_block_m)
-
-static INLINE void NAME(move_plane_dense_m)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r1[4 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x1[4];
-            REAL x2[4];
-            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
-            NAME(move_plane_apply_m)(prepared, x1, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(move_plane_dense_m)
-
-static void NAME(move_plane_start_m)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0];
-    REAL x0[8];
-    NAME(load_8)(x0, args[0], c0a);
-    NAME(move_plane_prepare_m)(x0, prepared);
-}
-
-static INLINE void NAME(move_plane_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(move_plane)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(move_plane_block)
-
-static INLINE void NAME(move_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[8 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
-        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[8];
-            REAL x1[4];
-            REAL x2[4];
-            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
-            NAME(move_plane)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(move_plane_dense)
-
-void NAME(move_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct form forms[] = {{1, 3, NAME(move_plane_start_m), WIDTHS(move_plane_block_m),
-        WIDTH(move_plane_dense_m), TILE}};
-    static const struct kernel kernel = {WIDTHS(move_plane_block), WIDTH(move_plane_dense), TILE, (any_function
-        *)NAME(move_plane), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_move_plane(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND IN(1, 1, 4, 4, 1, 4) AND OUT(2, 2, 4, 4, 1, \
+    4)
+#define PARTS_move_plane_m(IN, NUMBER, OUT, AND) IN(1, 1, 4, 4, 1, 4) AND OUT(2, 2, 4, 4, 1, 4)
+#define SAME_move_plane_m(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8)
+GAC_FORM(move_plane, m, 0, PLAIN, PLAIN, TILES)
+GAC_KERNEL_AND_FORMS(move_plane, PLAIN, TILES, GAC_USE(move_plane, m, TILES, 1, 3, 12))
 
 INLINE void NAME(move_motor)(const REAL *m, const REAL *n, REAL *out)
 {
@@ -14109,113 +4480,12 @@ static INLINE void NAME(move_motor_apply_m)(const REAL *prepared, const REAL *n,
     out[7] = n_e0123;
 }
 
-static INLINE void NAME(move_motor_block_m)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[1], c2a = strides[2];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[8];
-        REAL x2[8];
-        NAME(load_8)(x1, a1 + i * w, c1a);
-        NAME(move_motor_apply_m)(prepared, x1, x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(move_motor_block_m)
-
-static INLINE void NAME(move_motor_dense_m)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r1[8 * TILE];
-    _Alignas(64) REAL r2[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_8)(r1, TILE, a1 + first * 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x1[8];
-            REAL x2[8];
-            NAME(load_8)(x1, (char *)(r1 + i), TILE * w);
-            NAME(move_motor_apply_m)(prepared, x1, x2);
-            NAME(store_8)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_8)(a2 + first * 8, r2, TILE);
-    }
-}
-LOOP(move_motor_dense_m)
-
-static void NAME(move_motor_start_m)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0];
-    REAL x0[8];
-    NAME(load_8)(x0, args[0], c0a);
-    NAME(move_motor_prepare_m)(x0, prepared);
-}
-
-static INLINE void NAME(move_motor_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        REAL x2[8];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(load_8)(x1, a1 + i * w, c1a);
-        NAME(move_motor)(x0, x1, x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(move_motor_block)
-
-static INLINE void NAME(move_motor_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[8 * TILE];
-    _Alignas(64) REAL r1[8 * TILE];
-    _Alignas(64) REAL r2[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
-        NAME(load_tile_8)(r1, TILE, a1 + first * 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            REAL x2[8];
-            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_8)(x1, (char *)(r1 + i), TILE * w);
-            NAME(move_motor)(x0, x1, x2);
-            NAME(store_8)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_8)(a2 + first * 8, r2, TILE);
-    }
-}
-LOOP(move_motor_dense)
-
-void NAME(move_motor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct form forms[] = {{1, 2, NAME(move_motor_start_m), WIDTHS(move_motor_block_m),
-        WIDTH(move_motor_dense_m), TILE}};
-    static const struct kernel kernel = {WIDTHS(move_motor_block), WIDTH(move_motor_dense), TILE, (any_function
-        *)NAME(move_motor), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_move_motor(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND IN(1, 1, 8, 8, 1, 8) AND OUT(2, 2, 8, 8, 1, \
+    8)
+#define PARTS_move_motor_m(IN, NUMBER, OUT, AND) IN(1, 1, 8, 8, 1, 8) AND OUT(2, 2, 8, 8, 1, 8)
+#define SAME_move_motor_m(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8)
+GAC_FORM(move_motor, m, 0, PLAIN, PLAIN, TILES)
+GAC_KERNEL_AND_FORMS(move_motor, PLAIN, TILES, GAC_USE(move_motor, m, TILES, 1, 2, 18))
 
 INLINE void NAME(move_point_back)(const REAL *m, const REAL *p, REAL *out)
 {
@@ -14271,107 +4541,12 @@ static INLINE void NAME(move_point_back_apply_m)(const REAL *prepared, const REA
     out[2] = p_e032 * c8 + p_e013 * c9 + p_e021 * c10 + c11;
 }
 
-static INLINE void NAME(move_point_back_block_m)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[1], c2a = strides[2];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(move_point_back_apply_m)(prepared, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(move_point_back_block_m)
-
-static INLINE void NAME(move_point_back_dense_m)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x1[3];
-            REAL x2[3];
-            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
-            NAME(move_point_back_apply_m)(prepared, x1, x2);
-            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
-    }
-}
-LOOPS(move_point_back_dense_m)
-
-static void NAME(move_point_back_start_m)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0];
-    REAL x0[8];
-    NAME(load_8)(x0, args[0], c0a);
-    NAME(move_point_back_prepare_m)(x0, prepared);
-}
-
-static INLINE void NAME(move_point_back_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(move_point_back)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(move_point_back_block)
-
-static INLINE void NAME(move_point_back_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[8];
-            REAL x1[3];
-            REAL x2[3];
-            NAME(load_8)(x0, (char *)a0 + (first + i) * 8 * w, w);
-            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
-            NAME(move_point_back)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
-    }
-}
-LOOPS(move_point_back_dense)
-
-void NAME(move_point_back_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct form forms[] = {{1, 3, NAME(move_point_back_start_m), WIDTHS(move_point_back_block_m),
-        WIDTHS(move_point_back_dense_m), LANES}};
-    static const struct kernel kernel = {WIDTHS(move_point_back_block), WIDTHS(move_point_back_dense), LANES,
-        (any_function *)NAME(move_point_back), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_move_point_back(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND IN(1, 1, 3, 3, 1, 3) AND OUT(2, 2, 3, \
+    3, 1, 3)
+#define PARTS_move_point_back_m(IN, NUMBER, OUT, AND) IN(1, 1, 3, 3, 1, 3) AND OUT(2, 2, 3, 3, 1, 3)
+#define SAME_move_point_back_m(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8)
+GAC_FORM(move_point_back, m, 0, PLAIN, PLAIN, DIRECT)
+GAC_KERNEL_AND_FORMS(move_point_back, PLAIN, DIRECT, GAC_USE(move_point_back, m, DIRECT, 1, 3, 12))
 
 static INLINE void NAME(rotor_from_axis_angle_within)(const REAL *axis, REAL angle, REAL *out, WORD *far)
 {
@@ -14428,136 +4603,16 @@ static INLINE void NAME(rotor_from_axis_angle_apply_axis)(const REAL *prepared, 
     out[3] = -(c3 * t1);
 }
 
-static INLINE void NAME(rotor_from_axis_angle_block_angle)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[1];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[4];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(rotor_from_axis_angle_apply_angle)(prepared, x0, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(rotor_from_axis_angle_block_angle)
-
-static INLINE void NAME(rotor_from_axis_angle_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[3 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[3];
-            REAL x2[4];
-            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
-            NAME(rotor_from_axis_angle_apply_angle)(prepared, x0, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(rotor_from_axis_angle_dense_angle)
-
-static void NAME(rotor_from_axis_angle_start_angle)(char **args, const intptr_t *strides, void *prepared)
-{
-    (void)strides;
-    REAL x1[1];
-    NAME(load_scalar)(x1, args[1]);
-    NAME(rotor_from_axis_angle_prepare_angle)(x1[0], prepared, NULL);
-}
-
-static INLINE void NAME(rotor_from_axis_angle_block_axis)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c2a = strides[1];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    for (intptr_t first = 0; first < n; first += CHUNK) {
-        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
-        WORD far = 0;
-        ANY_ORDER
-        for (intptr_t i = first; i < last; ++i) {
-            REAL x1[1];
-            REAL x2[4];
-            NAME(load_scalar)(x1, a1 + i * w);
-            NAME(rotor_from_axis_angle_apply_axis)(prepared, x1[0], x2, &far);
-            NAME(store_4)(a2 + i * w, c2a, x2);
-        }
-        for (intptr_t i = first; far && i < last; ++i) {
-            REAL x1[1];
-            REAL x2[4];
-            NAME(load_scalar)(x1, a1 + i * w);
-            NAME(rotor_from_axis_angle_apply_axis)(prepared, x1[0], x2, NULL);
-            NAME(store_4)(a2 + i * w, c2a, x2);
-        }
-    }
-}
-LOOPS(rotor_from_axis_angle_block_axis)
-
-static void NAME(rotor_from_axis_angle_start_axis)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0];
-    REAL x0[3];
-    NAME(load_3)(x0, args[0], c0a);
-    NAME(rotor_from_axis_angle_prepare_axis)(x0, prepared);
-}
-
-static INLINE void NAME(rotor_from_axis_angle_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    for (intptr_t first = 0; first < n; first += CHUNK) {
-        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
-        WORD far = 0;
-        ANY_ORDER
-        for (intptr_t i = first; i < last; ++i) {
-            REAL x0[3];
-            REAL x1[1];
-            REAL x2[4];
-            NAME(load_3)(x0, a0 + i * w, c0a);
-            NAME(load_scalar)(x1, a1 + i * w);
-            NAME(rotor_from_axis_angle_within)(x0, x1[0], x2, &far);
-            NAME(store_4)(a2 + i * w, c2a, x2);
-        }
-        for (intptr_t i = first; far && i < last; ++i) {
-            REAL x0[3];
-            REAL x1[1];
-            REAL x2[4];
-            NAME(load_3)(x0, a0 + i * w, c0a);
-            NAME(load_scalar)(x1, a1 + i * w);
-            NAME(rotor_from_axis_angle)(x0, x1[0], x2);
-            NAME(store_4)(a2 + i * w, c2a, x2);
-        }
-    }
-}
-LOOPS(rotor_from_axis_angle_block)
-
-void NAME(rotor_from_axis_angle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
-    static const struct form forms[] = {{2, 2, NAME(rotor_from_axis_angle_start_angle),
-        WIDTHS(rotor_from_axis_angle_block_angle), WIDTH(rotor_from_axis_angle_dense_angle), TILE}, {1, 2,
-        NAME(rotor_from_axis_angle_start_axis), WIDTHS(rotor_from_axis_angle_block_axis), {NULL}, 0}};
-    static const struct kernel kernel = {WIDTHS(rotor_from_axis_angle_block), {NULL}, 0, (any_function
-        *)NAME(rotor_from_axis_angle), NAME(call_anr), 2, 3, 2, 1, 1, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_rotor_from_axis_angle(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND NUMBER(1, 1) AND OUT(2, 1, 4, 4, \
+    1, 4)
+#define PARTS_rotor_from_axis_angle_angle(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND OUT(2, 1, 4, 4, 1, 4)
+#define SAME_rotor_from_axis_angle_angle(IN, NUMBER, OUT, AND) NUMBER(1, 1)
+GAC_FORM(rotor_from_axis_angle, angle, 1, TURNS, PLAIN, TILES)
+#define PARTS_rotor_from_axis_angle_axis(IN, NUMBER, OUT, AND) NUMBER(1, 1) AND OUT(2, 1, 4, 4, 1, 4)
+#define SAME_rotor_from_axis_angle_axis(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3)
+GAC_FORM(rotor_from_axis_angle, axis, 0, PLAIN, TURNS, NO)
+GAC_KERNEL_AND_FORMS(rotor_from_axis_angle, TURNS, NO, GAC_USE(rotor_from_axis_angle, angle, TILES, 2, 2, 2),
+    GAC_USE(rotor_from_axis_angle, axis, NO, 1, 2, 4))
 
 static INLINE void NAME(rotor_from_rotation_vector_within)(const REAL *v, REAL *out, WORD *far)
 {
@@ -14580,41 +4635,8 @@ void NAME(rotor_from_rotation_vector)(const REAL *v, REAL *out)
     RUN(rotor_from_rotation_vector, (v, out), (v, out, NULL));
 }
 
-static INLINE void NAME(rotor_from_rotation_vector_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    for (intptr_t first = 0; first < n; first += CHUNK) {
-        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
-        WORD far = 0;
-        ANY_ORDER
-        for (intptr_t i = first; i < last; ++i) {
-            REAL x0[3];
-            REAL x1[4];
-            NAME(load_3)(x0, a0 + i * w, c0a);
-            NAME(rotor_from_rotation_vector_within)(x0, x1, &far);
-            NAME(store_4)(a1 + i * w, c1a, x1);
-        }
-        for (intptr_t i = first; far && i < last; ++i) {
-            REAL x0[3];
-            REAL x1[4];
-            NAME(load_3)(x0, a0 + i * w, c0a);
-            NAME(rotor_from_rotation_vector)(x0, x1);
-            NAME(store_4)(a1 + i * w, c1a, x1);
-        }
-    }
-}
-LOOPS(rotor_from_rotation_vector_block)
-
-void NAME(rotor_from_rotation_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(rotor_from_rotation_vector_block), {NULL}, 0, (any_function
-        *)NAME(rotor_from_rotation_vector), NAME(call_ar), 1, 2, 0, 1, 1, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_rotor_from_rotation_vector(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND OUT(1, 1, 4, 4, 1, 4)
+GAC_KERNEL(rotor_from_rotation_vector, TURNS, NO)
 
 INLINE void NAME(translator_from_vector)(const REAL *v, REAL *out)
 {
@@ -14624,51 +4646,8 @@ INLINE void NAME(translator_from_vector)(const REAL *v, REAL *out)
     out[2] = -(v_2 * (REAL)0.5);
 }
 
-static INLINE void NAME(translator_from_vector_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(translator_from_vector)(x0, x1);
-        NAME(store_3)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(translator_from_vector_block)
-
-static INLINE void NAME(translator_from_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(translator_from_vector)(x0, x1);
-            NAME(store_3)((char *)(r1 + i), LANES * w, x1);
-        }
-        NAME(store_few)(a1 + first * 3, r1, 3, LANES, LANES);
-    }
-}
-LOOPS(translator_from_vector_dense)
-
-void NAME(translator_from_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(translator_from_vector_block), WIDTHS(translator_from_vector_dense),
-        LANES, (any_function *)NAME(translator_from_vector), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_translator_from_vector(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND OUT(1, 1, 3, 3, 1, 3)
+GAC_KERNEL(translator_from_vector, PLAIN, DIRECT)
 
 static INLINE void NAME(motor_from_line_within)(const REAL *line, REAL angle, REAL *out, WORD *far)
 {
@@ -14714,98 +4693,11 @@ static INLINE void NAME(motor_from_line_apply_angle)(const REAL *prepared, const
     out[7] = (REAL)0;
 }
 
-static INLINE void NAME(motor_from_line_block_angle)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[1];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x2[8];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(motor_from_line_apply_angle)(prepared, x0, x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(motor_from_line_block_angle)
-
-static INLINE void NAME(motor_from_line_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r2[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x2[8];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(motor_from_line_apply_angle)(prepared, x0, x2);
-            NAME(store_8)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_8)(a2 + first * 8, r2, TILE);
-    }
-}
-LOOP(motor_from_line_dense_angle)
-
-static void NAME(motor_from_line_start_angle)(char **args, const intptr_t *strides, void *prepared)
-{
-    (void)strides;
-    REAL x1[1];
-    NAME(load_scalar)(x1, args[1]);
-    NAME(motor_from_line_prepare_angle)(x1[0], prepared, NULL);
-}
-
-static INLINE void NAME(motor_from_line_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    for (intptr_t first = 0; first < n; first += CHUNK) {
-        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
-        WORD far = 0;
-        ANY_ORDER
-        for (intptr_t i = first; i < last; ++i) {
-            REAL x0[6];
-            REAL x1[1];
-            REAL x2[8];
-            NAME(load_6)(x0, a0 + i * w, c0a);
-            NAME(load_scalar)(x1, a1 + i * w);
-            NAME(motor_from_line_within)(x0, x1[0], x2, &far);
-            NAME(store_8)(a2 + i * w, c2a, x2);
-        }
-        for (intptr_t i = first; far && i < last; ++i) {
-            REAL x0[6];
-            REAL x1[1];
-            REAL x2[8];
-            NAME(load_6)(x0, a0 + i * w, c0a);
-            NAME(load_scalar)(x1, a1 + i * w);
-            NAME(motor_from_line)(x0, x1[0], x2);
-            NAME(store_8)(a2 + i * w, c2a, x2);
-        }
-    }
-}
-LOOPS(motor_from_line_block)
-
-void NAME(motor_from_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
-    static const struct form forms[] = {{2, 2, NAME(motor_from_line_start_angle),
-        WIDTHS(motor_from_line_block_angle), WIDTH(motor_from_line_dense_angle), TILE}};
-    static const struct kernel kernel = {WIDTHS(motor_from_line_block), {NULL}, 0, (any_function
-        *)NAME(motor_from_line), NAME(call_anr), 2, 3, 1, 1, 1, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_from_line(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND NUMBER(1, 1) AND OUT(2, 1, 8, 8, 1, 8)
+#define PARTS_motor_from_line_angle(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND OUT(2, 1, 8, 8, 1, 8)
+#define SAME_motor_from_line_angle(IN, NUMBER, OUT, AND) NUMBER(1, 1)
+GAC_FORM(motor_from_line, angle, 1, TURNS, PLAIN, TILES)
+GAC_KERNEL_AND_FORMS(motor_from_line, TURNS, NO, GAC_USE(motor_from_line, angle, TILES, 2, 2, 2))
 
 static INLINE void NAME(motor_from_screw_within)(const REAL *line, REAL angle, REAL distance, REAL *out, WORD *far)
 {
@@ -14928,218 +4820,20 @@ static INLINE void NAME(motor_from_screw_apply_angle)(const REAL *prepared, cons
     out[7] = c0 * t0;
 }
 
-static INLINE void NAME(motor_from_screw_block_line_angle)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c3a = strides[1];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x2[1];
-        REAL x3[8];
-        NAME(load_scalar)(x2, a2 + i * w);
-        NAME(motor_from_screw_apply_line_angle)(prepared, x2[0], x3);
-        NAME(store_8)(a3 + i * w, c3a, x3);
-    }
-}
-LOOPS(motor_from_screw_block_line_angle)
-
-static INLINE void NAME(motor_from_screw_dense_line_angle)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a2 = (REAL *)args[2];
-    REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r2[1 * TILE];
-    _Alignas(64) REAL r3[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_1)(r2, TILE, a2 + first * 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x2[1];
-            REAL x3[8];
-            NAME(load_scalar)(x2, (char *)(r2 + i));
-            NAME(motor_from_screw_apply_line_angle)(prepared, x2[0], x3);
-            NAME(store_8)((char *)(r3 + i), TILE * w, x3);
-        }
-        NAME(store_tile_8)(a3 + first * 8, r3, TILE);
-    }
-}
-LOOP(motor_from_screw_dense_line_angle)
-
-static void NAME(motor_from_screw_start_line_angle)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0];
-    REAL x0[6];
-    NAME(load_6)(x0, args[0], c0a);
-    REAL x1[1];
-    NAME(load_scalar)(x1, args[1]);
-    NAME(motor_from_screw_prepare_line_angle)(x0, x1[0], prepared, NULL);
-}
-
-static INLINE void NAME(motor_from_screw_block_angle_distance)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c3a = strides[1];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x3[8];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(motor_from_screw_apply_angle_distance)(prepared, x0, x3);
-        NAME(store_8)(a3 + i * w, c3a, x3);
-    }
-}
-LOOPS(motor_from_screw_block_angle_distance)
-
-static INLINE void NAME(motor_from_screw_dense_angle_distance)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r3[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x3[8];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(motor_from_screw_apply_angle_distance)(prepared, x0, x3);
-            NAME(store_8)((char *)(r3 + i), TILE * w, x3);
-        }
-        NAME(store_tile_8)(a3 + first * 8, r3, TILE);
-    }
-}
-LOOP(motor_from_screw_dense_angle_distance)
-
-static void NAME(motor_from_screw_start_angle_distance)(char **args, const intptr_t *strides, void *prepared)
-{
-    (void)strides;
-    REAL x1[1];
-    NAME(load_scalar)(x1, args[1]);
-    REAL x2[1];
-    NAME(load_scalar)(x2, args[2]);
-    NAME(motor_from_screw_prepare_angle_distance)(x1[0], x2[0], prepared, NULL);
-}
-
-static INLINE void NAME(motor_from_screw_block_angle)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c3a = strides[1];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x2[1];
-        REAL x3[8];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(load_scalar)(x2, a2 + i * w);
-        NAME(motor_from_screw_apply_angle)(prepared, x0, x2[0], x3);
-        NAME(store_8)(a3 + i * w, c3a, x3);
-    }
-}
-LOOPS(motor_from_screw_block_angle)
-
-static INLINE void NAME(motor_from_screw_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a2 = (REAL *)args[2];
-    REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r2[1 * TILE];
-    _Alignas(64) REAL r3[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        NAME(load_tile_1)(r2, TILE, a2 + first * 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x2[1];
-            REAL x3[8];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_scalar)(x2, (char *)(r2 + i));
-            NAME(motor_from_screw_apply_angle)(prepared, x0, x2[0], x3);
-            NAME(store_8)((char *)(r3 + i), TILE * w, x3);
-        }
-        NAME(store_tile_8)(a3 + first * 8, r3, TILE);
-    }
-}
-LOOP(motor_from_screw_dense_angle)
-
-static void NAME(motor_from_screw_start_angle)(char **args, const intptr_t *strides, void *prepared)
-{
-    (void)strides;
-    REAL x1[1];
-    NAME(load_scalar)(x1, args[1]);
-    NAME(motor_from_screw_prepare_angle)(x1[0], prepared, NULL);
-}
-
-static INLINE void NAME(motor_from_screw_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c3a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    for (intptr_t first = 0; first < n; first += CHUNK) {
-        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
-        WORD far = 0;
-        ANY_ORDER
-        for (intptr_t i = first; i < last; ++i) {
-            REAL x0[6];
-            REAL x1[1];
-            REAL x2[1];
-            REAL x3[8];
-            NAME(load_6)(x0, a0 + i * w, c0a);
-            NAME(load_scalar)(x1, a1 + i * w);
-            NAME(load_scalar)(x2, a2 + i * w);
-            NAME(motor_from_screw_within)(x0, x1[0], x2[0], x3, &far);
-            NAME(store_8)(a3 + i * w, c3a, x3);
-        }
-        for (intptr_t i = first; far && i < last; ++i) {
-            REAL x0[6];
-            REAL x1[1];
-            REAL x2[1];
-            REAL x3[8];
-            NAME(load_6)(x0, a0 + i * w, c0a);
-            NAME(load_scalar)(x1, a1 + i * w);
-            NAME(load_scalar)(x2, a2 + i * w);
-            NAME(motor_from_screw)(x0, x1[0], x2[0], x3);
-            NAME(store_8)(a3 + i * w, c3a, x3);
-        }
-    }
-}
-LOOPS(motor_from_screw_block)
-
-void NAME(motor_from_screw_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
-    static const struct form forms[] = {{3, 2, NAME(motor_from_screw_start_line_angle),
-        WIDTHS(motor_from_screw_block_line_angle), WIDTH(motor_from_screw_dense_line_angle), TILE}, {6, 2,
-        NAME(motor_from_screw_start_angle_distance), WIDTHS(motor_from_screw_block_angle_distance),
-        WIDTH(motor_from_screw_dense_angle_distance), TILE}, {2, 2, NAME(motor_from_screw_start_angle),
-        WIDTHS(motor_from_screw_block_angle), WIDTH(motor_from_screw_dense_angle), TILE}};
-    static const struct kernel kernel = {WIDTHS(motor_from_screw_block), {NULL}, 0, (any_function
-        *)NAME(motor_from_screw), NAME(call_annr), 3, 4, 3, 1, 1, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_from_screw(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND NUMBER(1, 1) AND NUMBER(2, 1) AND \
+    OUT(3, 1, 8, 8, 1, 8)
+#define PARTS_motor_from_screw_line_angle(IN, NUMBER, OUT, AND) NUMBER(2, 1) AND OUT(3, 1, 8, 8, 1, 8)
+#define SAME_motor_from_screw_line_angle(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND NUMBER(1, 1)
+GAC_FORM(motor_from_screw, line_angle, 0, TURNS, PLAIN, TILES)
+#define PARTS_motor_from_screw_angle_distance(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND OUT(3, 1, 8, 8, 1, 8)
+#define SAME_motor_from_screw_angle_distance(IN, NUMBER, OUT, AND) NUMBER(1, 1) AND NUMBER(2, 1)
+GAC_FORM(motor_from_screw, angle_distance, 1, TURNS, PLAIN, TILES)
+#define PARTS_motor_from_screw_angle(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND NUMBER(2, 1) AND OUT(3, 1, 8, 8, \
+    1, 8)
+#define SAME_motor_from_screw_angle(IN, NUMBER, OUT, AND) NUMBER(1, 1)
+GAC_FORM(motor_from_screw, angle, 1, TURNS, PLAIN, TILES)
+GAC_KERNEL_AND_FORMS(motor_from_screw, TURNS, NO, GAC_USE(motor_from_screw, line_angle, TILES, 3, 2, 11),
+    GAC_USE(motor_from_screw, angle_distance, TILES, 6, 2, 4), GAC_USE(motor_from_screw, angle, TILES, 2, 2, 2))
 
 INLINE void NAME(motor_from_rotor_translation)(const REAL *r, const REAL *v, REAL *out)
 {
@@ -15158,62 +4852,9 @@ INLINE void NAME(motor_from_rotor_translation)(const REAL *r, const REAL *v, REA
     out[7] = -(r_e23 * t0 - r_e13 * t1 + r_e12 * t2);
 }
 
-static INLINE void NAME(motor_from_rotor_translation_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[3];
-        REAL x2[8];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(motor_from_rotor_translation)(x0, x1, x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(motor_from_rotor_translation_block)
-
-static INLINE void NAME(motor_from_rotor_translation_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[3 * TILE];
-    _Alignas(64) REAL r2[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[3];
-            REAL x2[8];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
-            NAME(motor_from_rotor_translation)(x0, x1, x2);
-            NAME(store_8)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_8)(a2 + first * 8, r2, TILE);
-    }
-}
-LOOP(motor_from_rotor_translation_dense)
-
-void NAME(motor_from_rotor_translation_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_from_rotor_translation_block),
-        WIDTH(motor_from_rotor_translation_dense), TILE, (any_function *)NAME(motor_from_rotor_translation),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_from_rotor_translation(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 3, 3, 1, 3) AND \
+    OUT(2, 2, 8, 8, 1, 8)
+GAC_KERNEL(motor_from_rotor_translation, PLAIN, TILES)
 
 INLINE void NAME(motor_to_rotor_translation)(const REAL *m, REAL *out_0, REAL *out_1)
 {
@@ -15228,62 +4869,9 @@ INLINE void NAME(motor_to_rotor_translation)(const REAL *m, REAL *out_0, REAL *o
     out_1[2] = -((REAL)2 * (m_e12 * m_e0123 + m_1 * m_e03 - m_e23 * m_e02 - m_e13 * m_e01));
 }
 
-static INLINE void NAME(motor_to_rotor_translation_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[4];
-        REAL x2[3];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(motor_to_rotor_translation)(x0, x1, x2);
-        NAME(store_4)(a1 + i * w, c1a, x1);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(motor_to_rotor_translation_block)
-
-static INLINE void NAME(motor_to_rotor_translation_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[8 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    _Alignas(64) REAL r2[3 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[8];
-            REAL x1[4];
-            REAL x2[3];
-            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
-            NAME(motor_to_rotor_translation)(x0, x1, x2);
-            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
-            NAME(store_3)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
-        NAME(store_tile_3)(a2 + first * 3, r2, TILE);
-    }
-}
-LOOP(motor_to_rotor_translation_dense)
-
-void NAME(motor_to_rotor_translation_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(motor_to_rotor_translation_block),
-        WIDTH(motor_to_rotor_translation_dense), TILE, (any_function *)NAME(motor_to_rotor_translation),
-        NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_to_rotor_translation(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND OUT(1, 1, 4, 4, 1, 4) AND \
+    OUT(2, 2, 3, 3, 1, 3)
+GAC_KERNEL(motor_to_rotor_translation, PLAIN, TILES)
 
 INLINE void NAME(rotor_from_quaternion)(const REAL *q, REAL *out)
 {
@@ -15294,53 +4882,8 @@ INLINE void NAME(rotor_from_quaternion)(const REAL *q, REAL *out)
     out[3] = -q_1;
 }
 
-static INLINE void NAME(rotor_from_quaternion_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(rotor_from_quaternion)(x0, x1);
-        NAME(store_4)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(rotor_from_quaternion_block)
-
-static INLINE void NAME(rotor_from_quaternion_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(rotor_from_quaternion)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
-    }
-}
-LOOP(rotor_from_quaternion_dense)
-
-void NAME(rotor_from_quaternion_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(rotor_from_quaternion_block), WIDTH(rotor_from_quaternion_dense),
-        TILE, (any_function *)NAME(rotor_from_quaternion), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_rotor_from_quaternion(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(1, 1, 4, 4, 1, 4)
+GAC_KERNEL(rotor_from_quaternion, PLAIN, TILES)
 
 INLINE void NAME(rotor_to_quaternion)(const REAL *r, REAL *out)
 {
@@ -15351,53 +4894,8 @@ INLINE void NAME(rotor_to_quaternion)(const REAL *r, REAL *out)
     out[3] = -r_e12;
 }
 
-static INLINE void NAME(rotor_to_quaternion_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(rotor_to_quaternion)(x0, x1);
-        NAME(store_4)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(rotor_to_quaternion_block)
-
-static INLINE void NAME(rotor_to_quaternion_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(rotor_to_quaternion)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
-    }
-}
-LOOP(rotor_to_quaternion_dense)
-
-void NAME(rotor_to_quaternion_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(rotor_to_quaternion_block), WIDTH(rotor_to_quaternion_dense), TILE,
-        (any_function *)NAME(rotor_to_quaternion), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_rotor_to_quaternion(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(1, 1, 4, 4, 1, 4)
+GAC_KERNEL(rotor_to_quaternion, PLAIN, TILES)
 
 INLINE void NAME(motor_from_dual_quaternion)(const REAL *q, REAL *out)
 {
@@ -15412,54 +4910,8 @@ INLINE void NAME(motor_from_dual_quaternion)(const REAL *q, REAL *out)
     out[7] = -q_4;
 }
 
-static INLINE void NAME(motor_from_dual_quaternion_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(motor_from_dual_quaternion)(x0, x1);
-        NAME(store_8)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(motor_from_dual_quaternion_block)
-
-static INLINE void NAME(motor_from_dual_quaternion_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[8 * TILE];
-    _Alignas(64) REAL r1[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
-            NAME(motor_from_dual_quaternion)(x0, x1);
-            NAME(store_8)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_8)(a1 + first * 8, r1, TILE);
-    }
-}
-LOOP(motor_from_dual_quaternion_dense)
-
-void NAME(motor_from_dual_quaternion_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_from_dual_quaternion_block),
-        WIDTH(motor_from_dual_quaternion_dense), TILE, (any_function *)NAME(motor_from_dual_quaternion),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_from_dual_quaternion(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND OUT(1, 1, 8, 8, 1, 8)
+GAC_KERNEL(motor_from_dual_quaternion, PLAIN, TILES)
 
 INLINE void NAME(motor_to_dual_quaternion)(const REAL *m, REAL *out)
 {
@@ -15475,54 +4927,8 @@ INLINE void NAME(motor_to_dual_quaternion)(const REAL *m, REAL *out)
     out[7] = -m_e03;
 }
 
-static INLINE void NAME(motor_to_dual_quaternion_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(motor_to_dual_quaternion)(x0, x1);
-        NAME(store_8)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(motor_to_dual_quaternion_block)
-
-static INLINE void NAME(motor_to_dual_quaternion_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[8 * TILE];
-    _Alignas(64) REAL r1[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
-            NAME(motor_to_dual_quaternion)(x0, x1);
-            NAME(store_8)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_8)(a1 + first * 8, r1, TILE);
-    }
-}
-LOOP(motor_to_dual_quaternion_dense)
-
-void NAME(motor_to_dual_quaternion_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_to_dual_quaternion_block),
-        WIDTH(motor_to_dual_quaternion_dense), TILE, (any_function *)NAME(motor_to_dual_quaternion), NAME(call_ar),
-        1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_to_dual_quaternion(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND OUT(1, 1, 8, 8, 1, 8)
+GAC_KERNEL(motor_to_dual_quaternion, PLAIN, TILES)
 
 INLINE void NAME(motor_to_matrix)(const REAL *m, REAL *out)
 {
@@ -15562,53 +4968,8 @@ INLINE void NAME(motor_to_matrix)(const REAL *m, REAL *out)
     out[15] = (REAL)1;
 }
 
-static INLINE void NAME(motor_to_matrix_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c1b = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[16];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(motor_to_matrix)(x0, x1);
-        NAME(store_4x4)(a1 + i * w, c1a, c1b, x1);
-    }
-}
-LOOPS(motor_to_matrix_block)
-
-static INLINE void NAME(motor_to_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[8 * TILE];
-    _Alignas(64) REAL r1[16 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[8];
-            REAL x1[16];
-            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
-            NAME(motor_to_matrix)(x0, x1);
-            NAME(store_4x4)((char *)(r1 + i), 4 * TILE * w, TILE * w, x1);
-        }
-        NAME(store_tile_16)(a1 + first * 16, r1, TILE);
-    }
-}
-LOOP(motor_to_matrix_dense)
-
-void NAME(motor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {16, 2, 1, {4, 4}}};
-    static const struct kernel kernel = {WIDTHS(motor_to_matrix_block), WIDTH(motor_to_matrix_dense), TILE,
-        (any_function *)NAME(motor_to_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_to_matrix(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND OUT(1, 1, 4x4, 16, 2, 4, 4)
+GAC_KERNEL(motor_to_matrix, PLAIN, TILES)
 
 INLINE void NAME(rotor_to_matrix)(const REAL *r, REAL *out)
 {
@@ -15638,53 +4999,8 @@ INLINE void NAME(rotor_to_matrix)(const REAL *r, REAL *out)
     out[8] = t0 + t1 - t3 - t4;
 }
 
-static INLINE void NAME(rotor_to_matrix_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c1b = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[9];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(rotor_to_matrix)(x0, x1);
-        NAME(store_3x3)(a1 + i * w, c1a, c1b, x1);
-    }
-}
-LOOPS(rotor_to_matrix_block)
-
-static INLINE void NAME(rotor_to_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[9 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[9];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(rotor_to_matrix)(x0, x1);
-            NAME(store_3x3)((char *)(r1 + i), 3 * TILE * w, TILE * w, x1);
-        }
-        NAME(store_tile_9)(a1 + first * 9, r1, TILE);
-    }
-}
-LOOP(rotor_to_matrix_dense)
-
-void NAME(rotor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {9, 2, 1, {3, 3}}};
-    static const struct kernel kernel = {WIDTHS(rotor_to_matrix_block), WIDTH(rotor_to_matrix_dense), TILE,
-        (any_function *)NAME(rotor_to_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_rotor_to_matrix(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(1, 1, 3x3, 9, 2, 3, 3)
+GAC_KERNEL(rotor_to_matrix, PLAIN, TILES)
 
 INLINE void NAME(motor_from_matrix)(const REAL *matrix, REAL *out)
 {
@@ -15739,53 +5055,8 @@ INLINE void NAME(motor_from_matrix)(const REAL *matrix, REAL *out)
     out[7] = t32 * t35 + t33 * t37 + t34 * t36;
 }
 
-static INLINE void NAME(motor_from_matrix_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[16];
-        REAL x1[8];
-        NAME(load_4x4)(x0, a0 + i * w, c0a, c0b);
-        NAME(motor_from_matrix)(x0, x1);
-        NAME(store_8)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(motor_from_matrix_block)
-
-static INLINE void NAME(motor_from_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[16 * TILE];
-    _Alignas(64) REAL r1[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_16)(r0, TILE, a0 + first * 16);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[16];
-            REAL x1[8];
-            NAME(load_4x4)(x0, (char *)(r0 + i), 4 * TILE * w, TILE * w);
-            NAME(motor_from_matrix)(x0, x1);
-            NAME(store_8)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_8)(a1 + first * 8, r1, TILE);
-    }
-}
-LOOP(motor_from_matrix_dense)
-
-void NAME(motor_from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{16, 2, 0, {4, 4}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_from_matrix_block), WIDTH(motor_from_matrix_dense), TILE,
-        (any_function *)NAME(motor_from_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_from_matrix(IN, NUMBER, OUT, AND) IN(0, 0, 4x4, 16, 2, 4, 4) AND OUT(1, 2, 8, 8, 1, 8)
+GAC_KERNEL(motor_from_matrix, PLAIN, TILES)
 
 INLINE void NAME(rotor_from_matrix)(const REAL *matrix, REAL *out)
 {
@@ -15829,53 +5100,8 @@ INLINE void NAME(rotor_from_matrix)(const REAL *matrix, REAL *out)
     out[3] = -(t21 * t30);
 }
 
-static INLINE void NAME(rotor_from_matrix_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[9];
-        REAL x1[4];
-        NAME(load_3x3)(x0, a0 + i * w, c0a, c0b);
-        NAME(rotor_from_matrix)(x0, x1);
-        NAME(store_4)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(rotor_from_matrix_block)
-
-static INLINE void NAME(rotor_from_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[9 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_9)(r0, TILE, a0 + first * 9);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[9];
-            REAL x1[4];
-            NAME(load_3x3)(x0, (char *)(r0 + i), 3 * TILE * w, TILE * w);
-            NAME(rotor_from_matrix)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
-    }
-}
-LOOP(rotor_from_matrix_dense)
-
-void NAME(rotor_from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{9, 2, 0, {3, 3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(rotor_from_matrix_block), WIDTH(rotor_from_matrix_dense), TILE,
-        (any_function *)NAME(rotor_from_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_rotor_from_matrix(IN, NUMBER, OUT, AND) IN(0, 0, 3x3, 9, 2, 3, 3) AND OUT(1, 2, 4, 4, 1, 4)
+GAC_KERNEL(rotor_from_matrix, PLAIN, TILES)
 
 static INLINE void NAME(motor_from_denavit_hartenberg_within)(REAL theta, REAL d, REAL a, REAL alpha, REAL *out,
     WORD *far)
@@ -16053,266 +5279,30 @@ static INLINE void NAME(motor_from_denavit_hartenberg_apply_d_a_alpha)(const REA
     out[7] = (REAL)0.5 * (c2 * t4 + c3 * t6);
 }
 
-static INLINE void NAME(motor_from_denavit_hartenberg_block_theta_d_alpha)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c4a = strides[0];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a2 = args[2];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x2[1];
-        REAL x4[8];
-        NAME(load_scalar)(x2, a2 + i * w);
-        NAME(motor_from_denavit_hartenberg_apply_theta_d_alpha)(prepared, x2[0], x4);
-        NAME(store_8)(a4 + i * w, c4a, x4);
-    }
-}
-LOOPS(motor_from_denavit_hartenberg_block_theta_d_alpha)
-
-static INLINE void NAME(motor_from_denavit_hartenberg_dense_theta_d_alpha)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a2 = (REAL *)args[2];
-    REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r2[1 * TILE];
-    _Alignas(64) REAL r4[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_1)(r2, TILE, a2 + first * 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x2[1];
-            REAL x4[8];
-            NAME(load_scalar)(x2, (char *)(r2 + i));
-            NAME(motor_from_denavit_hartenberg_apply_theta_d_alpha)(prepared, x2[0], x4);
-            NAME(store_8)((char *)(r4 + i), TILE * w, x4);
-        }
-        NAME(store_tile_8)(a4 + first * 8, r4, TILE);
-    }
-}
-LOOP(motor_from_denavit_hartenberg_dense_theta_d_alpha)
-
-static void NAME(motor_from_denavit_hartenberg_start_theta_d_alpha)(char **args, const intptr_t *strides, void
-    *prepared)
-{
-    (void)strides;
-    REAL x0[1];
-    NAME(load_scalar)(x0, args[0]);
-    REAL x1[1];
-    NAME(load_scalar)(x1, args[1]);
-    REAL x3[1];
-    NAME(load_scalar)(x3, args[3]);
-    NAME(motor_from_denavit_hartenberg_prepare_theta_d_alpha)(x0[0], x1[0], x3[0], prepared, NULL);
-}
-
-static INLINE void NAME(motor_from_denavit_hartenberg_block_theta_a_alpha)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c4a = strides[0];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[1];
-        REAL x4[8];
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(motor_from_denavit_hartenberg_apply_theta_a_alpha)(prepared, x1[0], x4);
-        NAME(store_8)(a4 + i * w, c4a, x4);
-    }
-}
-LOOPS(motor_from_denavit_hartenberg_block_theta_a_alpha)
-
-static INLINE void NAME(motor_from_denavit_hartenberg_dense_theta_a_alpha)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a1 = (REAL *)args[1];
-    REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r1[1 * TILE];
-    _Alignas(64) REAL r4[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_1)(r1, TILE, a1 + first * 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x1[1];
-            REAL x4[8];
-            NAME(load_scalar)(x1, (char *)(r1 + i));
-            NAME(motor_from_denavit_hartenberg_apply_theta_a_alpha)(prepared, x1[0], x4);
-            NAME(store_8)((char *)(r4 + i), TILE * w, x4);
-        }
-        NAME(store_tile_8)(a4 + first * 8, r4, TILE);
-    }
-}
-LOOP(motor_from_denavit_hartenberg_dense_theta_a_alpha)
-
-static void NAME(motor_from_denavit_hartenberg_start_theta_a_alpha)(char **args, const intptr_t *strides, void
-    *prepared)
-{
-    (void)strides;
-    REAL x0[1];
-    NAME(load_scalar)(x0, args[0]);
-    REAL x2[1];
-    NAME(load_scalar)(x2, args[2]);
-    REAL x3[1];
-    NAME(load_scalar)(x3, args[3]);
-    NAME(motor_from_denavit_hartenberg_prepare_theta_a_alpha)(x0[0], x2[0], x3[0], prepared, NULL);
-}
-
-static INLINE void NAME(motor_from_denavit_hartenberg_block_theta_d_a)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c4a = strides[0];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    for (intptr_t first = 0; first < n; first += CHUNK) {
-        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
-        WORD far = 0;
-        ANY_ORDER
-        for (intptr_t i = first; i < last; ++i) {
-            REAL x3[1];
-            REAL x4[8];
-            NAME(load_scalar)(x3, a3 + i * w);
-            NAME(motor_from_denavit_hartenberg_apply_theta_d_a)(prepared, x3[0], x4, &far);
-            NAME(store_8)(a4 + i * w, c4a, x4);
-        }
-        for (intptr_t i = first; far && i < last; ++i) {
-            REAL x3[1];
-            REAL x4[8];
-            NAME(load_scalar)(x3, a3 + i * w);
-            NAME(motor_from_denavit_hartenberg_apply_theta_d_a)(prepared, x3[0], x4, NULL);
-            NAME(store_8)(a4 + i * w, c4a, x4);
-        }
-    }
-}
-LOOPS(motor_from_denavit_hartenberg_block_theta_d_a)
-
-static void NAME(motor_from_denavit_hartenberg_start_theta_d_a)(char **args, const intptr_t *strides, void
-    *prepared)
-{
-    (void)strides;
-    REAL x0[1];
-    NAME(load_scalar)(x0, args[0]);
-    REAL x1[1];
-    NAME(load_scalar)(x1, args[1]);
-    REAL x2[1];
-    NAME(load_scalar)(x2, args[2]);
-    NAME(motor_from_denavit_hartenberg_prepare_theta_d_a)(x0[0], x1[0], x2[0], prepared, NULL);
-}
-
-static INLINE void NAME(motor_from_denavit_hartenberg_block_d_a_alpha)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c4a = strides[0];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a4 = args[4];
-    for (intptr_t first = 0; first < n; first += CHUNK) {
-        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
-        WORD far = 0;
-        ANY_ORDER
-        for (intptr_t i = first; i < last; ++i) {
-            REAL x0[1];
-            REAL x4[8];
-            NAME(load_scalar)(x0, a0 + i * w);
-            NAME(motor_from_denavit_hartenberg_apply_d_a_alpha)(prepared, x0[0], x4, &far);
-            NAME(store_8)(a4 + i * w, c4a, x4);
-        }
-        for (intptr_t i = first; far && i < last; ++i) {
-            REAL x0[1];
-            REAL x4[8];
-            NAME(load_scalar)(x0, a0 + i * w);
-            NAME(motor_from_denavit_hartenberg_apply_d_a_alpha)(prepared, x0[0], x4, NULL);
-            NAME(store_8)(a4 + i * w, c4a, x4);
-        }
-    }
-}
-LOOPS(motor_from_denavit_hartenberg_block_d_a_alpha)
-
-static void NAME(motor_from_denavit_hartenberg_start_d_a_alpha)(char **args, const intptr_t *strides, void
-    *prepared)
-{
-    (void)strides;
-    REAL x1[1];
-    NAME(load_scalar)(x1, args[1]);
-    REAL x2[1];
-    NAME(load_scalar)(x2, args[2]);
-    REAL x3[1];
-    NAME(load_scalar)(x3, args[3]);
-    NAME(motor_from_denavit_hartenberg_prepare_d_a_alpha)(x1[0], x2[0], x3[0], prepared, NULL);
-}
-
-static INLINE void NAME(motor_from_denavit_hartenberg_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c4a = strides[0];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    for (intptr_t first = 0; first < n; first += CHUNK) {
-        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
-        WORD far = 0;
-        ANY_ORDER
-        for (intptr_t i = first; i < last; ++i) {
-            REAL x0[1];
-            REAL x1[1];
-            REAL x2[1];
-            REAL x3[1];
-            REAL x4[8];
-            NAME(load_scalar)(x0, a0 + i * w);
-            NAME(load_scalar)(x1, a1 + i * w);
-            NAME(load_scalar)(x2, a2 + i * w);
-            NAME(load_scalar)(x3, a3 + i * w);
-            NAME(motor_from_denavit_hartenberg_within)(x0[0], x1[0], x2[0], x3[0], x4, &far);
-            NAME(store_8)(a4 + i * w, c4a, x4);
-        }
-        for (intptr_t i = first; far && i < last; ++i) {
-            REAL x0[1];
-            REAL x1[1];
-            REAL x2[1];
-            REAL x3[1];
-            REAL x4[8];
-            NAME(load_scalar)(x0, a0 + i * w);
-            NAME(load_scalar)(x1, a1 + i * w);
-            NAME(load_scalar)(x2, a2 + i * w);
-            NAME(load_scalar)(x3, a3 + i * w);
-            NAME(motor_from_denavit_hartenberg)(x0[0], x1[0], x2[0], x3[0], x4);
-            NAME(store_8)(a4 + i * w, c4a, x4);
-        }
-    }
-}
-LOOPS(motor_from_denavit_hartenberg_block)
-
-void NAME(motor_from_denavit_hartenberg_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{1, 0, 0, {0}}, {1, 0, 0, {0}}, {1, 0, 0, {0}}, {1, 0, 0, {0}}, {8, 1, 0,
-        {8}}};
-    static const struct form forms[] = {{11, 2, NAME(motor_from_denavit_hartenberg_start_theta_d_alpha),
-        WIDTHS(motor_from_denavit_hartenberg_block_theta_d_alpha),
-        WIDTH(motor_from_denavit_hartenberg_dense_theta_d_alpha), TILE}, {13, 2,
-        NAME(motor_from_denavit_hartenberg_start_theta_a_alpha),
-        WIDTHS(motor_from_denavit_hartenberg_block_theta_a_alpha),
-        WIDTH(motor_from_denavit_hartenberg_dense_theta_a_alpha), TILE}, {7, 2,
-        NAME(motor_from_denavit_hartenberg_start_theta_d_a), WIDTHS(motor_from_denavit_hartenberg_block_theta_d_a),
-        {NULL}, 0}, {14, 2, NAME(motor_from_denavit_hartenberg_start_d_a_alpha),
-        WIDTHS(motor_from_denavit_hartenberg_block_d_a_alpha), {NULL}, 0}};
-    static const struct kernel kernel = {WIDTHS(motor_from_denavit_hartenberg_block), {NULL}, 0, (any_function
-        *)NAME(motor_from_denavit_hartenberg), NAME(call_nnnnr), 4, 5, 4, 1, 1, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_from_denavit_hartenberg(IN, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) AND \
+    NUMBER(3, 0) AND OUT(4, 0, 8, 8, 1, 8)
+#define PARTS_motor_from_denavit_hartenberg_theta_d_alpha(IN, NUMBER, OUT, AND) NUMBER(2, 0) AND OUT(4, 0, 8, 8, 1, \
+    8)
+#define SAME_motor_from_denavit_hartenberg_theta_d_alpha(IN, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND \
+    NUMBER(3, 0)
+GAC_FORM(motor_from_denavit_hartenberg, theta_d_alpha, 0, TURNS, PLAIN, TILES)
+#define PARTS_motor_from_denavit_hartenberg_theta_a_alpha(IN, NUMBER, OUT, AND) NUMBER(1, 0) AND OUT(4, 0, 8, 8, 1, \
+    8)
+#define SAME_motor_from_denavit_hartenberg_theta_a_alpha(IN, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(2, 0) AND \
+    NUMBER(3, 0)
+GAC_FORM(motor_from_denavit_hartenberg, theta_a_alpha, 0, TURNS, PLAIN, TILES)
+#define PARTS_motor_from_denavit_hartenberg_theta_d_a(IN, NUMBER, OUT, AND) NUMBER(3, 0) AND OUT(4, 0, 8, 8, 1, 8)
+#define SAME_motor_from_denavit_hartenberg_theta_d_a(IN, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND \
+    NUMBER(2, 0)
+GAC_FORM(motor_from_denavit_hartenberg, theta_d_a, 0, TURNS, TURNS, NO)
+#define PARTS_motor_from_denavit_hartenberg_d_a_alpha(IN, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(4, 0, 8, 8, 1, 8)
+#define SAME_motor_from_denavit_hartenberg_d_a_alpha(IN, NUMBER, OUT, AND) NUMBER(1, 0) AND NUMBER(2, 0) AND \
+    NUMBER(3, 0)
+GAC_FORM(motor_from_denavit_hartenberg, d_a_alpha, 1, TURNS, TURNS, NO)
+GAC_KERNEL_AND_FORMS(motor_from_denavit_hartenberg, TURNS, NO, GAC_USE(motor_from_denavit_hartenberg, theta_d_alpha,
+    TILES, 11, 2, 12), GAC_USE(motor_from_denavit_hartenberg, theta_a_alpha, TILES, 13, 2, 12),
+    GAC_USE(motor_from_denavit_hartenberg, theta_d_a, NO, 7, 2, 4), GAC_USE(motor_from_denavit_hartenberg,
+    d_a_alpha, NO, 14, 2, 4))
 
 static INLINE void NAME(motor_from_modified_denavit_hartenberg_within)(REAL theta, REAL d, REAL a, REAL alpha, REAL
     *out, WORD *far)
@@ -16492,270 +5482,33 @@ static INLINE void NAME(motor_from_modified_denavit_hartenberg_apply_d_a_alpha)(
     out[7] = (REAL)0.5 * (c2 * t4 + c3 * t6);
 }
 
-static INLINE void NAME(motor_from_modified_denavit_hartenberg_block_theta_d_alpha)(intptr_t n, char **args, const
-    intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c4a = strides[0];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a2 = args[2];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x2[1];
-        REAL x4[8];
-        NAME(load_scalar)(x2, a2 + i * w);
-        NAME(motor_from_modified_denavit_hartenberg_apply_theta_d_alpha)(prepared, x2[0], x4);
-        NAME(store_8)(a4 + i * w, c4a, x4);
-    }
-}
-LOOPS(motor_from_modified_denavit_hartenberg_block_theta_d_alpha)
-
-static INLINE void NAME(motor_from_modified_denavit_hartenberg_dense_theta_d_alpha)(intptr_t n, char **args, const
-    intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a2 = (REAL *)args[2];
-    REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r2[1 * TILE];
-    _Alignas(64) REAL r4[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_1)(r2, TILE, a2 + first * 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x2[1];
-            REAL x4[8];
-            NAME(load_scalar)(x2, (char *)(r2 + i));
-            NAME(motor_from_modified_denavit_hartenberg_apply_theta_d_alpha)(prepared, x2[0], x4);
-            NAME(store_8)((char *)(r4 + i), TILE * w, x4);
-        }
-        NAME(store_tile_8)(a4 + first * 8, r4, TILE);
-    }
-}
-LOOP(motor_from_modified_denavit_hartenberg_dense_theta_d_alpha)
-
-static void NAME(motor_from_modified_denavit_hartenberg_start_theta_d_alpha)(char **args, const intptr_t *strides,
-    void *prepared)
-{
-    (void)strides;
-    REAL x0[1];
-    NAME(load_scalar)(x0, args[0]);
-    REAL x1[1];
-    NAME(load_scalar)(x1, args[1]);
-    REAL x3[1];
-    NAME(load_scalar)(x3, args[3]);
-    NAME(motor_from_modified_denavit_hartenberg_prepare_theta_d_alpha)(x0[0], x1[0], x3[0], prepared, NULL);
-}
-
-static INLINE void NAME(motor_from_modified_denavit_hartenberg_block_theta_a_alpha)(intptr_t n, char **args, const
-    intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c4a = strides[0];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[1];
-        REAL x4[8];
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(motor_from_modified_denavit_hartenberg_apply_theta_a_alpha)(prepared, x1[0], x4);
-        NAME(store_8)(a4 + i * w, c4a, x4);
-    }
-}
-LOOPS(motor_from_modified_denavit_hartenberg_block_theta_a_alpha)
-
-static INLINE void NAME(motor_from_modified_denavit_hartenberg_dense_theta_a_alpha)(intptr_t n, char **args, const
-    intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a1 = (REAL *)args[1];
-    REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r1[1 * TILE];
-    _Alignas(64) REAL r4[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_1)(r1, TILE, a1 + first * 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x1[1];
-            REAL x4[8];
-            NAME(load_scalar)(x1, (char *)(r1 + i));
-            NAME(motor_from_modified_denavit_hartenberg_apply_theta_a_alpha)(prepared, x1[0], x4);
-            NAME(store_8)((char *)(r4 + i), TILE * w, x4);
-        }
-        NAME(store_tile_8)(a4 + first * 8, r4, TILE);
-    }
-}
-LOOP(motor_from_modified_denavit_hartenberg_dense_theta_a_alpha)
-
-static void NAME(motor_from_modified_denavit_hartenberg_start_theta_a_alpha)(char **args, const intptr_t *strides,
-    void *prepared)
-{
-    (void)strides;
-    REAL x0[1];
-    NAME(load_scalar)(x0, args[0]);
-    REAL x2[1];
-    NAME(load_scalar)(x2, args[2]);
-    REAL x3[1];
-    NAME(load_scalar)(x3, args[3]);
-    NAME(motor_from_modified_denavit_hartenberg_prepare_theta_a_alpha)(x0[0], x2[0], x3[0], prepared, NULL);
-}
-
-static INLINE void NAME(motor_from_modified_denavit_hartenberg_block_theta_d_a)(intptr_t n, char **args, const
-    intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c4a = strides[0];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    for (intptr_t first = 0; first < n; first += CHUNK) {
-        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
-        WORD far = 0;
-        ANY_ORDER
-        for (intptr_t i = first; i < last; ++i) {
-            REAL x3[1];
-            REAL x4[8];
-            NAME(load_scalar)(x3, a3 + i * w);
-            NAME(motor_from_modified_denavit_hartenberg_apply_theta_d_a)(prepared, x3[0], x4, &far);
-            NAME(store_8)(a4 + i * w, c4a, x4);
-        }
-        for (intptr_t i = first; far && i < last; ++i) {
-            REAL x3[1];
-            REAL x4[8];
-            NAME(load_scalar)(x3, a3 + i * w);
-            NAME(motor_from_modified_denavit_hartenberg_apply_theta_d_a)(prepared, x3[0], x4, NULL);
-            NAME(store_8)(a4 + i * w, c4a, x4);
-        }
-    }
-}
-LOOPS(motor_from_modified_denavit_hartenberg_block_theta_d_a)
-
-static void NAME(motor_from_modified_denavit_hartenberg_start_theta_d_a)(char **args, const intptr_t *strides, void
-    *prepared)
-{
-    (void)strides;
-    REAL x0[1];
-    NAME(load_scalar)(x0, args[0]);
-    REAL x1[1];
-    NAME(load_scalar)(x1, args[1]);
-    REAL x2[1];
-    NAME(load_scalar)(x2, args[2]);
-    NAME(motor_from_modified_denavit_hartenberg_prepare_theta_d_a)(x0[0], x1[0], x2[0], prepared, NULL);
-}
-
-static INLINE void NAME(motor_from_modified_denavit_hartenberg_block_d_a_alpha)(intptr_t n, char **args, const
-    intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c4a = strides[0];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a4 = args[4];
-    for (intptr_t first = 0; first < n; first += CHUNK) {
-        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
-        WORD far = 0;
-        ANY_ORDER
-        for (intptr_t i = first; i < last; ++i) {
-            REAL x0[1];
-            REAL x4[8];
-            NAME(load_scalar)(x0, a0 + i * w);
-            NAME(motor_from_modified_denavit_hartenberg_apply_d_a_alpha)(prepared, x0[0], x4, &far);
-            NAME(store_8)(a4 + i * w, c4a, x4);
-        }
-        for (intptr_t i = first; far && i < last; ++i) {
-            REAL x0[1];
-            REAL x4[8];
-            NAME(load_scalar)(x0, a0 + i * w);
-            NAME(motor_from_modified_denavit_hartenberg_apply_d_a_alpha)(prepared, x0[0], x4, NULL);
-            NAME(store_8)(a4 + i * w, c4a, x4);
-        }
-    }
-}
-LOOPS(motor_from_modified_denavit_hartenberg_block_d_a_alpha)
-
-static void NAME(motor_from_modified_denavit_hartenberg_start_d_a_alpha)(char **args, const intptr_t *strides, void
-    *prepared)
-{
-    (void)strides;
-    REAL x1[1];
-    NAME(load_scalar)(x1, args[1]);
-    REAL x2[1];
-    NAME(load_scalar)(x2, args[2]);
-    REAL x3[1];
-    NAME(load_scalar)(x3, args[3]);
-    NAME(motor_from_modified_denavit_hartenberg_prepare_d_a_alpha)(x1[0], x2[0], x3[0], prepared, NULL);
-}
-
-static INLINE void NAME(motor_from_modified_denavit_hartenberg_block)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c4a = strides[0];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    for (intptr_t first = 0; first < n; first += CHUNK) {
-        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
-        WORD far = 0;
-        ANY_ORDER
-        for (intptr_t i = first; i < last; ++i) {
-            REAL x0[1];
-            REAL x1[1];
-            REAL x2[1];
-            REAL x3[1];
-            REAL x4[8];
-            NAME(load_scalar)(x0, a0 + i * w);
-            NAME(load_scalar)(x1, a1 + i * w);
-            NAME(load_scalar)(x2, a2 + i * w);
-            NAME(load_scalar)(x3, a3 + i * w);
-            NAME(motor_from_modified_denavit_hartenberg_within)(x0[0], x1[0], x2[0], x3[0], x4, &far);
-            NAME(store_8)(a4 + i * w, c4a, x4);
-        }
-        for (intptr_t i = first; far && i < last; ++i) {
-            REAL x0[1];
-            REAL x1[1];
-            REAL x2[1];
-            REAL x3[1];
-            REAL x4[8];
-            NAME(load_scalar)(x0, a0 + i * w);
-            NAME(load_scalar)(x1, a1 + i * w);
-            NAME(load_scalar)(x2, a2 + i * w);
-            NAME(load_scalar)(x3, a3 + i * w);
-            NAME(motor_from_modified_denavit_hartenberg)(x0[0], x1[0], x2[0], x3[0], x4);
-            NAME(store_8)(a4 + i * w, c4a, x4);
-        }
-    }
-}
-LOOPS(motor_from_modified_denavit_hartenberg_block)
-
-void NAME(motor_from_modified_denavit_hartenberg_loop)(char **args, const intptr_t *dimensions, const intptr_t
-    *steps)
-{
-    static const struct part parts[] = {{1, 0, 0, {0}}, {1, 0, 0, {0}}, {1, 0, 0, {0}}, {1, 0, 0, {0}}, {8, 1, 0,
-        {8}}};
-    static const struct form forms[] = {{11, 2, NAME(motor_from_modified_denavit_hartenberg_start_theta_d_alpha),
-        WIDTHS(motor_from_modified_denavit_hartenberg_block_theta_d_alpha),
-        WIDTH(motor_from_modified_denavit_hartenberg_dense_theta_d_alpha), TILE}, {13, 2,
-        NAME(motor_from_modified_denavit_hartenberg_start_theta_a_alpha),
-        WIDTHS(motor_from_modified_denavit_hartenberg_block_theta_a_alpha),
-        WIDTH(motor_from_modified_denavit_hartenberg_dense_theta_a_alpha), TILE}, {7, 2,
-        NAME(motor_from_modified_denavit_hartenberg_start_theta_d_a),
-        WIDTHS(motor_from_modified_denavit_hartenberg_block_theta_d_a), {NULL}, 0}, {14, 2,
-        NAME(motor_from_modified_denavit_hartenberg_start_d_a_alpha),
-        WIDTHS(motor_from_modified_denavit_hartenberg_block_d_a_alpha), {NULL}, 0}};
-    static const struct kernel kernel = {WIDTHS(motor_from_modified_denavit_hartenberg_block), {NULL}, 0,
-        (any_function *)NAME(motor_from_modified_denavit_hartenberg), NAME(call_nnnnr), 4, 5, 4, 1, 1, parts,
-        forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_from_modified_denavit_hartenberg(IN, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND \
+    NUMBER(2, 0) AND NUMBER(3, 0) AND OUT(4, 0, 8, 8, 1, 8)
+#define PARTS_motor_from_modified_denavit_hartenberg_theta_d_alpha(IN, NUMBER, OUT, AND) NUMBER(2, 0) AND OUT(4, 0, \
+    8, 8, 1, 8)
+#define SAME_motor_from_modified_denavit_hartenberg_theta_d_alpha(IN, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, \
+    0) AND NUMBER(3, 0)
+GAC_FORM(motor_from_modified_denavit_hartenberg, theta_d_alpha, 0, TURNS, PLAIN, TILES)
+#define PARTS_motor_from_modified_denavit_hartenberg_theta_a_alpha(IN, NUMBER, OUT, AND) NUMBER(1, 0) AND OUT(4, 0, \
+    8, 8, 1, 8)
+#define SAME_motor_from_modified_denavit_hartenberg_theta_a_alpha(IN, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(2, \
+    0) AND NUMBER(3, 0)
+GAC_FORM(motor_from_modified_denavit_hartenberg, theta_a_alpha, 0, TURNS, PLAIN, TILES)
+#define PARTS_motor_from_modified_denavit_hartenberg_theta_d_a(IN, NUMBER, OUT, AND) NUMBER(3, 0) AND OUT(4, 0, 8, \
+    8, 1, 8)
+#define SAME_motor_from_modified_denavit_hartenberg_theta_d_a(IN, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) \
+    AND NUMBER(2, 0)
+GAC_FORM(motor_from_modified_denavit_hartenberg, theta_d_a, 0, TURNS, TURNS, NO)
+#define PARTS_motor_from_modified_denavit_hartenberg_d_a_alpha(IN, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(4, 0, 8, \
+    8, 1, 8)
+#define SAME_motor_from_modified_denavit_hartenberg_d_a_alpha(IN, NUMBER, OUT, AND) NUMBER(1, 0) AND NUMBER(2, 0) \
+    AND NUMBER(3, 0)
+GAC_FORM(motor_from_modified_denavit_hartenberg, d_a_alpha, 1, TURNS, TURNS, NO)
+GAC_KERNEL_AND_FORMS(motor_from_modified_denavit_hartenberg, TURNS, NO,
+    GAC_USE(motor_from_modified_denavit_hartenberg, theta_d_alpha, TILES, 11, 2, 12),
+    GAC_USE(motor_from_modified_denavit_hartenberg, theta_a_alpha, TILES, 13, 2, 12),
+    GAC_USE(motor_from_modified_denavit_hartenberg, theta_d_a, NO, 7, 2, 4),
+    GAC_USE(motor_from_modified_denavit_hartenberg, d_a_alpha, NO, 14, 2, 4))
 
 static INLINE void NAME(motor_exponential_within)(const REAL *b, REAL *out, WORD *far)
 {
@@ -16787,41 +5540,8 @@ void NAME(motor_exponential)(const REAL *b, REAL *out)
     RUN(motor_exponential, (b, out), (b, out, NULL));
 }
 
-static INLINE void NAME(motor_exponential_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    for (intptr_t first = 0; first < n; first += CHUNK) {
-        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
-        WORD far = 0;
-        ANY_ORDER
-        for (intptr_t i = first; i < last; ++i) {
-            REAL x0[6];
-            REAL x1[8];
-            NAME(load_6)(x0, a0 + i * w, c0a);
-            NAME(motor_exponential_within)(x0, x1, &far);
-            NAME(store_8)(a1 + i * w, c1a, x1);
-        }
-        for (intptr_t i = first; far && i < last; ++i) {
-            REAL x0[6];
-            REAL x1[8];
-            NAME(load_6)(x0, a0 + i * w, c0a);
-            NAME(motor_exponential)(x0, x1);
-            NAME(store_8)(a1 + i * w, c1a, x1);
-        }
-    }
-}
-LOOPS(motor_exponential_block)
-
-void NAME(motor_exponential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_exponential_block), {NULL}, 0, (any_function
-        *)NAME(motor_exponential), NAME(call_ar), 1, 2, 0, 1, 1, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_exponential(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND OUT(1, 1, 8, 8, 1, 8)
+GAC_KERNEL(motor_exponential, TURNS, NO)
 
 static INLINE void NAME(motor_logarithm_within)(const REAL *m, REAL *out)
 {
@@ -16852,30 +5572,8 @@ void NAME(motor_logarithm)(const REAL *m, REAL *out)
     RUN(motor_logarithm, (m, out), (m, out));
 }
 
-static INLINE void NAME(motor_logarithm_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[6];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(motor_logarithm_within)(x0, x1);
-        NAME(store_6)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(motor_logarithm_block)
-
-void NAME(motor_logarithm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {WIDTHS(motor_logarithm_block), {NULL}, 0, (any_function
-        *)NAME(motor_logarithm), NAME(call_ar), 1, 2, 0, 0, 1, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_logarithm(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND OUT(1, 1, 6, 6, 1, 6)
+GAC_KERNEL(motor_logarithm, BUSY, NO)
 
 INLINE void NAME(motor_square_root)(const REAL *m, REAL *out)
 {
@@ -16899,53 +5597,8 @@ INLINE void NAME(motor_square_root)(const REAL *m, REAL *out)
     out[7] = -(t2 * (t1 * t7 - t6));
 }
 
-static INLINE void NAME(motor_square_root_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(motor_square_root)(x0, x1);
-        NAME(store_8)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(motor_square_root_block)
-
-static INLINE void NAME(motor_square_root_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[8 * TILE];
-    _Alignas(64) REAL r1[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
-            NAME(motor_square_root)(x0, x1);
-            NAME(store_8)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_8)(a1 + first * 8, r1, TILE);
-    }
-}
-LOOP(motor_square_root_dense)
-
-void NAME(motor_square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_square_root_block), WIDTH(motor_square_root_dense), TILE,
-        (any_function *)NAME(motor_square_root), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_square_root(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND OUT(1, 1, 8, 8, 1, 8)
+GAC_KERNEL(motor_square_root, PLAIN, TILES)
 
 static INLINE void NAME(motor_power_within)(const REAL *m, REAL t, REAL *out, WORD *far)
 {
@@ -17033,84 +5686,11 @@ static INLINE void NAME(motor_power_apply_m)(const REAL *prepared, REAL t, REAL 
     out[7] = c9 * (t * c4 * t6);
 }
 
-static INLINE void NAME(motor_power_block_m)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c2a = strides[1];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    for (intptr_t first = 0; first < n; first += CHUNK) {
-        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
-        WORD far = 0;
-        ANY_ORDER
-        for (intptr_t i = first; i < last; ++i) {
-            REAL x1[1];
-            REAL x2[8];
-            NAME(load_scalar)(x1, a1 + i * w);
-            NAME(motor_power_apply_m)(prepared, x1[0], x2, &far);
-            NAME(store_8)(a2 + i * w, c2a, x2);
-        }
-        for (intptr_t i = first; far && i < last; ++i) {
-            REAL x1[1];
-            REAL x2[8];
-            NAME(load_scalar)(x1, a1 + i * w);
-            NAME(motor_power_apply_m)(prepared, x1[0], x2, NULL);
-            NAME(store_8)(a2 + i * w, c2a, x2);
-        }
-    }
-}
-LOOPS(motor_power_block_m)
-
-static void NAME(motor_power_start_m)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0];
-    REAL x0[8];
-    NAME(load_8)(x0, args[0], c0a);
-    NAME(motor_power_prepare_m)(x0, prepared);
-}
-
-static INLINE void NAME(motor_power_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    for (intptr_t first = 0; first < n; first += CHUNK) {
-        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
-        WORD far = 0;
-        ANY_ORDER
-        for (intptr_t i = first; i < last; ++i) {
-            REAL x0[8];
-            REAL x1[1];
-            REAL x2[8];
-            NAME(load_8)(x0, a0 + i * w, c0a);
-            NAME(load_scalar)(x1, a1 + i * w);
-            NAME(motor_power_within)(x0, x1[0], x2, &far);
-            NAME(store_8)(a2 + i * w, c2a, x2);
-        }
-        for (intptr_t i = first; far && i < last; ++i) {
-            REAL x0[8];
-            REAL x1[1];
-            REAL x2[8];
-            NAME(load_8)(x0, a0 + i * w, c0a);
-            NAME(load_scalar)(x1, a1 + i * w);
-            NAME(motor_power)(x0, x1[0], x2);
-            NAME(store_8)(a2 + i * w, c2a, x2);
-        }
-    }
-}
-LOOPS(motor_power_block)
-
-void NAME(motor_power_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
-    static const struct form forms[] = {{1, 2, NAME(motor_power_start_m), WIDTHS(motor_power_block_m), {NULL}, 0}};
-    static const struct kernel kernel = {WIDTHS(motor_power_block), {NULL}, 0, (any_function *)NAME(motor_power),
-        NAME(call_anr), 2, 3, 1, 1, 1, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_power(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND NUMBER(1, 1) AND OUT(2, 1, 8, 8, 1, 8)
+#define PARTS_motor_power_m(IN, NUMBER, OUT, AND) NUMBER(1, 1) AND OUT(2, 1, 8, 8, 1, 8)
+#define SAME_motor_power_m(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8)
+GAC_FORM(motor_power, m, 0, PLAIN, TURNS, NO)
+GAC_KERNEL_AND_FORMS(motor_power, TURNS, NO, GAC_USE(motor_power, m, NO, 1, 2, 13))
 
 static INLINE void NAME(interpolate_motors_within)(const REAL *a, const REAL *b, REAL t, REAL *out, WORD *far)
 {
@@ -17222,92 +5802,12 @@ static INLINE void NAME(interpolate_motors_apply_a_b)(const REAL *prepared, REAL
     out[7] = -(c4 * t11 - c20 * t6 + (c6 * t12 - c21 * t7));
 }
 
-static INLINE void NAME(interpolate_motors_block_a_b)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c3a = strides[2];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    for (intptr_t first = 0; first < n; first += CHUNK) {
-        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
-        WORD far = 0;
-        ANY_ORDER
-        for (intptr_t i = first; i < last; ++i) {
-            REAL x2[1];
-            REAL x3[8];
-            NAME(load_scalar)(x2, a2 + i * w);
-            NAME(interpolate_motors_apply_a_b)(prepared, x2[0], x3, &far);
-            NAME(store_8)(a3 + i * w, c3a, x3);
-        }
-        for (intptr_t i = first; far && i < last; ++i) {
-            REAL x2[1];
-            REAL x3[8];
-            NAME(load_scalar)(x2, a2 + i * w);
-            NAME(interpolate_motors_apply_a_b)(prepared, x2[0], x3, NULL);
-            NAME(store_8)(a3 + i * w, c3a, x3);
-        }
-    }
-}
-LOOPS(interpolate_motors_block_a_b)
-
-static void NAME(interpolate_motors_start_a_b)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    REAL x0[8];
-    NAME(load_8)(x0, args[0], c0a);
-    REAL x1[8];
-    NAME(load_8)(x1, args[1], c1a);
-    NAME(interpolate_motors_prepare_a_b)(x0, x1, prepared);
-}
-
-static INLINE void NAME(interpolate_motors_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c3a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    for (intptr_t first = 0; first < n; first += CHUNK) {
-        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
-        WORD far = 0;
-        ANY_ORDER
-        for (intptr_t i = first; i < last; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            REAL x2[1];
-            REAL x3[8];
-            NAME(load_8)(x0, a0 + i * w, c0a);
-            NAME(load_8)(x1, a1 + i * w, c1a);
-            NAME(load_scalar)(x2, a2 + i * w);
-            NAME(interpolate_motors_within)(x0, x1, x2[0], x3, &far);
-            NAME(store_8)(a3 + i * w, c3a, x3);
-        }
-        for (intptr_t i = first; far && i < last; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            REAL x2[1];
-            REAL x3[8];
-            NAME(load_8)(x0, a0 + i * w, c0a);
-            NAME(load_8)(x1, a1 + i * w, c1a);
-            NAME(load_scalar)(x2, a2 + i * w);
-            NAME(interpolate_motors)(x0, x1, x2[0], x3);
-            NAME(store_8)(a3 + i * w, c3a, x3);
-        }
-    }
-}
-LOOPS(interpolate_motors_block)
-
-void NAME(interpolate_motors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {1, 0, 2, {0}}, {8, 1, 2, {8}}};
-    static const struct form forms[] = {{3, 2, NAME(interpolate_motors_start_a_b),
-        WIDTHS(interpolate_motors_block_a_b), {NULL}, 0}};
-    static const struct kernel kernel = {WIDTHS(interpolate_motors_block), {NULL}, 0, (any_function
-        *)NAME(interpolate_motors), NAME(call_aanr), 3, 4, 1, 1, 1, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_interpolate_motors(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND IN(1, 1, 8, 8, 1, 8) AND NUMBER(2, \
+    2) AND OUT(3, 2, 8, 8, 1, 8)
+#define PARTS_interpolate_motors_a_b(IN, NUMBER, OUT, AND) NUMBER(2, 2) AND OUT(3, 2, 8, 8, 1, 8)
+#define SAME_interpolate_motors_a_b(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND IN(1, 1, 8, 8, 1, 8)
+GAC_FORM(interpolate_motors, a_b, 0, PLAIN, TURNS, NO)
+GAC_KERNEL_AND_FORMS(interpolate_motors, TURNS, NO, GAC_USE(interpolate_motors, a_b, NO, 3, 2, 22))
 
 INLINE void NAME(motor_between_lines)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -17413,33 +5913,9 @@ INLINE void NAME(motor_between_lines)(const REAL *a, const REAL *b, REAL *out)
     out[7] = SELECT(t25, t88, t89);
 }
 
-static INLINE void NAME(motor_between_lines_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[6];
-        REAL x2[8];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(motor_between_lines)(x0, x1, x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(motor_between_lines_block)
-
-void NAME(motor_between_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_between_lines_block), {NULL}, 0, (any_function
-        *)NAME(motor_between_lines), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_between_lines(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND IN(1, 1, 6, 6, 1, 6) AND OUT(2, 2, \
+    8, 8, 1, 8)
+GAC_KERNEL(motor_between_lines, PLAIN, NO)
 
 INLINE void NAME(motor_between_planes)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -17525,33 +6001,9 @@ INLINE void NAME(motor_between_planes)(const REAL *a, const REAL *b, REAL *out)
     out[7] = SELECT(t24, (REAL)0, t69);
 }
 
-static INLINE void NAME(motor_between_planes_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[8];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(motor_between_planes)(x0, x1, x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(motor_between_planes_block)
-
-void NAME(motor_between_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_between_planes_block), {NULL}, 0, (any_function
-        *)NAME(motor_between_planes), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_between_planes(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 4, 4, 1, 4) AND OUT(2, 2, \
+    8, 8, 1, 8)
+GAC_KERNEL(motor_between_planes, PLAIN, NO)
 
 INLINE void NAME(motor_to_adjoint)(const REAL *m, REAL *out)
 {
@@ -17624,30 +6076,8 @@ INLINE void NAME(motor_to_adjoint)(const REAL *m, REAL *out)
     out[35] = t4;
 }
 
-static INLINE void NAME(motor_to_adjoint_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c1b = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[36];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(motor_to_adjoint)(x0, x1);
-        NAME(store_6x6)(a1 + i * w, c1a, c1b, x1);
-    }
-}
-LOOPS(motor_to_adjoint_block)
-
-void NAME(motor_to_adjoint_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {36, 2, 1, {6, 6}}};
-    static const struct kernel kernel = {WIDTHS(motor_to_adjoint_block), {NULL}, 0, (any_function
-        *)NAME(motor_to_adjoint), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_to_adjoint(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND OUT(1, 1, 6x6, 36, 2, 6, 6)
+GAC_KERNEL(motor_to_adjoint, PLAIN, NO)
 
 INLINE void NAME(motor_equation)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -17741,33 +6171,9 @@ INLINE void NAME(motor_equation)(const REAL *a, const REAL *b, REAL *out)
     out[63] = t0;
 }
 
-static INLINE void NAME(motor_equation_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c2b = strides[3];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        REAL x2[64];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(load_8)(x1, a1 + i * w, c1a);
-        NAME(motor_equation)(x0, x1, x2);
-        NAME(store_8x8)(a2 + i * w, c2a, c2b, x2);
-    }
-}
-LOOPS(motor_equation_block)
-
-void NAME(motor_equation_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {64, 2, 2, {8, 8}}};
-    static const struct kernel kernel = {WIDTHS(motor_equation_block), {NULL}, 0, (any_function
-        *)NAME(motor_equation), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_equation(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND IN(1, 1, 8, 8, 1, 8) AND OUT(2, 2, 8x8, \
+    64, 2, 8, 8)
+GAC_KERNEL(motor_equation, PLAIN, NO)
 
 INLINE void NAME(bivector_to_screw)(const REAL *b, REAL *out_0, REAL *out_1, REAL *out_2)
 {
@@ -17801,69 +6207,9 @@ INLINE void NAME(bivector_to_screw)(const REAL *b, REAL *out_0, REAL *out_1, REA
     out_2[0] = t17 / t18;
 }
 
-static INLINE void NAME(bivector_to_screw_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[6];
-        REAL x2[1];
-        REAL x3[1];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(bivector_to_screw)(x0, x1, x2, x3);
-        NAME(store_6)(a1 + i * w, c1a, x1);
-        NAME(store_scalar)(a2 + i * w, x2);
-        NAME(store_scalar)(a3 + i * w, x3);
-    }
-}
-LOOPS(bivector_to_screw_block)
-
-static INLINE void NAME(bivector_to_screw_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r1[6 * TILE];
-    _Alignas(64) REAL r2[1 * TILE];
-    _Alignas(64) REAL r3[1 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x1[6];
-            REAL x2[1];
-            REAL x3[1];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(bivector_to_screw)(x0, x1, x2, x3);
-            NAME(store_6)((char *)(r1 + i), TILE * w, x1);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-            NAME(store_scalar)((char *)(r3 + i), x3);
-        }
-        NAME(store_tile_6)(a1 + first * 6, r1, TILE);
-        NAME(store_tile_1)(a2 + first * 1, r2, TILE);
-        NAME(store_tile_1)(a3 + first * 1, r3, TILE);
-    }
-}
-LOOP(bivector_to_screw_dense)
-
-void NAME(bivector_to_screw_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(bivector_to_screw_block), WIDTH(bivector_to_screw_dense), TILE,
-        (any_function *)NAME(bivector_to_screw), NAME(call_arrr), 1, 4, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_bivector_to_screw(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND OUT(1, 1, 6, 6, 1, 6) AND OUT(2, 2, \
+    scalar, 1, 0, 0) AND OUT(3, 2, scalar, 1, 0, 0)
+GAC_KERNEL(bivector_to_screw, PLAIN, TILES)
 
 INLINE void NAME(bivector_from_screw)(const REAL *axis, REAL magnitude, REAL pitch, REAL *out)
 {
@@ -17877,69 +6223,9 @@ INLINE void NAME(bivector_from_screw)(const REAL *axis, REAL magnitude, REAL pit
     out[5] = magnitude * (axis_e03 + axis_e12 * pitch);
 }
 
-static INLINE void NAME(bivector_from_screw_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c3a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[1];
-        REAL x2[1];
-        REAL x3[6];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(load_scalar)(x2, a2 + i * w);
-        NAME(bivector_from_screw)(x0, x1[0], x2[0], x3);
-        NAME(store_6)(a3 + i * w, c3a, x3);
-    }
-}
-LOOPS(bivector_from_screw_block)
-
-static INLINE void NAME(bivector_from_screw_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r1[1 * TILE];
-    _Alignas(64) REAL r2[1 * TILE];
-    _Alignas(64) REAL r3[6 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        NAME(load_tile_1)(r1, TILE, a1 + first * 1);
-        NAME(load_tile_1)(r2, TILE, a2 + first * 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x1[1];
-            REAL x2[1];
-            REAL x3[6];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_scalar)(x1, (char *)(r1 + i));
-            NAME(load_scalar)(x2, (char *)(r2 + i));
-            NAME(bivector_from_screw)(x0, x1[0], x2[0], x3);
-            NAME(store_6)((char *)(r3 + i), TILE * w, x3);
-        }
-        NAME(store_tile_6)(a3 + first * 6, r3, TILE);
-    }
-}
-LOOP(bivector_from_screw_dense)
-
-void NAME(bivector_from_screw_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {1, 0, 1, {0}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {WIDTHS(bivector_from_screw_block), WIDTH(bivector_from_screw_dense), TILE,
-        (any_function *)NAME(bivector_from_screw), NAME(call_annr), 3, 4, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_bivector_from_screw(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND NUMBER(1, 1) AND NUMBER(2, 1) AND \
+    OUT(3, 1, 6, 6, 1, 6)
+GAC_KERNEL(bivector_from_screw, PLAIN, TILES)
 
 static INLINE void NAME(motor_to_screw_within)(const REAL *m, REAL *out_0, REAL *out_1, REAL *out_2)
 {
@@ -17998,36 +6284,9 @@ void NAME(motor_to_screw)(const REAL *m, REAL *out_0, REAL *out_1, REAL *out_2)
     RUN(motor_to_screw, (m, out_0, out_1, out_2), (m, out_0, out_1, out_2));
 }
 
-static INLINE void NAME(motor_to_screw_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[6];
-        REAL x2[1];
-        REAL x3[1];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(motor_to_screw_within)(x0, x1, x2, x3);
-        NAME(store_6)(a1 + i * w, c1a, x1);
-        NAME(store_scalar)(a2 + i * w, x2);
-        NAME(store_scalar)(a3 + i * w, x3);
-    }
-}
-LOOPS(motor_to_screw_block)
-
-void NAME(motor_to_screw_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(motor_to_screw_block), {NULL}, 0, (any_function
-        *)NAME(motor_to_screw), NAME(call_arrr), 1, 4, 0, 0, 1, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_to_screw(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND OUT(1, 1, 6, 6, 1, 6) AND OUT(2, 2, \
+    scalar, 1, 0, 0) AND OUT(3, 2, scalar, 1, 0, 0)
+GAC_KERNEL(motor_to_screw, BUSY, NO)
 
 static INLINE void NAME(motor_from_screw_pitch_within)(const REAL *line, REAL angle, REAL pitch, REAL *out, WORD
     *far)
@@ -18154,218 +6413,22 @@ static INLINE void NAME(motor_from_screw_pitch_apply_angle)(const REAL *prepared
     out[7] = pitch * c2;
 }
 
-static INLINE void NAME(motor_from_screw_pitch_block_line_angle)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c3a = strides[1];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x2[1];
-        REAL x3[8];
-        NAME(load_scalar)(x2, a2 + i * w);
-        NAME(motor_from_screw_pitch_apply_line_angle)(prepared, x2[0], x3);
-        NAME(store_8)(a3 + i * w, c3a, x3);
-    }
-}
-LOOPS(motor_from_screw_pitch_block_line_angle)
-
-static INLINE void NAME(motor_from_screw_pitch_dense_line_angle)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a2 = (REAL *)args[2];
-    REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r2[1 * TILE];
-    _Alignas(64) REAL r3[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_1)(r2, TILE, a2 + first * 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x2[1];
-            REAL x3[8];
-            NAME(load_scalar)(x2, (char *)(r2 + i));
-            NAME(motor_from_screw_pitch_apply_line_angle)(prepared, x2[0], x3);
-            NAME(store_8)((char *)(r3 + i), TILE * w, x3);
-        }
-        NAME(store_tile_8)(a3 + first * 8, r3, TILE);
-    }
-}
-LOOP(motor_from_screw_pitch_dense_line_angle)
-
-static void NAME(motor_from_screw_pitch_start_line_angle)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0];
-    REAL x0[6];
-    NAME(load_6)(x0, args[0], c0a);
-    REAL x1[1];
-    NAME(load_scalar)(x1, args[1]);
-    NAME(motor_from_screw_pitch_prepare_line_angle)(x0, x1[0], prepared, NULL);
-}
-
-static INLINE void NAME(motor_from_screw_pitch_block_angle_pitch)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c3a = strides[1];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x3[8];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(motor_from_screw_pitch_apply_angle_pitch)(prepared, x0, x3);
-        NAME(store_8)(a3 + i * w, c3a, x3);
-    }
-}
-LOOPS(motor_from_screw_pitch_block_angle_pitch)
-
-static INLINE void NAME(motor_from_screw_pitch_dense_angle_pitch)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r3[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x3[8];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(motor_from_screw_pitch_apply_angle_pitch)(prepared, x0, x3);
-            NAME(store_8)((char *)(r3 + i), TILE * w, x3);
-        }
-        NAME(store_tile_8)(a3 + first * 8, r3, TILE);
-    }
-}
-LOOP(motor_from_screw_pitch_dense_angle_pitch)
-
-static void NAME(motor_from_screw_pitch_start_angle_pitch)(char **args, const intptr_t *strides, void *prepared)
-{
-    (void)strides;
-    REAL x1[1];
-    NAME(load_scalar)(x1, args[1]);
-    REAL x2[1];
-    NAME(load_scalar)(x2, args[2]);
-    NAME(motor_from_screw_pitch_prepare_angle_pitch)(x1[0], x2[0], prepared, NULL);
-}
-
-static INLINE void NAME(motor_from_screw_pitch_block_angle)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c3a = strides[1];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x2[1];
-        REAL x3[8];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(load_scalar)(x2, a2 + i * w);
-        NAME(motor_from_screw_pitch_apply_angle)(prepared, x0, x2[0], x3);
-        NAME(store_8)(a3 + i * w, c3a, x3);
-    }
-}
-LOOPS(motor_from_screw_pitch_block_angle)
-
-static INLINE void NAME(motor_from_screw_pitch_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a2 = (REAL *)args[2];
-    REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r2[1 * TILE];
-    _Alignas(64) REAL r3[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        NAME(load_tile_1)(r2, TILE, a2 + first * 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x2[1];
-            REAL x3[8];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_scalar)(x2, (char *)(r2 + i));
-            NAME(motor_from_screw_pitch_apply_angle)(prepared, x0, x2[0], x3);
-            NAME(store_8)((char *)(r3 + i), TILE * w, x3);
-        }
-        NAME(store_tile_8)(a3 + first * 8, r3, TILE);
-    }
-}
-LOOP(motor_from_screw_pitch_dense_angle)
-
-static void NAME(motor_from_screw_pitch_start_angle)(char **args, const intptr_t *strides, void *prepared)
-{
-    (void)strides;
-    REAL x1[1];
-    NAME(load_scalar)(x1, args[1]);
-    NAME(motor_from_screw_pitch_prepare_angle)(x1[0], prepared, NULL);
-}
-
-static INLINE void NAME(motor_from_screw_pitch_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c3a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    for (intptr_t first = 0; first < n; first += CHUNK) {
-        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
-        WORD far = 0;
-        ANY_ORDER
-        for (intptr_t i = first; i < last; ++i) {
-            REAL x0[6];
-            REAL x1[1];
-            REAL x2[1];
-            REAL x3[8];
-            NAME(load_6)(x0, a0 + i * w, c0a);
-            NAME(load_scalar)(x1, a1 + i * w);
-            NAME(load_scalar)(x2, a2 + i * w);
-            NAME(motor_from_screw_pitch_within)(x0, x1[0], x2[0], x3, &far);
-            NAME(store_8)(a3 + i * w, c3a, x3);
-        }
-        for (intptr_t i = first; far && i < last; ++i) {
-            REAL x0[6];
-            REAL x1[1];
-            REAL x2[1];
-            REAL x3[8];
-            NAME(load_6)(x0, a0 + i * w, c0a);
-            NAME(load_scalar)(x1, a1 + i * w);
-            NAME(load_scalar)(x2, a2 + i * w);
-            NAME(motor_from_screw_pitch)(x0, x1[0], x2[0], x3);
-            NAME(store_8)(a3 + i * w, c3a, x3);
-        }
-    }
-}
-LOOPS(motor_from_screw_pitch_block)
-
-void NAME(motor_from_screw_pitch_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
-    static const struct form forms[] = {{3, 2, NAME(motor_from_screw_pitch_start_line_angle),
-        WIDTHS(motor_from_screw_pitch_block_line_angle), WIDTH(motor_from_screw_pitch_dense_line_angle), TILE}, {6,
-        2, NAME(motor_from_screw_pitch_start_angle_pitch), WIDTHS(motor_from_screw_pitch_block_angle_pitch),
-        WIDTH(motor_from_screw_pitch_dense_angle_pitch), TILE}, {2, 2, NAME(motor_from_screw_pitch_start_angle),
-        WIDTHS(motor_from_screw_pitch_block_angle), WIDTH(motor_from_screw_pitch_dense_angle), TILE}};
-    static const struct kernel kernel = {WIDTHS(motor_from_screw_pitch_block), {NULL}, 0, (any_function
-        *)NAME(motor_from_screw_pitch), NAME(call_annr), 3, 4, 3, 1, 1, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_from_screw_pitch(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND NUMBER(1, 1) AND NUMBER(2, 1) \
+    AND OUT(3, 1, 8, 8, 1, 8)
+#define PARTS_motor_from_screw_pitch_line_angle(IN, NUMBER, OUT, AND) NUMBER(2, 1) AND OUT(3, 1, 8, 8, 1, 8)
+#define SAME_motor_from_screw_pitch_line_angle(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND NUMBER(1, 1)
+GAC_FORM(motor_from_screw_pitch, line_angle, 0, TURNS, PLAIN, TILES)
+#define PARTS_motor_from_screw_pitch_angle_pitch(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND OUT(3, 1, 8, 8, 1, \
+    8)
+#define SAME_motor_from_screw_pitch_angle_pitch(IN, NUMBER, OUT, AND) NUMBER(1, 1) AND NUMBER(2, 1)
+GAC_FORM(motor_from_screw_pitch, angle_pitch, 1, TURNS, PLAIN, TILES)
+#define PARTS_motor_from_screw_pitch_angle(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND NUMBER(2, 1) AND OUT(3, 1, \
+    8, 8, 1, 8)
+#define SAME_motor_from_screw_pitch_angle(IN, NUMBER, OUT, AND) NUMBER(1, 1)
+GAC_FORM(motor_from_screw_pitch, angle, 1, TURNS, PLAIN, TILES)
+GAC_KERNEL_AND_FORMS(motor_from_screw_pitch, TURNS, NO, GAC_USE(motor_from_screw_pitch, line_angle, TILES, 3, 2,
+    11), GAC_USE(motor_from_screw_pitch, angle_pitch, TILES, 6, 2, 4), GAC_USE(motor_from_screw_pitch, angle, TILES,
+    2, 2, 4))
 
 static INLINE void NAME(motor_from_twist_within)(const REAL *v, REAL *out, WORD *far)
 {
@@ -18398,41 +6461,8 @@ void NAME(motor_from_twist)(const REAL *v, REAL *out)
     RUN(motor_from_twist, (v, out), (v, out, NULL));
 }
 
-static INLINE void NAME(motor_from_twist_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    for (intptr_t first = 0; first < n; first += CHUNK) {
-        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
-        WORD far = 0;
-        ANY_ORDER
-        for (intptr_t i = first; i < last; ++i) {
-            REAL x0[6];
-            REAL x1[8];
-            NAME(load_6)(x0, a0 + i * w, c0a);
-            NAME(motor_from_twist_within)(x0, x1, &far);
-            NAME(store_8)(a1 + i * w, c1a, x1);
-        }
-        for (intptr_t i = first; far && i < last; ++i) {
-            REAL x0[6];
-            REAL x1[8];
-            NAME(load_6)(x0, a0 + i * w, c0a);
-            NAME(motor_from_twist)(x0, x1);
-            NAME(store_8)(a1 + i * w, c1a, x1);
-        }
-    }
-}
-LOOPS(motor_from_twist_block)
-
-void NAME(motor_from_twist_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_from_twist_block), {NULL}, 0, (any_function
-        *)NAME(motor_from_twist), NAME(call_ar), 1, 2, 0, 1, 1, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_from_twist(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND OUT(1, 1, 8, 8, 1, 8)
+GAC_KERNEL(motor_from_twist, TURNS, NO)
 
 static INLINE void NAME(motor_to_twist_within)(const REAL *m, REAL *out)
 {
@@ -18463,30 +6493,8 @@ void NAME(motor_to_twist)(const REAL *m, REAL *out)
     RUN(motor_to_twist, (m, out), (m, out));
 }
 
-static INLINE void NAME(motor_to_twist_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[6];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(motor_to_twist_within)(x0, x1);
-        NAME(store_6)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(motor_to_twist_block)
-
-void NAME(motor_to_twist_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {WIDTHS(motor_to_twist_block), {NULL}, 0, (any_function
-        *)NAME(motor_to_twist), NAME(call_ar), 1, 2, 0, 0, 1, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_to_twist(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND OUT(1, 1, 6, 6, 1, 6)
+GAC_KERNEL(motor_to_twist, BUSY, NO)
 
 INLINE void NAME(twist_from_velocities)(const REAL *w, const REAL *v, REAL *out)
 {
@@ -18500,61 +6508,9 @@ INLINE void NAME(twist_from_velocities)(const REAL *w, const REAL *v, REAL *out)
     out[5] = v_2;
 }
 
-static INLINE void NAME(twist_from_velocities_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[6];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(twist_from_velocities)(x0, x1, x2);
-        NAME(store_6)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(twist_from_velocities_block)
-
-static INLINE void NAME(twist_from_velocities_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[3 * TILE];
-    _Alignas(64) REAL r1[3 * TILE];
-    _Alignas(64) REAL r2[6 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
-        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[6];
-            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
-            NAME(twist_from_velocities)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
-    }
-}
-LOOP(twist_from_velocities_dense)
-
-void NAME(twist_from_velocities_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(twist_from_velocities_block), WIDTH(twist_from_velocities_dense),
-        TILE, (any_function *)NAME(twist_from_velocities), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_twist_from_velocities(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND OUT(2, \
+    2, 6, 6, 1, 6)
+GAC_KERNEL(twist_from_velocities, PLAIN, TILES)
 
 INLINE void NAME(twist_to_velocities)(const REAL *twist, REAL *out_0, REAL *out_1)
 {
@@ -18568,61 +6524,9 @@ INLINE void NAME(twist_to_velocities)(const REAL *twist, REAL *out_0, REAL *out_
     out_1[2] = twist_e03;
 }
 
-static INLINE void NAME(twist_to_velocities_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(twist_to_velocities)(x0, x1, x2);
-        NAME(store_3)(a1 + i * w, c1a, x1);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(twist_to_velocities_block)
-
-static INLINE void NAME(twist_to_velocities_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r1[3 * TILE];
-    _Alignas(64) REAL r2[3 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x1[3];
-            REAL x2[3];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(twist_to_velocities)(x0, x1, x2);
-            NAME(store_3)((char *)(r1 + i), TILE * w, x1);
-            NAME(store_3)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_3)(a1 + first * 3, r1, TILE);
-        NAME(store_tile_3)(a2 + first * 3, r2, TILE);
-    }
-}
-LOOP(twist_to_velocities_dense)
-
-void NAME(twist_to_velocities_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(twist_to_velocities_block), WIDTH(twist_to_velocities_dense), TILE,
-        (any_function *)NAME(twist_to_velocities), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_twist_to_velocities(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND OUT(1, 1, 3, 3, 1, 3) AND OUT(2, 2, \
+    3, 3, 1, 3)
+GAC_KERNEL(twist_to_velocities, PLAIN, TILES)
 
 INLINE void NAME(motor_derivative)(const REAL *m, const REAL *v, REAL *out)
 {
@@ -18645,61 +6549,9 @@ INLINE void NAME(motor_derivative)(const REAL *m, const REAL *v, REAL *out)
     out[7] = -(m_e03 * t0 - m_e02 * t1 + m_e01 * t2 + m_e23 * t3 - m_e13 * t4 + m_e12 * t5);
 }
 
-static INLINE void NAME(motor_derivative_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[6];
-        REAL x2[8];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(motor_derivative)(x0, x1, x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(motor_derivative_block)
-
-static INLINE void NAME(motor_derivative_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[8 * TILE];
-    _Alignas(64) REAL r1[6 * TILE];
-    _Alignas(64) REAL r2[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
-        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[8];
-            REAL x1[6];
-            REAL x2[8];
-            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
-            NAME(motor_derivative)(x0, x1, x2);
-            NAME(store_8)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_8)(a2 + first * 8, r2, TILE);
-    }
-}
-LOOP(motor_derivative_dense)
-
-void NAME(motor_derivative_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_derivative_block), WIDTH(motor_derivative_dense), TILE,
-        (any_function *)NAME(motor_derivative), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_derivative(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND IN(1, 1, 6, 6, 1, 6) AND OUT(2, 2, 8, \
+    8, 1, 8)
+GAC_KERNEL(motor_derivative, PLAIN, TILES)
 
 INLINE void NAME(twist_from_motor_derivative)(const REAL *m, const REAL *rate, REAL *out)
 {
@@ -18718,62 +6570,9 @@ INLINE void NAME(twist_from_motor_derivative)(const REAL *m, const REAL *rate, R
     out[5] = (REAL)2 * (t2 - m_e12 * rate_e0123 - m_e01 * rate_e13 - m_e02 * rate_e23);
 }
 
-static INLINE void NAME(twist_from_motor_derivative_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        REAL x2[6];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(load_8)(x1, a1 + i * w, c1a);
-        NAME(twist_from_motor_derivative)(x0, x1, x2);
-        NAME(store_6)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(twist_from_motor_derivative_block)
-
-static INLINE void NAME(twist_from_motor_derivative_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[8 * TILE];
-    _Alignas(64) REAL r1[8 * TILE];
-    _Alignas(64) REAL r2[6 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
-        NAME(load_tile_8)(r1, TILE, a1 + first * 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            REAL x2[6];
-            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_8)(x1, (char *)(r1 + i), TILE * w);
-            NAME(twist_from_motor_derivative)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
-    }
-}
-LOOP(twist_from_motor_derivative_dense)
-
-void NAME(twist_from_motor_derivative_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(twist_from_motor_derivative_block),
-        WIDTH(twist_from_motor_derivative_dense), TILE, (any_function *)NAME(twist_from_motor_derivative),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_twist_from_motor_derivative(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND IN(1, 1, 8, 8, 1, 8) AND \
+    OUT(2, 2, 6, 6, 1, 6)
+GAC_KERNEL(twist_from_motor_derivative, PLAIN, TILES)
 
 INLINE void NAME(acceleration_of_point)(const REAL *v, const REAL *a, const REAL *p, REAL *out)
 {
@@ -18873,228 +6672,19 @@ static INLINE void NAME(acceleration_of_point_apply_a_p)(const REAL *prepared, c
     out[2] = c5 - (v_e13 * t2 - v_e23 * t1);
 }
 
-static INLINE void NAME(acceleration_of_point_block_v_p)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[1], c3a = strides[3];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[6];
-        REAL x3[3];
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(acceleration_of_point_apply_v_p)(prepared, x1, x3);
-        NAME(store_3)(a3 + i * w, c3a, x3);
-    }
-}
-LOOPS(acceleration_of_point_block_v_p)
-
-static INLINE void NAME(acceleration_of_point_dense_v_p)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a1 = (REAL *)args[1];
-    REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r1[6 * TILE];
-    _Alignas(64) REAL r3[3 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x1[6];
-            REAL x3[3];
-            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
-            NAME(acceleration_of_point_apply_v_p)(prepared, x1, x3);
-            NAME(store_3)((char *)(r3 + i), TILE * w, x3);
-        }
-        NAME(store_tile_3)(a3 + first * 3, r3, TILE);
-    }
-}
-LOOP(acceleration_of_point_dense_v_p)
-
-static void NAME(acceleration_of_point_start_v_p)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0], c2a = strides[2];
-    REAL x0[6];
-    NAME(load_6)(x0, args[0], c0a);
-    REAL x2[3];
-    NAME(load_3)(x2, args[2], c2a);
-    NAME(acceleration_of_point_prepare_v_p)(x0, x2, prepared);
-}
-
-static INLINE void NAME(acceleration_of_point_block_v_a)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c2a = strides[2], c3a = strides[3];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x2[3];
-        REAL x3[3];
-        NAME(load_3)(x2, a2 + i * w, c2a);
-        NAME(acceleration_of_point_apply_v_a)(prepared, x2, x3);
-        NAME(store_3)(a3 + i * w, c3a, x3);
-    }
-}
-LOOPS(acceleration_of_point_block_v_a)
-
-static INLINE void NAME(acceleration_of_point_dense_v_a)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a2 = (REAL *)args[2];
-    REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r3[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x2[3];
-            REAL x3[3];
-            NAME(load_3)(x2, (char *)a2 + (first + i) * 3 * w, w);
-            NAME(acceleration_of_point_apply_v_a)(prepared, x2, x3);
-            NAME(store_3)((char *)(r3 + i), LANES * w, x3);
-        }
-        NAME(store_few)(a3 + first * 3, r3, 3, LANES, LANES);
-    }
-}
-LOOPS(acceleration_of_point_dense_v_a)
-
-static void NAME(acceleration_of_point_start_v_a)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    REAL x0[6];
-    NAME(load_6)(x0, args[0], c0a);
-    REAL x1[6];
-    NAME(load_6)(x1, args[1], c1a);
-    NAME(acceleration_of_point_prepare_v_a)(x0, x1, prepared);
-}
-
-static INLINE void NAME(acceleration_of_point_block_a_p)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c3a = strides[3];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x3[3];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(acceleration_of_point_apply_a_p)(prepared, x0, x3);
-        NAME(store_3)(a3 + i * w, c3a, x3);
-    }
-}
-LOOPS(acceleration_of_point_block_a_p)
-
-static INLINE void NAME(acceleration_of_point_dense_a_p)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r3[3 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x3[3];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(acceleration_of_point_apply_a_p)(prepared, x0, x3);
-            NAME(store_3)((char *)(r3 + i), TILE * w, x3);
-        }
-        NAME(store_tile_3)(a3 + first * 3, r3, TILE);
-    }
-}
-LOOP(acceleration_of_point_dense_a_p)
-
-static void NAME(acceleration_of_point_start_a_p)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c1a = strides[1], c2a = strides[2];
-    REAL x1[6];
-    NAME(load_6)(x1, args[1], c1a);
-    REAL x2[3];
-    NAME(load_3)(x2, args[2], c2a);
-    NAME(acceleration_of_point_prepare_a_p)(x1, x2, prepared);
-}
-
-static INLINE void NAME(acceleration_of_point_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[6];
-        REAL x2[3];
-        REAL x3[3];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(load_3)(x2, a2 + i * w, c2a);
-        NAME(acceleration_of_point)(x0, x1, x2, x3);
-        NAME(store_3)(a3 + i * w, c3a, x3);
-    }
-}
-LOOPS(acceleration_of_point_block)
-
-static INLINE void NAME(acceleration_of_point_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r1[6 * TILE];
-    _Alignas(64) REAL r2[3 * TILE];
-    _Alignas(64) REAL r3[3 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
-        NAME(load_tile_3)(r2, TILE, a2 + first * 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x1[6];
-            REAL x2[3];
-            REAL x3[3];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
-            NAME(load_3)(x2, (char *)(r2 + i), TILE * w);
-            NAME(acceleration_of_point)(x0, x1, x2, x3);
-            NAME(store_3)((char *)(r3 + i), TILE * w, x3);
-        }
-        NAME(store_tile_3)(a3 + first * 3, r3, TILE);
-    }
-}
-LOOP(acceleration_of_point_dense)
-
-void NAME(acceleration_of_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}};
-    static const struct form forms[] = {{5, 2, NAME(acceleration_of_point_start_v_p),
-        WIDTHS(acceleration_of_point_block_v_p), WIDTH(acceleration_of_point_dense_v_p), TILE}, {3, 2,
-        NAME(acceleration_of_point_start_v_a), WIDTHS(acceleration_of_point_block_v_a),
-        WIDTHS(acceleration_of_point_dense_v_a), LANES}, {6, 2, NAME(acceleration_of_point_start_a_p),
-        WIDTHS(acceleration_of_point_block_a_p), WIDTH(acceleration_of_point_dense_a_p), TILE}};
-    static const struct kernel kernel = {WIDTHS(acceleration_of_point_block), WIDTH(acceleration_of_point_dense),
-        TILE, (any_function *)NAME(acceleration_of_point), NAME(call_aaar), 3, 4, 3, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_acceleration_of_point(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND IN(1, 1, 6, 6, 1, 6) AND IN(2, 2, \
+    3, 3, 1, 3) AND OUT(3, 3, 3, 3, 1, 3)
+#define PARTS_acceleration_of_point_v_p(IN, NUMBER, OUT, AND) IN(1, 1, 6, 6, 1, 6) AND OUT(3, 3, 3, 3, 1, 3)
+#define SAME_acceleration_of_point_v_p(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND IN(2, 2, 3, 3, 1, 3)
+GAC_FORM(acceleration_of_point, v_p, 0, PLAIN, PLAIN, TILES)
+#define PARTS_acceleration_of_point_v_a(IN, NUMBER, OUT, AND) IN(2, 2, 3, 3, 1, 3) AND OUT(3, 3, 3, 3, 1, 3)
+#define SAME_acceleration_of_point_v_a(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND IN(1, 1, 6, 6, 1, 6)
+GAC_FORM(acceleration_of_point, v_a, 0, PLAIN, PLAIN, DIRECT)
+#define PARTS_acceleration_of_point_a_p(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND OUT(3, 3, 3, 3, 1, 3)
+#define SAME_acceleration_of_point_a_p(IN, NUMBER, OUT, AND) IN(1, 1, 6, 6, 1, 6) AND IN(2, 2, 3, 3, 1, 3)
+GAC_FORM(acceleration_of_point, a_p, 1, PLAIN, PLAIN, TILES)
+GAC_KERNEL_AND_FORMS(acceleration_of_point, PLAIN, TILES, GAC_USE(acceleration_of_point, v_p, TILES, 5, 2, 6),
+    GAC_USE(acceleration_of_point, v_a, DIRECT, 3, 2, 12), GAC_USE(acceleration_of_point, a_p, TILES, 6, 2, 6))
 
 static INLINE void NAME(rotor_to_rotation_vector_within)(const REAL *r, REAL *out)
 {
@@ -19117,30 +6707,8 @@ void NAME(rotor_to_rotation_vector)(const REAL *r, REAL *out)
     RUN(rotor_to_rotation_vector, (r, out), (r, out));
 }
 
-static INLINE void NAME(rotor_to_rotation_vector_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[3];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(rotor_to_rotation_vector_within)(x0, x1);
-        NAME(store_3)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(rotor_to_rotation_vector_block)
-
-void NAME(rotor_to_rotation_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(rotor_to_rotation_vector_block), {NULL}, 0, (any_function
-        *)NAME(rotor_to_rotation_vector), NAME(call_ar), 1, 2, 0, 0, 1, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_rotor_to_rotation_vector(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(1, 1, 3, 3, 1, 3)
+GAC_KERNEL(rotor_to_rotation_vector, BUSY, NO)
 
 static INLINE void NAME(rotor_to_axis_angle_within)(const REAL *r, REAL *out_0, REAL *out_1)
 {
@@ -19163,33 +6731,9 @@ void NAME(rotor_to_axis_angle)(const REAL *r, REAL *out_0, REAL *out_1)
     RUN(rotor_to_axis_angle, (r, out_0, out_1), (r, out_0, out_1));
 }
 
-static INLINE void NAME(rotor_to_axis_angle_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[3];
-        REAL x2[1];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(rotor_to_axis_angle_within)(x0, x1, x2);
-        NAME(store_3)(a1 + i * w, c1a, x1);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(rotor_to_axis_angle_block)
-
-void NAME(rotor_to_axis_angle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(rotor_to_axis_angle_block), {NULL}, 0, (any_function
-        *)NAME(rotor_to_axis_angle), NAME(call_arr), 1, 3, 0, 0, 1, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_rotor_to_axis_angle(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(1, 1, 3, 3, 1, 3) AND OUT(2, 2, \
+    scalar, 1, 0, 0)
+GAC_KERNEL(rotor_to_axis_angle, BUSY, NO)
 
 static INLINE void NAME(motor_from_rotation_vector_translation_within)(const REAL *v, const REAL *t, REAL *out, WORD
     *far)
@@ -19263,104 +6807,14 @@ static INLINE void NAME(motor_from_rotation_vector_translation_apply_v)(const RE
     out[7] = t_1 * c1 + t_0 * c3 + t_2 * c0;
 }
 
-static INLINE void NAME(motor_from_rotation_vector_translation_block_v)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[1], c2a = strides[2];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[8];
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(motor_from_rotation_vector_translation_apply_v)(prepared, x1, x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(motor_from_rotation_vector_translation_block_v)
-
-static INLINE void NAME(motor_from_rotation_vector_translation_dense_v)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r1[3 * TILE];
-    _Alignas(64) REAL r2[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x1[3];
-            REAL x2[8];
-            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
-            NAME(motor_from_rotation_vector_translation_apply_v)(prepared, x1, x2);
-            NAME(store_8)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_8)(a2 + first * 8, r2, TILE);
-    }
-}
-LOOP(motor_from_rotation_vector_translation_dense_v)
-
-static void NAME(motor_from_rotation_vector_translation_start_v)(char **args, const intptr_t *strides, void
-    *prepared)
-{
-    const intptr_t c0a = strides[0];
-    REAL x0[3];
-    NAME(load_3)(x0, args[0], c0a);
-    NAME(motor_from_rotation_vector_translation_prepare_v)(x0, prepared, NULL);
-}
-
-static INLINE void NAME(motor_from_rotation_vector_translation_block)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    for (intptr_t first = 0; first < n; first += CHUNK) {
-        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
-        WORD far = 0;
-        ANY_ORDER
-        for (intptr_t i = first; i < last; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[8];
-            NAME(load_3)(x0, a0 + i * w, c0a);
-            NAME(load_3)(x1, a1 + i * w, c1a);
-            NAME(motor_from_rotation_vector_translation_within)(x0, x1, x2, &far);
-            NAME(store_8)(a2 + i * w, c2a, x2);
-        }
-        for (intptr_t i = first; far && i < last; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[8];
-            NAME(load_3)(x0, a0 + i * w, c0a);
-            NAME(load_3)(x1, a1 + i * w, c1a);
-            NAME(motor_from_rotation_vector_translation)(x0, x1, x2);
-            NAME(store_8)(a2 + i * w, c2a, x2);
-        }
-    }
-}
-LOOPS(motor_from_rotation_vector_translation_block)
-
-void NAME(motor_from_rotation_vector_translation_loop)(char **args, const intptr_t *dimensions, const intptr_t
-    *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {8, 1, 2, {8}}};
-    static const struct form forms[] = {{1, 2, NAME(motor_from_rotation_vector_translation_start_v),
-        WIDTHS(motor_from_rotation_vector_translation_block_v),
-        WIDTH(motor_from_rotation_vector_translation_dense_v), TILE}};
-    static const struct kernel kernel = {WIDTHS(motor_from_rotation_vector_translation_block), {NULL}, 0,
-        (any_function *)NAME(motor_from_rotation_vector_translation), NAME(call_aar), 2, 3, 1, 1, 1, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_from_rotation_vector_translation(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, \
+    1, 3) AND OUT(2, 2, 8, 8, 1, 8)
+#define PARTS_motor_from_rotation_vector_translation_v(IN, NUMBER, OUT, AND) IN(1, 1, 3, 3, 1, 3) AND OUT(2, 2, 8, \
+    8, 1, 8)
+#define SAME_motor_from_rotation_vector_translation_v(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3)
+GAC_FORM(motor_from_rotation_vector_translation, v, 0, TURNS, PLAIN, TILES)
+GAC_KERNEL_AND_FORMS(motor_from_rotation_vector_translation, TURNS, NO,
+    GAC_USE(motor_from_rotation_vector_translation, v, TILES, 1, 2, 8))
 
 static INLINE void NAME(motor_to_rotation_vector_translation_within)(const REAL *m, REAL *out_0, REAL *out_1)
 {
@@ -19385,34 +6839,9 @@ void NAME(motor_to_rotation_vector_translation)(const REAL *m, REAL *out_0, REAL
     RUN(motor_to_rotation_vector_translation, (m, out_0, out_1), (m, out_0, out_1));
 }
 
-static INLINE void NAME(motor_to_rotation_vector_translation_block)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(motor_to_rotation_vector_translation_within)(x0, x1, x2);
-        NAME(store_3)(a1 + i * w, c1a, x1);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(motor_to_rotation_vector_translation_block)
-
-void NAME(motor_to_rotation_vector_translation_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(motor_to_rotation_vector_translation_block), {NULL}, 0,
-        (any_function *)NAME(motor_to_rotation_vector_translation), NAME(call_arr), 1, 3, 0, 0, 1, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_to_rotation_vector_translation(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND OUT(1, 1, 3, 3, 1, \
+    3) AND OUT(2, 2, 3, 3, 1, 3)
+GAC_KERNEL(motor_to_rotation_vector_translation, BUSY, NO)
 
 INLINE void NAME(motor_from_quaternion_translation)(const REAL *q, const REAL *t, REAL *out)
 {
@@ -19431,62 +6860,9 @@ INLINE void NAME(motor_from_quaternion_translation)(const REAL *q, const REAL *t
     out[7] = q_1 * t0 + q_2 * t1 + q_3 * t2;
 }
 
-static INLINE void NAME(motor_from_quaternion_translation_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[3];
-        REAL x2[8];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(motor_from_quaternion_translation)(x0, x1, x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(motor_from_quaternion_translation_block)
-
-static INLINE void NAME(motor_from_quaternion_translation_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[3 * TILE];
-    _Alignas(64) REAL r2[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[3];
-            REAL x2[8];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
-            NAME(motor_from_quaternion_translation)(x0, x1, x2);
-            NAME(store_8)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_8)(a2 + first * 8, r2, TILE);
-    }
-}
-LOOP(motor_from_quaternion_translation_dense)
-
-void NAME(motor_from_quaternion_translation_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_from_quaternion_translation_block),
-        WIDTH(motor_from_quaternion_translation_dense), TILE, (any_function
-        *)NAME(motor_from_quaternion_translation), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_from_quaternion_translation(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 3, 3, 1, 3) \
+    AND OUT(2, 2, 8, 8, 1, 8)
+GAC_KERNEL(motor_from_quaternion_translation, PLAIN, TILES)
 
 INLINE void NAME(motor_to_quaternion_translation)(const REAL *m, REAL *out_0, REAL *out_1)
 {
@@ -19501,62 +6877,9 @@ INLINE void NAME(motor_to_quaternion_translation)(const REAL *m, REAL *out_0, RE
     out_1[2] = -((REAL)2 * (m_e12 * m_e0123 + m_1 * m_e03 - m_e23 * m_e02 - m_e13 * m_e01));
 }
 
-static INLINE void NAME(motor_to_quaternion_translation_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[4];
-        REAL x2[3];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(motor_to_quaternion_translation)(x0, x1, x2);
-        NAME(store_4)(a1 + i * w, c1a, x1);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(motor_to_quaternion_translation_block)
-
-static INLINE void NAME(motor_to_quaternion_translation_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[8 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    _Alignas(64) REAL r2[3 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[8];
-            REAL x1[4];
-            REAL x2[3];
-            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
-            NAME(motor_to_quaternion_translation)(x0, x1, x2);
-            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
-            NAME(store_3)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
-        NAME(store_tile_3)(a2 + first * 3, r2, TILE);
-    }
-}
-LOOP(motor_to_quaternion_translation_dense)
-
-void NAME(motor_to_quaternion_translation_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(motor_to_quaternion_translation_block),
-        WIDTH(motor_to_quaternion_translation_dense), TILE, (any_function *)NAME(motor_to_quaternion_translation),
-        NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_to_quaternion_translation(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND OUT(1, 1, 4, 4, 1, 4) \
+    AND OUT(2, 2, 3, 3, 1, 3)
+GAC_KERNEL(motor_to_quaternion_translation, PLAIN, TILES)
 
 INLINE void NAME(rotor_from_quaternion_scalar_last)(const REAL *q, REAL *out)
 {
@@ -19567,54 +6890,8 @@ INLINE void NAME(rotor_from_quaternion_scalar_last)(const REAL *q, REAL *out)
     out[3] = -q_0;
 }
 
-static INLINE void NAME(rotor_from_quaternion_scalar_last_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(rotor_from_quaternion_scalar_last)(x0, x1);
-        NAME(store_4)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(rotor_from_quaternion_scalar_last_block)
-
-static INLINE void NAME(rotor_from_quaternion_scalar_last_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(rotor_from_quaternion_scalar_last)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
-    }
-}
-LOOP(rotor_from_quaternion_scalar_last_dense)
-
-void NAME(rotor_from_quaternion_scalar_last_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(rotor_from_quaternion_scalar_last_block),
-        WIDTH(rotor_from_quaternion_scalar_last_dense), TILE, (any_function
-        *)NAME(rotor_from_quaternion_scalar_last), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_rotor_from_quaternion_scalar_last(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(1, 1, 4, 4, 1, 4)
+GAC_KERNEL(rotor_from_quaternion_scalar_last, PLAIN, TILES)
 
 INLINE void NAME(rotor_to_quaternion_scalar_last)(const REAL *r, REAL *out)
 {
@@ -19625,54 +6902,8 @@ INLINE void NAME(rotor_to_quaternion_scalar_last)(const REAL *r, REAL *out)
     out[3] = r_1;
 }
 
-static INLINE void NAME(rotor_to_quaternion_scalar_last_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(rotor_to_quaternion_scalar_last)(x0, x1);
-        NAME(store_4)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(rotor_to_quaternion_scalar_last_block)
-
-static INLINE void NAME(rotor_to_quaternion_scalar_last_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(rotor_to_quaternion_scalar_last)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
-    }
-}
-LOOP(rotor_to_quaternion_scalar_last_dense)
-
-void NAME(rotor_to_quaternion_scalar_last_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(rotor_to_quaternion_scalar_last_block),
-        WIDTH(rotor_to_quaternion_scalar_last_dense), TILE, (any_function *)NAME(rotor_to_quaternion_scalar_last),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_rotor_to_quaternion_scalar_last(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(1, 1, 4, 4, 1, 4)
+GAC_KERNEL(rotor_to_quaternion_scalar_last, PLAIN, TILES)
 
 INLINE void NAME(motor_from_dual_quaternion_scalar_last)(const REAL *q, REAL *out)
 {
@@ -19687,57 +6918,9 @@ INLINE void NAME(motor_from_dual_quaternion_scalar_last)(const REAL *q, REAL *ou
     out[7] = -q_7;
 }
 
-static INLINE void NAME(motor_from_dual_quaternion_scalar_last_block)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(motor_from_dual_quaternion_scalar_last)(x0, x1);
-        NAME(store_8)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(motor_from_dual_quaternion_scalar_last_block)
-
-static INLINE void NAME(motor_from_dual_quaternion_scalar_last_dense)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[8 * TILE];
-    _Alignas(64) REAL r1[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
-            NAME(motor_from_dual_quaternion_scalar_last)(x0, x1);
-            NAME(store_8)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_8)(a1 + first * 8, r1, TILE);
-    }
-}
-LOOP(motor_from_dual_quaternion_scalar_last_dense)
-
-void NAME(motor_from_dual_quaternion_scalar_last_loop)(char **args, const intptr_t *dimensions, const intptr_t
-    *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_from_dual_quaternion_scalar_last_block),
-        WIDTH(motor_from_dual_quaternion_scalar_last_dense), TILE, (any_function
-        *)NAME(motor_from_dual_quaternion_scalar_last), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_from_dual_quaternion_scalar_last(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND OUT(1, 1, 8, 8, \
+    1, 8)
+GAC_KERNEL(motor_from_dual_quaternion_scalar_last, PLAIN, TILES)
 
 INLINE void NAME(motor_to_dual_quaternion_scalar_last)(const REAL *m, REAL *out)
 {
@@ -19753,56 +6936,9 @@ INLINE void NAME(motor_to_dual_quaternion_scalar_last)(const REAL *m, REAL *out)
     out[7] = -m_e0123;
 }
 
-static INLINE void NAME(motor_to_dual_quaternion_scalar_last_block)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(motor_to_dual_quaternion_scalar_last)(x0, x1);
-        NAME(store_8)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(motor_to_dual_quaternion_scalar_last_block)
-
-static INLINE void NAME(motor_to_dual_quaternion_scalar_last_dense)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[8 * TILE];
-    _Alignas(64) REAL r1[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
-            NAME(motor_to_dual_quaternion_scalar_last)(x0, x1);
-            NAME(store_8)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_8)(a1 + first * 8, r1, TILE);
-    }
-}
-LOOP(motor_to_dual_quaternion_scalar_last_dense)
-
-void NAME(motor_to_dual_quaternion_scalar_last_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_to_dual_quaternion_scalar_last_block),
-        WIDTH(motor_to_dual_quaternion_scalar_last_dense), TILE, (any_function
-        *)NAME(motor_to_dual_quaternion_scalar_last), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_to_dual_quaternion_scalar_last(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND OUT(1, 1, 8, 8, 1, \
+    8)
+GAC_KERNEL(motor_to_dual_quaternion_scalar_last, PLAIN, TILES)
 
 INLINE void NAME(motor_from_adjoint)(const REAL *matrix, REAL *out)
 {
@@ -19863,30 +6999,8 @@ INLINE void NAME(motor_from_adjoint)(const REAL *matrix, REAL *out)
     out[7] = t41 * t30 - (t38 * t32 - t35 * t31);
 }
 
-static INLINE void NAME(motor_from_adjoint_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[36];
-        REAL x1[8];
-        NAME(load_6x6)(x0, a0 + i * w, c0a, c0b);
-        NAME(motor_from_adjoint)(x0, x1);
-        NAME(store_8)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(motor_from_adjoint_block)
-
-void NAME(motor_from_adjoint_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{36, 2, 0, {6, 6}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_from_adjoint_block), {NULL}, 0, (any_function
-        *)NAME(motor_from_adjoint), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_from_adjoint(IN, NUMBER, OUT, AND) IN(0, 0, 6x6, 36, 2, 6, 6) AND OUT(1, 2, 8, 8, 1, 8)
+GAC_KERNEL(motor_from_adjoint, PLAIN, NO)
 
 INLINE void NAME(translator_between_points)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -19897,58 +7011,9 @@ INLINE void NAME(translator_between_points)(const REAL *a, const REAL *b, REAL *
     out[2] = (a_e021 - b_e021) * (REAL)0.5;
 }
 
-static INLINE void NAME(translator_between_points_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(translator_between_points)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(translator_between_points_block)
-
-static INLINE void NAME(translator_between_points_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[3];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
-            NAME(translator_between_points)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
-    }
-}
-LOOPS(translator_between_points_dense)
-
-void NAME(translator_between_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(translator_between_points_block),
-        WIDTHS(translator_between_points_dense), LANES, (any_function *)NAME(translator_between_points),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_translator_between_points(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND \
+    OUT(2, 2, 3, 3, 1, 3)
+GAC_KERNEL(translator_between_points, PLAIN, DIRECT)
 
 INLINE void NAME(motor_between_frames)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -19970,61 +7035,9 @@ INLINE void NAME(motor_between_frames)(const REAL *a, const REAL *b, REAL *out)
     out[7] = a_1 * b_e0123 - (t3 - a_e13 * b_e02 + a_e12 * b_e03);
 }
 
-static INLINE void NAME(motor_between_frames_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        REAL x2[8];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(load_8)(x1, a1 + i * w, c1a);
-        NAME(motor_between_frames)(x0, x1, x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(motor_between_frames_block)
-
-static INLINE void NAME(motor_between_frames_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[8 * TILE];
-    _Alignas(64) REAL r1[8 * TILE];
-    _Alignas(64) REAL r2[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
-        NAME(load_tile_8)(r1, TILE, a1 + first * 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            REAL x2[8];
-            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_8)(x1, (char *)(r1 + i), TILE * w);
-            NAME(motor_between_frames)(x0, x1, x2);
-            NAME(store_8)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_8)(a2 + first * 8, r2, TILE);
-    }
-}
-LOOP(motor_between_frames_dense)
-
-void NAME(motor_between_frames_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_between_frames_block), WIDTH(motor_between_frames_dense),
-        TILE, (any_function *)NAME(motor_between_frames), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_between_frames(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND IN(1, 1, 8, 8, 1, 8) AND OUT(2, 2, \
+    8, 8, 1, 8)
+GAC_KERNEL(motor_between_frames, PLAIN, TILES)
 
 INLINE void NAME(motor_relative)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -20046,61 +7059,9 @@ INLINE void NAME(motor_relative)(const REAL *a, const REAL *b, REAL *out)
     out[7] = a_e0123 * b_1 - (t3 - a_e02 * b_e13 + a_e03 * b_e12);
 }
 
-static INLINE void NAME(motor_relative_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        REAL x2[8];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(load_8)(x1, a1 + i * w, c1a);
-        NAME(motor_relative)(x0, x1, x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(motor_relative_block)
-
-static INLINE void NAME(motor_relative_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[8 * TILE];
-    _Alignas(64) REAL r1[8 * TILE];
-    _Alignas(64) REAL r2[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
-        NAME(load_tile_8)(r1, TILE, a1 + first * 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            REAL x2[8];
-            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_8)(x1, (char *)(r1 + i), TILE * w);
-            NAME(motor_relative)(x0, x1, x2);
-            NAME(store_8)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_8)(a2 + first * 8, r2, TILE);
-    }
-}
-LOOP(motor_relative_dense)
-
-void NAME(motor_relative_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_relative_block), WIDTH(motor_relative_dense), TILE,
-        (any_function *)NAME(motor_relative), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_motor_relative(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND IN(1, 1, 8, 8, 1, 8) AND OUT(2, 2, 8, 8, \
+    1, 8)
+GAC_KERNEL(motor_relative, PLAIN, TILES)
 
 INLINE void NAME(blend_motors)(const REAL *a, const REAL *b, REAL t, REAL *out)
 {
@@ -20131,69 +7092,9 @@ INLINE void NAME(blend_motors)(const REAL *a, const REAL *b, REAL t, REAL *out)
     out[7] = t7 * (t8 + t3 * t12);
 }
 
-static INLINE void NAME(blend_motors_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c3a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        REAL x2[1];
-        REAL x3[8];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(load_8)(x1, a1 + i * w, c1a);
-        NAME(load_scalar)(x2, a2 + i * w);
-        NAME(blend_motors)(x0, x1, x2[0], x3);
-        NAME(store_8)(a3 + i * w, c3a, x3);
-    }
-}
-LOOPS(blend_motors_block)
-
-static INLINE void NAME(blend_motors_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r0[8 * TILE];
-    _Alignas(64) REAL r1[8 * TILE];
-    _Alignas(64) REAL r2[1 * TILE];
-    _Alignas(64) REAL r3[8 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
-        NAME(load_tile_8)(r1, TILE, a1 + first * 8);
-        NAME(load_tile_1)(r2, TILE, a2 + first * 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            REAL x2[1];
-            REAL x3[8];
-            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_8)(x1, (char *)(r1 + i), TILE * w);
-            NAME(load_scalar)(x2, (char *)(r2 + i));
-            NAME(blend_motors)(x0, x1, x2[0], x3);
-            NAME(store_8)((char *)(r3 + i), TILE * w, x3);
-        }
-        NAME(store_tile_8)(a3 + first * 8, r3, TILE);
-    }
-}
-LOOP(blend_motors_dense)
-
-void NAME(blend_motors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {1, 0, 2, {0}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(blend_motors_block), WIDTH(blend_motors_dense), TILE, (any_function
-        *)NAME(blend_motors), NAME(call_aanr), 3, 4, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_blend_motors(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND IN(1, 1, 8, 8, 1, 8) AND NUMBER(2, 2) AND \
+    OUT(3, 2, 8, 8, 1, 8)
+GAC_KERNEL(blend_motors, PLAIN, TILES)
 
 INLINE void NAME(rotation_form)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -20330,164 +7231,16 @@ static INLINE void NAME(rotation_form_apply_b)(const REAL *prepared, const REAL 
     out[15] = t15 - t3;
 }
 
-static INLINE void NAME(rotation_form_block_a)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[1], c2a = strides[2], c2b = strides[3];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[16];
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(rotation_form_apply_a)(prepared, x1, x2);
-        NAME(store_4x4)(a2 + i * w, c2a, c2b, x2);
-    }
-}
-LOOPS(rotation_form_block_a)
-
-static INLINE void NAME(rotation_form_dense_a)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r1[3 * TILE];
-    _Alignas(64) REAL r2[16 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x1[3];
-            REAL x2[16];
-            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
-            NAME(rotation_form_apply_a)(prepared, x1, x2);
-            NAME(store_4x4)((char *)(r2 + i), 4 * TILE * w, TILE * w, x2);
-        }
-        NAME(store_tile_16)(a2 + first * 16, r2, TILE);
-    }
-}
-LOOP(rotation_form_dense_a)
-
-static void NAME(rotation_form_start_a)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0];
-    REAL x0[3];
-    NAME(load_3)(x0, args[0], c0a);
-    NAME(rotation_form_prepare_a)(x0, prepared);
-}
-
-static INLINE void NAME(rotation_form_block_b)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[2], c2b = strides[3];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[16];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(rotation_form_apply_b)(prepared, x0, x2);
-        NAME(store_4x4)(a2 + i * w, c2a, c2b, x2);
-    }
-}
-LOOPS(rotation_form_block_b)
-
-static INLINE void NAME(rotation_form_dense_b)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[3 * TILE];
-    _Alignas(64) REAL r2[16 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[3];
-            REAL x2[16];
-            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
-            NAME(rotation_form_apply_b)(prepared, x0, x2);
-            NAME(store_4x4)((char *)(r2 + i), 4 * TILE * w, TILE * w, x2);
-        }
-        NAME(store_tile_16)(a2 + first * 16, r2, TILE);
-    }
-}
-LOOP(rotation_form_dense_b)
-
-static void NAME(rotation_form_start_b)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c1a = strides[1];
-    REAL x1[3];
-    NAME(load_3)(x1, args[1], c1a);
-    NAME(rotation_form_prepare_b)(x1, prepared);
-}
-
-static INLINE void NAME(rotation_form_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c2b = strides[3];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[16];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(rotation_form)(x0, x1, x2);
-        NAME(store_4x4)(a2 + i * w, c2a, c2b, x2);
-    }
-}
-LOOPS(rotation_form_block)
-
-static INLINE void NAME(rotation_form_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[3 * TILE];
-    _Alignas(64) REAL r1[3 * TILE];
-    _Alignas(64) REAL r2[16 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
-        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[16];
-            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
-            NAME(rotation_form)(x0, x1, x2);
-            NAME(store_4x4)((char *)(r2 + i), 4 * TILE * w, TILE * w, x2);
-        }
-        NAME(store_tile_16)(a2 + first * 16, r2, TILE);
-    }
-}
-LOOP(rotation_form_dense)
-
-void NAME(rotation_form_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {16, 2, 2, {4, 4}}};
-    static const struct form forms[] = {{1, 2, NAME(rotation_form_start_a), WIDTHS(rotation_form_block_a),
-        WIDTH(rotation_form_dense_a), TILE}, {2, 2, NAME(rotation_form_start_b), WIDTHS(rotation_form_block_b),
-        WIDTH(rotation_form_dense_b), TILE}};
-    static const struct kernel kernel = {WIDTHS(rotation_form_block), WIDTH(rotation_form_dense), TILE,
-        (any_function *)NAME(rotation_form), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_rotation_form(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND OUT(2, 2, 4x4, \
+    16, 2, 4, 4)
+#define PARTS_rotation_form_a(IN, NUMBER, OUT, AND) IN(1, 1, 3, 3, 1, 3) AND OUT(2, 2, 4x4, 16, 2, 4, 4)
+#define SAME_rotation_form_a(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3)
+GAC_FORM(rotation_form, a, 0, PLAIN, PLAIN, TILES)
+#define PARTS_rotation_form_b(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND OUT(2, 2, 4x4, 16, 2, 4, 4)
+#define SAME_rotation_form_b(IN, NUMBER, OUT, AND) IN(1, 1, 3, 3, 1, 3)
+GAC_FORM(rotation_form, b, 1, PLAIN, PLAIN, TILES)
+GAC_KERNEL_AND_FORMS(rotation_form, PLAIN, TILES, GAC_USE(rotation_form, a, TILES, 1, 2, 3), GAC_USE(rotation_form,
+    b, TILES, 2, 2, 3))
 
 static INLINE void NAME(rotor_from_euler_angles_within)(const REAL *a, const REAL *b, const REAL *c, const REAL
     *angles, REAL *out, WORD *far)
@@ -20715,225 +7468,26 @@ static INLINE void NAME(rotor_from_euler_angles_apply_b_c_angles)(const REAL *pr
     out[3] = a_0 * c4 - a_1 * c2 - c7 - a_2 * c1;
 }
 
-static INLINE void NAME(rotor_from_euler_angles_block_a_b_angles)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c2a = strides[2], c4a = strides[4];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a2 = args[2];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x2[3];
-        REAL x4[4];
-        NAME(load_3)(x2, a2 + i * w, c2a);
-        NAME(rotor_from_euler_angles_apply_a_b_angles)(prepared, x2, x4);
-        NAME(store_4)(a4 + i * w, c4a, x4);
-    }
-}
-LOOPS(rotor_from_euler_angles_block_a_b_angles)
-
-static INLINE void NAME(rotor_from_euler_angles_dense_a_b_angles)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a2 = (REAL *)args[2];
-    REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r2[3 * TILE];
-    _Alignas(64) REAL r4[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_3)(r2, TILE, a2 + first * 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x2[3];
-            REAL x4[4];
-            NAME(load_3)(x2, (char *)(r2 + i), TILE * w);
-            NAME(rotor_from_euler_angles_apply_a_b_angles)(prepared, x2, x4);
-            NAME(store_4)((char *)(r4 + i), TILE * w, x4);
-        }
-        NAME(store_tile_4)(a4 + first * 4, r4, TILE);
-    }
-}
-LOOP(rotor_from_euler_angles_dense_a_b_angles)
-
-static void NAME(rotor_from_euler_angles_start_a_b_angles)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0], c1a = strides[1], c3a = strides[3];
-    REAL x0[3];
-    NAME(load_3)(x0, args[0], c0a);
-    REAL x1[3];
-    NAME(load_3)(x1, args[1], c1a);
-    REAL x3[3];
-    NAME(load_3)(x3, args[3], c3a);
-    NAME(rotor_from_euler_angles_prepare_a_b_angles)(x0, x1, x3, prepared, NULL);
-}
-
-static INLINE void NAME(rotor_from_euler_angles_block_a_c_angles)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[1], c4a = strides[4];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x4[4];
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(rotor_from_euler_angles_apply_a_c_angles)(prepared, x1, x4);
-        NAME(store_4)(a4 + i * w, c4a, x4);
-    }
-}
-LOOPS(rotor_from_euler_angles_block_a_c_angles)
-
-static INLINE void NAME(rotor_from_euler_angles_dense_a_c_angles)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a1 = (REAL *)args[1];
-    REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r1[3 * TILE];
-    _Alignas(64) REAL r4[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x1[3];
-            REAL x4[4];
-            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
-            NAME(rotor_from_euler_angles_apply_a_c_angles)(prepared, x1, x4);
-            NAME(store_4)((char *)(r4 + i), TILE * w, x4);
-        }
-        NAME(store_tile_4)(a4 + first * 4, r4, TILE);
-    }
-}
-LOOP(rotor_from_euler_angles_dense_a_c_angles)
-
-static void NAME(rotor_from_euler_angles_start_a_c_angles)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0], c2a = strides[2], c3a = strides[3];
-    REAL x0[3];
-    NAME(load_3)(x0, args[0], c0a);
-    REAL x2[3];
-    NAME(load_3)(x2, args[2], c2a);
-    REAL x3[3];
-    NAME(load_3)(x3, args[3], c3a);
-    NAME(rotor_from_euler_angles_prepare_a_c_angles)(x0, x2, x3, prepared, NULL);
-}
-
-static INLINE void NAME(rotor_from_euler_angles_block_b_c_angles)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c4a = strides[4];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x4[4];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(rotor_from_euler_angles_apply_b_c_angles)(prepared, x0, x4);
-        NAME(store_4)(a4 + i * w, c4a, x4);
-    }
-}
-LOOPS(rotor_from_euler_angles_block_b_c_angles)
-
-static INLINE void NAME(rotor_from_euler_angles_dense_b_c_angles)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a4 = (REAL *)args[4];
-    _Alignas(64) REAL r0[3 * TILE];
-    _Alignas(64) REAL r4[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[3];
-            REAL x4[4];
-            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
-            NAME(rotor_from_euler_angles_apply_b_c_angles)(prepared, x0, x4);
-            NAME(store_4)((char *)(r4 + i), TILE * w, x4);
-        }
-        NAME(store_tile_4)(a4 + first * 4, r4, TILE);
-    }
-}
-LOOP(rotor_from_euler_angles_dense_b_c_angles)
-
-static void NAME(rotor_from_euler_angles_start_b_c_angles)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c1a = strides[1], c2a = strides[2], c3a = strides[3];
-    REAL x1[3];
-    NAME(load_3)(x1, args[1], c1a);
-    REAL x2[3];
-    NAME(load_3)(x2, args[2], c2a);
-    REAL x3[3];
-    NAME(load_3)(x3, args[3], c3a);
-    NAME(rotor_from_euler_angles_prepare_b_c_angles)(x1, x2, x3, prepared, NULL);
-}
-
-static INLINE void NAME(rotor_from_euler_angles_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3], c4a = strides[4];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    for (intptr_t first = 0; first < n; first += CHUNK) {
-        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
-        WORD far = 0;
-        ANY_ORDER
-        for (intptr_t i = first; i < last; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[3];
-            REAL x3[3];
-            REAL x4[4];
-            NAME(load_3)(x0, a0 + i * w, c0a);
-            NAME(load_3)(x1, a1 + i * w, c1a);
-            NAME(load_3)(x2, a2 + i * w, c2a);
-            NAME(load_3)(x3, a3 + i * w, c3a);
-            NAME(rotor_from_euler_angles_within)(x0, x1, x2, x3, x4, &far);
-            NAME(store_4)(a4 + i * w, c4a, x4);
-        }
-        for (intptr_t i = first; far && i < last; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[3];
-            REAL x3[3];
-            REAL x4[4];
-            NAME(load_3)(x0, a0 + i * w, c0a);
-            NAME(load_3)(x1, a1 + i * w, c1a);
-            NAME(load_3)(x2, a2 + i * w, c2a);
-            NAME(load_3)(x3, a3 + i * w, c3a);
-            NAME(rotor_from_euler_angles)(x0, x1, x2, x3, x4);
-            NAME(store_4)(a4 + i * w, c4a, x4);
-        }
-    }
-}
-LOOPS(rotor_from_euler_angles_block)
-
-void NAME(rotor_from_euler_angles_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}, {4, 1, 4,
-        {4}}};
-    static const struct form forms[] = {{11, 2, NAME(rotor_from_euler_angles_start_a_b_angles),
-        WIDTHS(rotor_from_euler_angles_block_a_b_angles), WIDTH(rotor_from_euler_angles_dense_a_b_angles), TILE},
-        {13, 2, NAME(rotor_from_euler_angles_start_a_c_angles), WIDTHS(rotor_from_euler_angles_block_a_c_angles),
-        WIDTH(rotor_from_euler_angles_dense_a_c_angles), TILE}, {14, 2,
-        NAME(rotor_from_euler_angles_start_b_c_angles), WIDTHS(rotor_from_euler_angles_block_b_c_angles),
-        WIDTH(rotor_from_euler_angles_dense_b_c_angles), TILE}};
-    static const struct kernel kernel = {WIDTHS(rotor_from_euler_angles_block), {NULL}, 0, (any_function
-        *)NAME(rotor_from_euler_angles), NAME(call_aaaar), 4, 5, 3, 1, 1, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_rotor_from_euler_angles(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND IN(2, \
+    2, 3, 3, 1, 3) AND IN(3, 3, 3, 3, 1, 3) AND OUT(4, 4, 4, 4, 1, 4)
+#define PARTS_rotor_from_euler_angles_a_b_angles(IN, NUMBER, OUT, AND) IN(2, 2, 3, 3, 1, 3) AND OUT(4, 4, 4, 4, 1, \
+    4)
+#define SAME_rotor_from_euler_angles_a_b_angles(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) \
+    AND IN(3, 3, 3, 3, 1, 3)
+GAC_FORM(rotor_from_euler_angles, a_b_angles, 0, TURNS, PLAIN, TILES)
+#define PARTS_rotor_from_euler_angles_a_c_angles(IN, NUMBER, OUT, AND) IN(1, 1, 3, 3, 1, 3) AND OUT(4, 4, 4, 4, 1, \
+    4)
+#define SAME_rotor_from_euler_angles_a_c_angles(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(2, 2, 3, 3, 1, 3) \
+    AND IN(3, 3, 3, 3, 1, 3)
+GAC_FORM(rotor_from_euler_angles, a_c_angles, 0, TURNS, PLAIN, TILES)
+#define PARTS_rotor_from_euler_angles_b_c_angles(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND OUT(4, 4, 4, 4, 1, \
+    4)
+#define SAME_rotor_from_euler_angles_b_c_angles(IN, NUMBER, OUT, AND) IN(1, 1, 3, 3, 1, 3) AND IN(2, 2, 3, 3, 1, 3) \
+    AND IN(3, 3, 3, 3, 1, 3)
+GAC_FORM(rotor_from_euler_angles, b_c_angles, 1, TURNS, PLAIN, TILES)
+GAC_KERNEL_AND_FORMS(rotor_from_euler_angles, TURNS, NO, GAC_USE(rotor_from_euler_angles, a_b_angles, TILES, 11, 2,
+    8), GAC_USE(rotor_from_euler_angles, a_c_angles, TILES, 13, 2, 16), GAC_USE(rotor_from_euler_angles, b_c_angles,
+    TILES, 14, 2, 8))
 
 static INLINE void NAME(rotor_to_proper_euler_angles_within)(const REAL *r, const REAL *a, const REAL *b, REAL *out)
 {
@@ -20978,36 +7532,9 @@ void NAME(rotor_to_proper_euler_angles)(const REAL *r, const REAL *a, const REAL
     RUN(rotor_to_proper_euler_angles, (r, a, b, out), (r, a, b, out));
 }
 
-static INLINE void NAME(rotor_to_proper_euler_angles_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[3];
-        REAL x2[3];
-        REAL x3[3];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(load_3)(x2, a2 + i * w, c2a);
-        NAME(rotor_to_proper_euler_angles_within)(x0, x1, x2, x3);
-        NAME(store_3)(a3 + i * w, c3a, x3);
-    }
-}
-LOOPS(rotor_to_proper_euler_angles_block)
-
-void NAME(rotor_to_proper_euler_angles_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}};
-    static const struct kernel kernel = {WIDTHS(rotor_to_proper_euler_angles_block), {NULL}, 0, (any_function
-        *)NAME(rotor_to_proper_euler_angles), NAME(call_aaar), 3, 4, 0, 0, 1, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_rotor_to_proper_euler_angles(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 3, 3, 1, 3) AND \
+    IN(2, 2, 3, 3, 1, 3) AND OUT(3, 3, 3, 3, 1, 3)
+GAC_KERNEL(rotor_to_proper_euler_angles, BUSY, NO)
 
 static INLINE void NAME(rotor_to_tait_bryan_angles_within)(const REAL *r, const REAL *a, const REAL *b, REAL *out)
 {
@@ -21056,36 +7583,9 @@ void NAME(rotor_to_tait_bryan_angles)(const REAL *r, const REAL *a, const REAL *
     RUN(rotor_to_tait_bryan_angles, (r, a, b, out), (r, a, b, out));
 }
 
-static INLINE void NAME(rotor_to_tait_bryan_angles_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[3];
-        REAL x2[3];
-        REAL x3[3];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(load_3)(x2, a2 + i * w, c2a);
-        NAME(rotor_to_tait_bryan_angles_within)(x0, x1, x2, x3);
-        NAME(store_3)(a3 + i * w, c3a, x3);
-    }
-}
-LOOPS(rotor_to_tait_bryan_angles_block)
-
-void NAME(rotor_to_tait_bryan_angles_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}};
-    static const struct kernel kernel = {WIDTHS(rotor_to_tait_bryan_angles_block), {NULL}, 0, (any_function
-        *)NAME(rotor_to_tait_bryan_angles), NAME(call_aaar), 3, 4, 0, 0, 1, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_rotor_to_tait_bryan_angles(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 3, 3, 1, 3) AND \
+    IN(2, 2, 3, 3, 1, 3) AND OUT(3, 3, 3, 3, 1, 3)
+GAC_KERNEL(rotor_to_tait_bryan_angles, BUSY, NO)
 
 INLINE void NAME(line_to_vector_algebra)(const REAL *line, REAL *out_0, REAL *out_1)
 {
@@ -21099,61 +7599,9 @@ INLINE void NAME(line_to_vector_algebra)(const REAL *line, REAL *out_0, REAL *ou
     out_1[2] = line_e01;
 }
 
-static INLINE void NAME(line_to_vector_algebra_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(line_to_vector_algebra)(x0, x1, x2);
-        NAME(store_3)(a1 + i * w, c1a, x1);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(line_to_vector_algebra_block)
-
-static INLINE void NAME(line_to_vector_algebra_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r1[3 * TILE];
-    _Alignas(64) REAL r2[3 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x1[3];
-            REAL x2[3];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(line_to_vector_algebra)(x0, x1, x2);
-            NAME(store_3)((char *)(r1 + i), TILE * w, x1);
-            NAME(store_3)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_3)(a1 + first * 3, r1, TILE);
-        NAME(store_tile_3)(a2 + first * 3, r2, TILE);
-    }
-}
-LOOP(line_to_vector_algebra_dense)
-
-void NAME(line_to_vector_algebra_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(line_to_vector_algebra_block), WIDTH(line_to_vector_algebra_dense),
-        TILE, (any_function *)NAME(line_to_vector_algebra), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_line_to_vector_algebra(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND OUT(1, 1, 3, 3, 1, 3) AND OUT(2, \
+    2, 3, 3, 1, 3)
+GAC_KERNEL(line_to_vector_algebra, PLAIN, TILES)
 
 INLINE void NAME(line_from_vector_algebra)(const REAL *d, const REAL *m, REAL *out)
 {
@@ -21167,62 +7615,9 @@ INLINE void NAME(line_from_vector_algebra)(const REAL *d, const REAL *m, REAL *o
     out[5] = m_e12;
 }
 
-static INLINE void NAME(line_from_vector_algebra_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[6];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(line_from_vector_algebra)(x0, x1, x2);
-        NAME(store_6)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(line_from_vector_algebra_block)
-
-static INLINE void NAME(line_from_vector_algebra_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[3 * TILE];
-    _Alignas(64) REAL r1[3 * TILE];
-    _Alignas(64) REAL r2[6 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
-        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[6];
-            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
-            NAME(line_from_vector_algebra)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
-    }
-}
-LOOP(line_from_vector_algebra_dense)
-
-void NAME(line_from_vector_algebra_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(line_from_vector_algebra_block),
-        WIDTH(line_from_vector_algebra_dense), TILE, (any_function *)NAME(line_from_vector_algebra), NAME(call_aar),
-        2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_line_from_vector_algebra(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND \
+    OUT(2, 2, 6, 6, 1, 6)
+GAC_KERNEL(line_from_vector_algebra, PLAIN, TILES)
 
 INLINE void NAME(plane_to_vector_algebra)(const REAL *plane, REAL *out_0, REAL *out_1)
 {
@@ -21233,60 +7628,9 @@ INLINE void NAME(plane_to_vector_algebra)(const REAL *plane, REAL *out_0, REAL *
     out_1[0] = -plane_e0;
 }
 
-static INLINE void NAME(plane_to_vector_algebra_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[3];
-        REAL x2[1];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(plane_to_vector_algebra)(x0, x1, x2);
-        NAME(store_3)(a1 + i * w, c1a, x1);
-        NAME(store_1)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(plane_to_vector_algebra_block)
-
-static INLINE void NAME(plane_to_vector_algebra_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r1[3 * LANES];
-    _Alignas(64) REAL r2[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[4];
-            REAL x1[3];
-            REAL x2[1];
-            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
-            NAME(plane_to_vector_algebra)(x0, x1, x2);
-            NAME(store_3)((char *)(r1 + i), LANES * w, x1);
-            NAME(store_1)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a1 + first * 3, r1, 3, LANES, LANES);
-        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
-    }
-}
-LOOPS(plane_to_vector_algebra_dense)
-
-void NAME(plane_to_vector_algebra_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {1, 1, 2, {1}}};
-    static const struct kernel kernel = {WIDTHS(plane_to_vector_algebra_block),
-        WIDTHS(plane_to_vector_algebra_dense), LANES, (any_function *)NAME(plane_to_vector_algebra), NAME(call_arr),
-        1, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_plane_to_vector_algebra(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(1, 1, 3, 3, 1, 3) AND \
+    OUT(2, 2, 1, 1, 1, 1)
+GAC_KERNEL(plane_to_vector_algebra, PLAIN, DIRECT)
 
 INLINE void NAME(plane_from_vector_algebra)(const REAL *b, const REAL *t, REAL *out)
 {
@@ -21298,62 +7642,9 @@ INLINE void NAME(plane_from_vector_algebra)(const REAL *b, const REAL *t, REAL *
     out[3] = -t_e123;
 }
 
-static INLINE void NAME(plane_from_vector_algebra_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[1];
-        REAL x2[4];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_1)(x1, a1 + i * w, c1a);
-        NAME(plane_from_vector_algebra)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(plane_from_vector_algebra_block)
-
-static INLINE void NAME(plane_from_vector_algebra_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[3 * TILE];
-    _Alignas(64) REAL r1[1 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
-        NAME(load_tile_1)(r1, TILE, a1 + first * 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[3];
-            REAL x1[1];
-            REAL x2[4];
-            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_1)(x1, (char *)(r1 + i), TILE * w);
-            NAME(plane_from_vector_algebra)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(plane_from_vector_algebra_dense)
-
-void NAME(plane_from_vector_algebra_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {1, 1, 1, {1}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(plane_from_vector_algebra_block),
-        WIDTH(plane_from_vector_algebra_dense), TILE, (any_function *)NAME(plane_from_vector_algebra),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_plane_from_vector_algebra(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 1, 1, 1, 1) AND \
+    OUT(2, 2, 4, 4, 1, 4)
+GAC_KERNEL(plane_from_vector_algebra, PLAIN, TILES)
 
 INLINE void NAME(point_to_projective)(const REAL *p, REAL *out)
 {
@@ -21364,53 +7655,8 @@ INLINE void NAME(point_to_projective)(const REAL *p, REAL *out)
     out[3] = (REAL)1;
 }
 
-static INLINE void NAME(point_to_projective_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[4];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(point_to_projective)(x0, x1);
-        NAME(store_4)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(point_to_projective_block)
-
-static INLINE void NAME(point_to_projective_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[3 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[3];
-            REAL x1[4];
-            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
-            NAME(point_to_projective)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
-    }
-}
-LOOP(point_to_projective_dense)
-
-void NAME(point_to_projective_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(point_to_projective_block), WIDTH(point_to_projective_dense), TILE,
-        (any_function *)NAME(point_to_projective), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_point_to_projective(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND OUT(1, 1, 4, 4, 1, 4)
+GAC_KERNEL(point_to_projective, PLAIN, TILES)
 
 INLINE void NAME(direction_to_projective)(const REAL *d, REAL *out)
 {
@@ -21421,54 +7667,8 @@ INLINE void NAME(direction_to_projective)(const REAL *d, REAL *out)
     out[3] = (REAL)0;
 }
 
-static INLINE void NAME(direction_to_projective_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[4];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(direction_to_projective)(x0, x1);
-        NAME(store_4)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(direction_to_projective_block)
-
-static INLINE void NAME(direction_to_projective_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[3 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[3];
-            REAL x1[4];
-            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
-            NAME(direction_to_projective)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
-    }
-}
-LOOP(direction_to_projective_dense)
-
-void NAME(direction_to_projective_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(direction_to_projective_block),
-        WIDTH(direction_to_projective_dense), TILE, (any_function *)NAME(direction_to_projective), NAME(call_ar), 1,
-        2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_direction_to_projective(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND OUT(1, 1, 4, 4, 1, 4)
+GAC_KERNEL(direction_to_projective, PLAIN, TILES)
 
 INLINE void NAME(trivector_from_projective)(const REAL *x, REAL *out)
 {
@@ -21479,54 +7679,8 @@ INLINE void NAME(trivector_from_projective)(const REAL *x, REAL *out)
     out[3] = x_2;
 }
 
-static INLINE void NAME(trivector_from_projective_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(trivector_from_projective)(x0, x1);
-        NAME(store_4)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(trivector_from_projective_block)
-
-static INLINE void NAME(trivector_from_projective_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(trivector_from_projective)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
-    }
-}
-LOOP(trivector_from_projective_dense)
-
-void NAME(trivector_from_projective_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(trivector_from_projective_block),
-        WIDTH(trivector_from_projective_dense), TILE, (any_function *)NAME(trivector_from_projective),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_trivector_from_projective(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(1, 1, 4, 4, 1, 4)
+GAC_KERNEL(trivector_from_projective, PLAIN, TILES)
 
 INLINE void NAME(line_to_projective)(const REAL *line, REAL *out)
 {
@@ -21540,53 +7694,8 @@ INLINE void NAME(line_to_projective)(const REAL *line, REAL *out)
     out[5] = -line_e12;
 }
 
-static INLINE void NAME(line_to_projective_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[6];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(line_to_projective)(x0, x1);
-        NAME(store_6)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(line_to_projective_block)
-
-static INLINE void NAME(line_to_projective_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r1[6 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x1[6];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(line_to_projective)(x0, x1);
-            NAME(store_6)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_6)(a1 + first * 6, r1, TILE);
-    }
-}
-LOOP(line_to_projective_dense)
-
-void NAME(line_to_projective_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {WIDTHS(line_to_projective_block), WIDTH(line_to_projective_dense), TILE,
-        (any_function *)NAME(line_to_projective), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_line_to_projective(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND OUT(1, 1, 6, 6, 1, 6)
+GAC_KERNEL(line_to_projective, PLAIN, TILES)
 
 INLINE void NAME(line_from_projective)(const REAL *x, REAL *out)
 {
@@ -21599,53 +7708,8 @@ INLINE void NAME(line_from_projective)(const REAL *x, REAL *out)
     out[5] = x_0;
 }
 
-static INLINE void NAME(line_from_projective_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[6];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(line_from_projective)(x0, x1);
-        NAME(store_6)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(line_from_projective_block)
-
-static INLINE void NAME(line_from_projective_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r1[6 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x1[6];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(line_from_projective)(x0, x1);
-            NAME(store_6)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_6)(a1 + first * 6, r1, TILE);
-    }
-}
-LOOP(line_from_projective_dense)
-
-void NAME(line_from_projective_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {WIDTHS(line_from_projective_block), WIDTH(line_from_projective_dense),
-        TILE, (any_function *)NAME(line_from_projective), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_line_from_projective(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND OUT(1, 1, 6, 6, 1, 6)
+GAC_KERNEL(line_from_projective, PLAIN, TILES)
 
 INLINE void NAME(plane_to_projective)(const REAL *plane, REAL *out)
 {
@@ -21656,53 +7720,8 @@ INLINE void NAME(plane_to_projective)(const REAL *plane, REAL *out)
     out[3] = plane_e0;
 }
 
-static INLINE void NAME(plane_to_projective_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(plane_to_projective)(x0, x1);
-        NAME(store_4)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(plane_to_projective_block)
-
-static INLINE void NAME(plane_to_projective_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(plane_to_projective)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
-    }
-}
-LOOP(plane_to_projective_dense)
-
-void NAME(plane_to_projective_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(plane_to_projective_block), WIDTH(plane_to_projective_dense), TILE,
-        (any_function *)NAME(plane_to_projective), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_plane_to_projective(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(1, 1, 4, 4, 1, 4)
+GAC_KERNEL(plane_to_projective, PLAIN, TILES)
 
 INLINE void NAME(plane_from_projective)(const REAL *x, REAL *out)
 {
@@ -21713,53 +7732,8 @@ INLINE void NAME(plane_from_projective)(const REAL *x, REAL *out)
     out[3] = x_3;
 }
 
-static INLINE void NAME(plane_from_projective_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(plane_from_projective)(x0, x1);
-        NAME(store_4)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(plane_from_projective_block)
-
-static INLINE void NAME(plane_from_projective_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(plane_from_projective)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
-    }
-}
-LOOP(plane_from_projective_dense)
-
-void NAME(plane_from_projective_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(plane_from_projective_block), WIDTH(plane_from_projective_dense),
-        TILE, (any_function *)NAME(plane_from_projective), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_plane_from_projective(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(1, 1, 4, 4, 1, 4)
+GAC_KERNEL(plane_from_projective, PLAIN, TILES)
 
 INLINE void NAME(point_to_motor_algebra)(const REAL *p, REAL *out)
 {
@@ -21769,51 +7743,8 @@ INLINE void NAME(point_to_motor_algebra)(const REAL *p, REAL *out)
     out[2] = -p_e021;
 }
 
-static INLINE void NAME(point_to_motor_algebra_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(point_to_motor_algebra)(x0, x1);
-        NAME(store_3)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(point_to_motor_algebra_block)
-
-static INLINE void NAME(point_to_motor_algebra_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(point_to_motor_algebra)(x0, x1);
-            NAME(store_3)((char *)(r1 + i), LANES * w, x1);
-        }
-        NAME(store_few)(a1 + first * 3, r1, 3, LANES, LANES);
-    }
-}
-LOOPS(point_to_motor_algebra_dense)
-
-void NAME(point_to_motor_algebra_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(point_to_motor_algebra_block), WIDTHS(point_to_motor_algebra_dense),
-        LANES, (any_function *)NAME(point_to_motor_algebra), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_point_to_motor_algebra(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND OUT(1, 1, 3, 3, 1, 3)
+GAC_KERNEL(point_to_motor_algebra, PLAIN, DIRECT)
 
 INLINE void NAME(point_from_motor_algebra)(const REAL *x, REAL *out)
 {
@@ -21823,52 +7754,8 @@ INLINE void NAME(point_from_motor_algebra)(const REAL *x, REAL *out)
     out[2] = -x_e03;
 }
 
-static INLINE void NAME(point_from_motor_algebra_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(point_from_motor_algebra)(x0, x1);
-        NAME(store_3)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(point_from_motor_algebra_block)
-
-static INLINE void NAME(point_from_motor_algebra_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            NAME(load_3)(x0, (char *)a0 + (first + i) * 3 * w, w);
-            NAME(point_from_motor_algebra)(x0, x1);
-            NAME(store_3)((char *)(r1 + i), LANES * w, x1);
-        }
-        NAME(store_few)(a1 + first * 3, r1, 3, LANES, LANES);
-    }
-}
-LOOPS(point_from_motor_algebra_dense)
-
-void NAME(point_from_motor_algebra_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(point_from_motor_algebra_block),
-        WIDTHS(point_from_motor_algebra_dense), LANES, (any_function *)NAME(point_from_motor_algebra),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_point_from_motor_algebra(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND OUT(1, 1, 3, 3, 1, 3)
+GAC_KERNEL(point_from_motor_algebra, PLAIN, DIRECT)
 
 INLINE void NAME(line_to_motor_algebra)(const REAL *line, REAL *out_0, REAL *out_1)
 {
@@ -21882,61 +7769,9 @@ INLINE void NAME(line_to_motor_algebra)(const REAL *line, REAL *out_0, REAL *out
     out_1[2] = -line_e03;
 }
 
-static INLINE void NAME(line_to_motor_algebra_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(line_to_motor_algebra)(x0, x1, x2);
-        NAME(store_3)(a1 + i * w, c1a, x1);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(line_to_motor_algebra_block)
-
-static INLINE void NAME(line_to_motor_algebra_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r1[3 * TILE];
-    _Alignas(64) REAL r2[3 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x1[3];
-            REAL x2[3];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(line_to_motor_algebra)(x0, x1, x2);
-            NAME(store_3)((char *)(r1 + i), TILE * w, x1);
-            NAME(store_3)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_3)(a1 + first * 3, r1, TILE);
-        NAME(store_tile_3)(a2 + first * 3, r2, TILE);
-    }
-}
-LOOP(line_to_motor_algebra_dense)
-
-void NAME(line_to_motor_algebra_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(line_to_motor_algebra_block), WIDTH(line_to_motor_algebra_dense),
-        TILE, (any_function *)NAME(line_to_motor_algebra), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_line_to_motor_algebra(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND OUT(1, 1, 3, 3, 1, 3) AND OUT(2, \
+    2, 3, 3, 1, 3)
+GAC_KERNEL(line_to_motor_algebra, PLAIN, TILES)
 
 INLINE void NAME(line_from_motor_algebra)(const REAL *n, const REAL *m, REAL *out)
 {
@@ -21950,62 +7785,9 @@ INLINE void NAME(line_from_motor_algebra)(const REAL *n, const REAL *m, REAL *ou
     out[5] = -m_2;
 }
 
-static INLINE void NAME(line_from_motor_algebra_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[6];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(line_from_motor_algebra)(x0, x1, x2);
-        NAME(store_6)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(line_from_motor_algebra_block)
-
-static INLINE void NAME(line_from_motor_algebra_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[3 * TILE];
-    _Alignas(64) REAL r1[3 * TILE];
-    _Alignas(64) REAL r2[6 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_3)(r0, TILE, a0 + first * 3);
-        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[6];
-            NAME(load_3)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
-            NAME(line_from_motor_algebra)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
-    }
-}
-LOOP(line_from_motor_algebra_dense)
-
-void NAME(line_from_motor_algebra_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(line_from_motor_algebra_block),
-        WIDTH(line_from_motor_algebra_dense), TILE, (any_function *)NAME(line_from_motor_algebra), NAME(call_aar),
-        2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_line_from_motor_algebra(IN, NUMBER, OUT, AND) IN(0, 0, 3, 3, 1, 3) AND IN(1, 1, 3, 3, 1, 3) AND OUT(2, \
+    2, 6, 6, 1, 6)
+GAC_KERNEL(line_from_motor_algebra, PLAIN, TILES)
 
 INLINE void NAME(plane_to_motor_algebra)(const REAL *plane, REAL *out)
 {
@@ -22016,53 +7798,8 @@ INLINE void NAME(plane_to_motor_algebra)(const REAL *plane, REAL *out)
     out[3] = plane_e0;
 }
 
-static INLINE void NAME(plane_to_motor_algebra_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(plane_to_motor_algebra)(x0, x1);
-        NAME(store_4)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(plane_to_motor_algebra_block)
-
-static INLINE void NAME(plane_to_motor_algebra_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(plane_to_motor_algebra)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
-    }
-}
-LOOP(plane_to_motor_algebra_dense)
-
-void NAME(plane_to_motor_algebra_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(plane_to_motor_algebra_block), WIDTH(plane_to_motor_algebra_dense),
-        TILE, (any_function *)NAME(plane_to_motor_algebra), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_plane_to_motor_algebra(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(1, 1, 4, 4, 1, 4)
+GAC_KERNEL(plane_to_motor_algebra, PLAIN, TILES)
 
 INLINE void NAME(plane_from_motor_algebra)(const REAL *x, REAL *out)
 {
@@ -22073,54 +7810,8 @@ INLINE void NAME(plane_from_motor_algebra)(const REAL *x, REAL *out)
     out[3] = x_e0123;
 }
 
-static INLINE void NAME(plane_from_motor_algebra_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(plane_from_motor_algebra)(x0, x1);
-        NAME(store_4)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(plane_from_motor_algebra_block)
-
-static INLINE void NAME(plane_from_motor_algebra_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(plane_from_motor_algebra)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
-    }
-}
-LOOP(plane_from_motor_algebra_dense)
-
-void NAME(plane_from_motor_algebra_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(plane_from_motor_algebra_block),
-        WIDTH(plane_from_motor_algebra_dense), TILE, (any_function *)NAME(plane_from_motor_algebra), NAME(call_ar),
-        1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_plane_from_motor_algebra(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(1, 1, 4, 4, 1, 4)
+GAC_KERNEL(plane_from_motor_algebra, PLAIN, TILES)
 
 INLINE void NAME(move_point_of_motor_algebra)(const REAL *m, const REAL *x, REAL *out)
 {
@@ -22176,108 +7867,13 @@ static INLINE void NAME(move_point_of_motor_algebra_apply_m)(const REAL *prepare
     out[2] = x_e01 * c8 - x_e02 * c9 + x_e03 * c10 + c11;
 }
 
-static INLINE void NAME(move_point_of_motor_algebra_block_m)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[1], c2a = strides[2];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(move_point_of_motor_algebra_apply_m)(prepared, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(move_point_of_motor_algebra_block_m)
-
-static INLINE void NAME(move_point_of_motor_algebra_dense_m)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x1[3];
-            REAL x2[3];
-            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
-            NAME(move_point_of_motor_algebra_apply_m)(prepared, x1, x2);
-            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
-    }
-}
-LOOPS(move_point_of_motor_algebra_dense_m)
-
-static void NAME(move_point_of_motor_algebra_start_m)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0];
-    REAL x0[8];
-    NAME(load_8)(x0, args[0], c0a);
-    NAME(move_point_of_motor_algebra_prepare_m)(x0, prepared);
-}
-
-static INLINE void NAME(move_point_of_motor_algebra_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(move_point_of_motor_algebra)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(move_point_of_motor_algebra_block)
-
-static INLINE void NAME(move_point_of_motor_algebra_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[3 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[8];
-            REAL x1[3];
-            REAL x2[3];
-            NAME(load_8)(x0, (char *)a0 + (first + i) * 8 * w, w);
-            NAME(load_3)(x1, (char *)a1 + (first + i) * 3 * w, w);
-            NAME(move_point_of_motor_algebra)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 3, r2, 3, LANES, LANES);
-    }
-}
-LOOPS(move_point_of_motor_algebra_dense)
-
-void NAME(move_point_of_motor_algebra_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct form forms[] = {{1, 3, NAME(move_point_of_motor_algebra_start_m),
-        WIDTHS(move_point_of_motor_algebra_block_m), WIDTHS(move_point_of_motor_algebra_dense_m), LANES}};
-    static const struct kernel kernel = {WIDTHS(move_point_of_motor_algebra_block),
-        WIDTHS(move_point_of_motor_algebra_dense), LANES, (any_function *)NAME(move_point_of_motor_algebra),
-        NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_move_point_of_motor_algebra(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND IN(1, 1, 3, 3, 1, 3) AND \
+    OUT(2, 2, 3, 3, 1, 3)
+#define PARTS_move_point_of_motor_algebra_m(IN, NUMBER, OUT, AND) IN(1, 1, 3, 3, 1, 3) AND OUT(2, 2, 3, 3, 1, 3)
+#define SAME_move_point_of_motor_algebra_m(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8)
+GAC_FORM(move_point_of_motor_algebra, m, 0, PLAIN, PLAIN, DIRECT)
+GAC_KERNEL_AND_FORMS(move_point_of_motor_algebra, PLAIN, DIRECT, GAC_USE(move_point_of_motor_algebra, m, DIRECT, 1,
+    3, 12))
 
 INLINE void NAME(move_plane_of_motor_algebra)(const REAL *m, const REAL *x, REAL *out)
 {
@@ -22333,114 +7929,13 @@ static INLINE void NAME(move_plane_of_motor_algebra_apply_m)(const REAL *prepare
     out[3] = x_e0123 + (x_e12 * c9 + x_e13 * c10 + x_e23 * c11);
 }
 
-static INLINE void NAME(move_plane_of_motor_algebra_block_m)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[1], c2a = strides[2];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(move_plane_of_motor_algebra_apply_m)(prepared, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(move_plane_of_motor_algebra_block_m)
-
-static INLINE void NAME(move_plane_of_motor_algebra_dense_m)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r1[4 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x1[4];
-            REAL x2[4];
-            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
-            NAME(move_plane_of_motor_algebra_apply_m)(prepared, x1, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(move_plane_of_motor_algebra_dense_m)
-
-static void NAME(move_plane_of_motor_algebra_start_m)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0];
-    REAL x0[8];
-    NAME(load_8)(x0, args[0], c0a);
-    NAME(move_plane_of_motor_algebra_prepare_m)(x0, prepared);
-}
-
-static INLINE void NAME(move_plane_of_motor_algebra_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(move_plane_of_motor_algebra)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(move_plane_of_motor_algebra_block)
-
-static INLINE void NAME(move_plane_of_motor_algebra_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[8 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
-        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[8];
-            REAL x1[4];
-            REAL x2[4];
-            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
-            NAME(move_plane_of_motor_algebra)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(move_plane_of_motor_algebra_dense)
-
-void NAME(move_plane_of_motor_algebra_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct form forms[] = {{1, 3, NAME(move_plane_of_motor_algebra_start_m),
-        WIDTHS(move_plane_of_motor_algebra_block_m), WIDTH(move_plane_of_motor_algebra_dense_m), TILE}};
-    static const struct kernel kernel = {WIDTHS(move_plane_of_motor_algebra_block),
-        WIDTH(move_plane_of_motor_algebra_dense), TILE, (any_function *)NAME(move_plane_of_motor_algebra),
-        NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_move_plane_of_motor_algebra(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND IN(1, 1, 4, 4, 1, 4) AND \
+    OUT(2, 2, 4, 4, 1, 4)
+#define PARTS_move_plane_of_motor_algebra_m(IN, NUMBER, OUT, AND) IN(1, 1, 4, 4, 1, 4) AND OUT(2, 2, 4, 4, 1, 4)
+#define SAME_move_plane_of_motor_algebra_m(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8)
+GAC_FORM(move_plane_of_motor_algebra, m, 0, PLAIN, PLAIN, TILES)
+GAC_KERNEL_AND_FORMS(move_plane_of_motor_algebra, PLAIN, TILES, GAC_USE(move_plane_of_motor_algebra, m, TILES, 1, 3,
+    12))
 
 INLINE void NAME(line_commutator)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -22454,61 +7949,9 @@ INLINE void NAME(line_commutator)(const REAL *a, const REAL *b, REAL *out)
     out[5] = a_e02 * b_e23 - (a_e13 * b_e01 + a_e23 * b_e02 - a_e01 * b_e13);
 }
 
-static INLINE void NAME(line_commutator_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[6];
-        REAL x2[6];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(line_commutator)(x0, x1, x2);
-        NAME(store_6)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(line_commutator_block)
-
-static INLINE void NAME(line_commutator_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r1[6 * TILE];
-    _Alignas(64) REAL r2[6 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x1[6];
-            REAL x2[6];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
-            NAME(line_commutator)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
-    }
-}
-LOOP(line_commutator_dense)
-
-void NAME(line_commutator_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(line_commutator_block), WIDTH(line_commutator_dense), TILE,
-        (any_function *)NAME(line_commutator), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_line_commutator(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND IN(1, 1, 6, 6, 1, 6) AND OUT(2, 2, 6, \
+    6, 1, 6)
+GAC_KERNEL(line_commutator, PLAIN, TILES)
 
 INLINE void NAME(twist_on_point)(const REAL *v, const REAL *p, REAL *out)
 {
@@ -22519,61 +7962,9 @@ INLINE void NAME(twist_on_point)(const REAL *v, const REAL *p, REAL *out)
     out[2] = v_e03 + v_e23 * p_e013 + v_e13 * p_e032;
 }
 
-static INLINE void NAME(twist_on_point_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(twist_on_point)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(twist_on_point_block)
-
-static INLINE void NAME(twist_on_point_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r1[3 * TILE];
-    _Alignas(64) REAL r2[3 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        NAME(load_tile_3)(r1, TILE, a1 + first * 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x1[3];
-            REAL x2[3];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_3)(x1, (char *)(r1 + i), TILE * w);
-            NAME(twist_on_point)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_3)(a2 + first * 3, r2, TILE);
-    }
-}
-LOOP(twist_on_point_dense)
-
-void NAME(twist_on_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(twist_on_point_block), WIDTH(twist_on_point_dense), TILE,
-        (any_function *)NAME(twist_on_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_twist_on_point(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND IN(1, 1, 3, 3, 1, 3) AND OUT(2, 2, 3, 3, \
+    1, 3)
+GAC_KERNEL(twist_on_point, PLAIN, TILES)
 
 INLINE void NAME(twist_on_line)(const REAL *v, const REAL *line, REAL *out)
 {
@@ -22588,61 +7979,9 @@ INLINE void NAME(twist_on_line)(const REAL *v, const REAL *line, REAL *out)
     out[5] = v_e23 * line_e02 - (v_e01 * line_e13 + v_e02 * line_e23 - v_e13 * line_e01);
 }
 
-static INLINE void NAME(twist_on_line_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[6];
-        REAL x2[6];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(twist_on_line)(x0, x1, x2);
-        NAME(store_6)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(twist_on_line_block)
-
-static INLINE void NAME(twist_on_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r1[6 * TILE];
-    _Alignas(64) REAL r2[6 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x1[6];
-            REAL x2[6];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
-            NAME(twist_on_line)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
-    }
-}
-LOOP(twist_on_line_dense)
-
-void NAME(twist_on_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(twist_on_line_block), WIDTH(twist_on_line_dense), TILE,
-        (any_function *)NAME(twist_on_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_twist_on_line(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND IN(1, 1, 6, 6, 1, 6) AND OUT(2, 2, 6, 6, \
+    1, 6)
+GAC_KERNEL(twist_on_line, PLAIN, TILES)
 
 INLINE void NAME(twist_on_plane)(const REAL *v, const REAL *plane, REAL *out)
 {
@@ -22654,61 +7993,9 @@ INLINE void NAME(twist_on_plane)(const REAL *v, const REAL *plane, REAL *out)
     out[3] = -(v_e01 * plane_e1 + v_e02 * plane_e2 + v_e03 * plane_e3);
 }
 
-static INLINE void NAME(twist_on_plane_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(twist_on_plane)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(twist_on_plane_block)
-
-static INLINE void NAME(twist_on_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x1[4];
-            REAL x2[4];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
-            NAME(twist_on_plane)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(twist_on_plane_dense)
-
-void NAME(twist_on_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(twist_on_plane_block), WIDTH(twist_on_plane_dense), TILE,
-        (any_function *)NAME(twist_on_plane), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_twist_on_plane(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND IN(1, 1, 4, 4, 1, 4) AND OUT(2, 2, 4, 4, \
+    1, 4)
+GAC_KERNEL(twist_on_plane, PLAIN, TILES)
 
 INLINE void NAME(power)(const REAL *v, const REAL *f, REAL *out)
 {
@@ -22718,61 +8005,9 @@ INLINE void NAME(power)(const REAL *v, const REAL *f, REAL *out)
     out[0] = v_e12 * f_e03 - t0;
 }
 
-static INLINE void NAME(power_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[6];
-        REAL x2[1];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(power)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(power_block)
-
-static INLINE void NAME(power_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r1[6 * TILE];
-    _Alignas(64) REAL r2[1 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x1[6];
-            REAL x2[1];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
-            NAME(power)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_tile_1)(a2 + first * 1, r2, TILE);
-    }
-}
-LOOP(power_dense)
-
-void NAME(power_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(power_block), WIDTH(power_dense), TILE, (any_function *)NAME(power),
-        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_power(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND IN(1, 1, 6, 6, 1, 6) AND OUT(2, 2, scalar, 1, 0, \
+    0)
+GAC_KERNEL(power, PLAIN, TILES)
 
 INLINE void NAME(inertia_of_moved_body)(const REAL *m, const REAL *body, REAL *out)
 {
@@ -22836,61 +8071,9 @@ INLINE void NAME(inertia_of_moved_body)(const REAL *m, const REAL *body, REAL *o
     out[9] = t20 + (t38 * t41 + t39 * t42 + t40 * t43 - t19);
 }
 
-static INLINE void NAME(inertia_of_moved_body_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[10];
-        REAL x2[10];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(load_10)(x1, a1 + i * w, c1a);
-        NAME(inertia_of_moved_body)(x0, x1, x2);
-        NAME(store_10)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(inertia_of_moved_body_block)
-
-static INLINE void NAME(inertia_of_moved_body_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[8 * TILE];
-    _Alignas(64) REAL r1[10 * TILE];
-    _Alignas(64) REAL r2[10 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_8)(r0, TILE, a0 + first * 8);
-        NAME(load_tile_10)(r1, TILE, a1 + first * 10);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[8];
-            REAL x1[10];
-            REAL x2[10];
-            NAME(load_8)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_10)(x1, (char *)(r1 + i), TILE * w);
-            NAME(inertia_of_moved_body)(x0, x1, x2);
-            NAME(store_10)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_10)(a2 + first * 10, r2, TILE);
-    }
-}
-LOOP(inertia_of_moved_body_dense)
-
-void NAME(inertia_of_moved_body_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{8, 1, 0, {8}}, {10, 1, 1, {10}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {WIDTHS(inertia_of_moved_body_block), WIDTH(inertia_of_moved_body_dense),
-        TILE, (any_function *)NAME(inertia_of_moved_body), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_inertia_of_moved_body(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND IN(1, 1, 10, 10, 1, 10) AND \
+    OUT(2, 2, 10, 10, 1, 10)
+GAC_KERNEL(inertia_of_moved_body, PLAIN, TILES)
 
 INLINE void NAME(momentum)(const REAL *inertia, const REAL *v, REAL *out)
 {
@@ -22909,61 +8092,9 @@ INLINE void NAME(momentum)(const REAL *inertia, const REAL *v, REAL *out)
     out[5] = t2 + (inertia_1 * v_e02 - inertia_2 * v_e01);
 }
 
-static INLINE void NAME(momentum_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[10];
-        REAL x1[6];
-        REAL x2[6];
-        NAME(load_10)(x0, a0 + i * w, c0a);
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(momentum)(x0, x1, x2);
-        NAME(store_6)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(momentum_block)
-
-static INLINE void NAME(momentum_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[10 * TILE];
-    _Alignas(64) REAL r1[6 * TILE];
-    _Alignas(64) REAL r2[6 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_10)(r0, TILE, a0 + first * 10);
-        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[10];
-            REAL x1[6];
-            REAL x2[6];
-            NAME(load_10)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
-            NAME(momentum)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_6)(a2 + first * 6, r2, TILE);
-    }
-}
-LOOP(momentum_dense)
-
-void NAME(momentum_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{10, 1, 0, {10}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(momentum_block), WIDTH(momentum_dense), TILE, (any_function
-        *)NAME(momentum), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_momentum(IN, NUMBER, OUT, AND) IN(0, 0, 10, 10, 1, 10) AND IN(1, 1, 6, 6, 1, 6) AND OUT(2, 2, 6, 6, 1, \
+    6)
+GAC_KERNEL(momentum, PLAIN, TILES)
 
 INLINE void NAME(inertial_wrench)(const REAL *inertia, const REAL *v, const REAL *a, REAL *out)
 {
@@ -23147,236 +8278,20 @@ static INLINE void NAME(inertial_wrench_apply_v)(const REAL *prepared, const REA
     out[5] = t11 + c6 * (inertia_4 - inertia_7) - inertia_2 * t6 - inertia_8 * t8;
 }
 
-static INLINE void NAME(inertial_wrench_block_inertia_v)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c2a = strides[2], c3a = strides[3];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x2[6];
-        REAL x3[6];
-        NAME(load_6)(x2, a2 + i * w, c2a);
-        NAME(inertial_wrench_apply_inertia_v)(prepared, x2, x3);
-        NAME(store_6)(a3 + i * w, c3a, x3);
-    }
-}
-LOOPS(inertial_wrench_block_inertia_v)
-
-static INLINE void NAME(inertial_wrench_dense_inertia_v)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a2 = (REAL *)args[2];
-    REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r2[6 * TILE];
-    _Alignas(64) REAL r3[6 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r2, TILE, a2 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x2[6];
-            REAL x3[6];
-            NAME(load_6)(x2, (char *)(r2 + i), TILE * w);
-            NAME(inertial_wrench_apply_inertia_v)(prepared, x2, x3);
-            NAME(store_6)((char *)(r3 + i), TILE * w, x3);
-        }
-        NAME(store_tile_6)(a3 + first * 6, r3, TILE);
-    }
-}
-LOOP(inertial_wrench_dense_inertia_v)
-
-static void NAME(inertial_wrench_start_inertia_v)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    REAL x0[10];
-    NAME(load_10)(x0, args[0], c0a);
-    REAL x1[6];
-    NAME(load_6)(x1, args[1], c1a);
-    NAME(inertial_wrench_prepare_inertia_v)(x0, x1, prepared);
-}
-
-static INLINE void NAME(inertial_wrench_block_v_a)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c3a = strides[3];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[10];
-        REAL x3[6];
-        NAME(load_10)(x0, a0 + i * w, c0a);
-        NAME(inertial_wrench_apply_v_a)(prepared, x0, x3);
-        NAME(store_6)(a3 + i * w, c3a, x3);
-    }
-}
-LOOPS(inertial_wrench_block_v_a)
-
-static INLINE void NAME(inertial_wrench_dense_v_a)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r0[10 * TILE];
-    _Alignas(64) REAL r3[6 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_10)(r0, TILE, a0 + first * 10);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[10];
-            REAL x3[6];
-            NAME(load_10)(x0, (char *)(r0 + i), TILE * w);
-            NAME(inertial_wrench_apply_v_a)(prepared, x0, x3);
-            NAME(store_6)((char *)(r3 + i), TILE * w, x3);
-        }
-        NAME(store_tile_6)(a3 + first * 6, r3, TILE);
-    }
-}
-LOOP(inertial_wrench_dense_v_a)
-
-static void NAME(inertial_wrench_start_v_a)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c1a = strides[1], c2a = strides[2];
-    REAL x1[6];
-    NAME(load_6)(x1, args[1], c1a);
-    REAL x2[6];
-    NAME(load_6)(x2, args[2], c2a);
-    NAME(inertial_wrench_prepare_v_a)(x1, x2, prepared);
-}
-
-static INLINE void NAME(inertial_wrench_block_v)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[2], c3a = strides[3];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[10];
-        REAL x2[6];
-        REAL x3[6];
-        NAME(load_10)(x0, a0 + i * w, c0a);
-        NAME(load_6)(x2, a2 + i * w, c2a);
-        NAME(inertial_wrench_apply_v)(prepared, x0, x2, x3);
-        NAME(store_6)(a3 + i * w, c3a, x3);
-    }
-}
-LOOPS(inertial_wrench_block_v)
-
-static INLINE void NAME(inertial_wrench_dense_v)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a2 = (REAL *)args[2];
-    REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r0[10 * TILE];
-    _Alignas(64) REAL r2[6 * TILE];
-    _Alignas(64) REAL r3[6 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_10)(r0, TILE, a0 + first * 10);
-        NAME(load_tile_6)(r2, TILE, a2 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[10];
-            REAL x2[6];
-            REAL x3[6];
-            NAME(load_10)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_6)(x2, (char *)(r2 + i), TILE * w);
-            NAME(inertial_wrench_apply_v)(prepared, x0, x2, x3);
-            NAME(store_6)((char *)(r3 + i), TILE * w, x3);
-        }
-        NAME(store_tile_6)(a3 + first * 6, r3, TILE);
-    }
-}
-LOOP(inertial_wrench_dense_v)
-
-static void NAME(inertial_wrench_start_v)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c1a = strides[1];
-    REAL x1[6];
-    NAME(load_6)(x1, args[1], c1a);
-    NAME(inertial_wrench_prepare_v)(x1, prepared);
-}
-
-static INLINE void NAME(inertial_wrench_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[10];
-        REAL x1[6];
-        REAL x2[6];
-        REAL x3[6];
-        NAME(load_10)(x0, a0 + i * w, c0a);
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(load_6)(x2, a2 + i * w, c2a);
-        NAME(inertial_wrench)(x0, x1, x2, x3);
-        NAME(store_6)(a3 + i * w, c3a, x3);
-    }
-}
-LOOPS(inertial_wrench_block)
-
-static INLINE void NAME(inertial_wrench_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r0[10 * TILE];
-    _Alignas(64) REAL r1[6 * TILE];
-    _Alignas(64) REAL r2[6 * TILE];
-    _Alignas(64) REAL r3[6 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_10)(r0, TILE, a0 + first * 10);
-        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
-        NAME(load_tile_6)(r2, TILE, a2 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[10];
-            REAL x1[6];
-            REAL x2[6];
-            REAL x3[6];
-            NAME(load_10)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
-            NAME(load_6)(x2, (char *)(r2 + i), TILE * w);
-            NAME(inertial_wrench)(x0, x1, x2, x3);
-            NAME(store_6)((char *)(r3 + i), TILE * w, x3);
-        }
-        NAME(store_tile_6)(a3 + first * 6, r3, TILE);
-    }
-}
-LOOP(inertial_wrench_dense)
-
-void NAME(inertial_wrench_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{10, 1, 0, {10}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}, {6, 1, 3, {6}}};
-    static const struct form forms[] = {{3, 2, NAME(inertial_wrench_start_inertia_v),
-        WIDTHS(inertial_wrench_block_inertia_v), WIDTH(inertial_wrench_dense_inertia_v), TILE}, {6, 2,
-        NAME(inertial_wrench_start_v_a), WIDTHS(inertial_wrench_block_v_a), WIDTH(inertial_wrench_dense_v_a), TILE},
-        {2, 2, NAME(inertial_wrench_start_v), WIDTHS(inertial_wrench_block_v), WIDTH(inertial_wrench_dense_v),
-        TILE}};
-    static const struct kernel kernel = {WIDTHS(inertial_wrench_block), WIDTH(inertial_wrench_dense), TILE,
-        (any_function *)NAME(inertial_wrench), NAME(call_aaar), 3, 4, 3, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_inertial_wrench(IN, NUMBER, OUT, AND) IN(0, 0, 10, 10, 1, 10) AND IN(1, 1, 6, 6, 1, 6) AND IN(2, 2, 6, \
+    6, 1, 6) AND OUT(3, 3, 6, 6, 1, 6)
+#define PARTS_inertial_wrench_inertia_v(IN, NUMBER, OUT, AND) IN(2, 2, 6, 6, 1, 6) AND OUT(3, 3, 6, 6, 1, 6)
+#define SAME_inertial_wrench_inertia_v(IN, NUMBER, OUT, AND) IN(0, 0, 10, 10, 1, 10) AND IN(1, 1, 6, 6, 1, 6)
+GAC_FORM(inertial_wrench, inertia_v, 0, PLAIN, PLAIN, TILES)
+#define PARTS_inertial_wrench_v_a(IN, NUMBER, OUT, AND) IN(0, 0, 10, 10, 1, 10) AND OUT(3, 3, 6, 6, 1, 6)
+#define SAME_inertial_wrench_v_a(IN, NUMBER, OUT, AND) IN(1, 1, 6, 6, 1, 6) AND IN(2, 2, 6, 6, 1, 6)
+GAC_FORM(inertial_wrench, v_a, 1, PLAIN, PLAIN, TILES)
+#define PARTS_inertial_wrench_v(IN, NUMBER, OUT, AND) IN(0, 0, 10, 10, 1, 10) AND IN(2, 2, 6, 6, 1, 6) AND OUT(3, 3, \
+    6, 6, 1, 6)
+#define SAME_inertial_wrench_v(IN, NUMBER, OUT, AND) IN(1, 1, 6, 6, 1, 6)
+GAC_FORM(inertial_wrench, v, 1, PLAIN, PLAIN, TILES)
+GAC_KERNEL_AND_FORMS(inertial_wrench, PLAIN, TILES, GAC_USE(inertial_wrench, inertia_v, TILES, 3, 2, 16),
+    GAC_USE(inertial_wrench, v_a, TILES, 6, 2, 21), GAC_USE(inertial_wrench, v, TILES, 2, 2, 12))
 
 INLINE void NAME(twist_after_joint)(const REAL *v, const REAL *axis, REAL speed, REAL *out)
 {
@@ -23391,69 +8306,9 @@ INLINE void NAME(twist_after_joint)(const REAL *v, const REAL *axis, REAL speed,
     out[5] = v_e03 + axis_e03 * speed;
 }
 
-static INLINE void NAME(twist_after_joint_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c3a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[6];
-        REAL x2[1];
-        REAL x3[6];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(load_scalar)(x2, a2 + i * w);
-        NAME(twist_after_joint)(x0, x1, x2[0], x3);
-        NAME(store_6)(a3 + i * w, c3a, x3);
-    }
-}
-LOOPS(twist_after_joint_block)
-
-static INLINE void NAME(twist_after_joint_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    REAL *a3 = (REAL *)args[3];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r1[6 * TILE];
-    _Alignas(64) REAL r2[1 * TILE];
-    _Alignas(64) REAL r3[6 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
-        NAME(load_tile_1)(r2, TILE, a2 + first * 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x1[6];
-            REAL x2[1];
-            REAL x3[6];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
-            NAME(load_scalar)(x2, (char *)(r2 + i));
-            NAME(twist_after_joint)(x0, x1, x2[0], x3);
-            NAME(store_6)((char *)(r3 + i), TILE * w, x3);
-        }
-        NAME(store_tile_6)(a3 + first * 6, r3, TILE);
-    }
-}
-LOOP(twist_after_joint_dense)
-
-void NAME(twist_after_joint_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(twist_after_joint_block), WIDTH(twist_after_joint_dense), TILE,
-        (any_function *)NAME(twist_after_joint), NAME(call_aanr), 3, 4, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_twist_after_joint(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND IN(1, 1, 6, 6, 1, 6) AND NUMBER(2, 2) \
+    AND OUT(3, 2, 6, 6, 1, 6)
+GAC_KERNEL(twist_after_joint, PLAIN, TILES)
 
 INLINE void NAME(twist_rate_after_joint)(const REAL *v, const REAL *a, const REAL *axis, REAL speed, REAL
     acceleration, REAL *out)
@@ -23615,330 +8470,29 @@ static INLINE void NAME(twist_rate_after_joint_apply_a_axis_speed_acceleration)(
     out[5] = v_e13 * c9 - v_e01 * c1 + c11 + v_e23 * c6 - v_e02 * c0;
 }
 
-static INLINE void NAME(twist_rate_after_joint_block_v_axis_speed_acceleration)(intptr_t n, char **args, const
-    intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[1], c5a = strides[3];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a5 = args[5];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[6];
-        REAL x5[6];
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(twist_rate_after_joint_apply_v_axis_speed_acceleration)(prepared, x1, x5);
-        NAME(store_6)(a5 + i * w, c5a, x5);
-    }
-}
-LOOPS(twist_rate_after_joint_block_v_axis_speed_acceleration)
-
-static INLINE void NAME(twist_rate_after_joint_dense_v_axis_speed_acceleration)(intptr_t n, char **args, const
-    intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a1 = (REAL *)args[1];
-    REAL *a5 = (REAL *)args[5];
-    _Alignas(64) REAL r1[6 * TILE];
-    _Alignas(64) REAL r5[6 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x1[6];
-            REAL x5[6];
-            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
-            NAME(twist_rate_after_joint_apply_v_axis_speed_acceleration)(prepared, x1, x5);
-            NAME(store_6)((char *)(r5 + i), TILE * w, x5);
-        }
-        NAME(store_tile_6)(a5 + first * 6, r5, TILE);
-    }
-}
-LOOP(twist_rate_after_joint_dense_v_axis_speed_acceleration)
-
-static void NAME(twist_rate_after_joint_start_v_axis_speed_acceleration)(char **args, const intptr_t *strides, void
-    *prepared)
-{
-    const intptr_t c0a = strides[0], c2a = strides[2];
-    REAL x0[6];
-    NAME(load_6)(x0, args[0], c0a);
-    REAL x2[6];
-    NAME(load_6)(x2, args[2], c2a);
-    REAL x3[1];
-    NAME(load_scalar)(x3, args[3]);
-    REAL x4[1];
-    NAME(load_scalar)(x4, args[4]);
-    NAME(twist_rate_after_joint_prepare_v_axis_speed_acceleration)(x0, x2, x3[0], x4[0], prepared);
-}
-
-static INLINE void NAME(twist_rate_after_joint_block_v_a_axis_speed)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c5a = strides[3];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a4 = args[4];
-    char *a5 = args[5];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x4[1];
-        REAL x5[6];
-        NAME(load_scalar)(x4, a4 + i * w);
-        NAME(twist_rate_after_joint_apply_v_a_axis_speed)(prepared, x4[0], x5);
-        NAME(store_6)(a5 + i * w, c5a, x5);
-    }
-}
-LOOPS(twist_rate_after_joint_block_v_a_axis_speed)
-
-static INLINE void NAME(twist_rate_after_joint_dense_v_a_axis_speed)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a4 = (REAL *)args[4];
-    REAL *a5 = (REAL *)args[5];
-    _Alignas(64) REAL r4[1 * TILE];
-    _Alignas(64) REAL r5[6 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_1)(r4, TILE, a4 + first * 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x4[1];
-            REAL x5[6];
-            NAME(load_scalar)(x4, (char *)(r4 + i));
-            NAME(twist_rate_after_joint_apply_v_a_axis_speed)(prepared, x4[0], x5);
-            NAME(store_6)((char *)(r5 + i), TILE * w, x5);
-        }
-        NAME(store_tile_6)(a5 + first * 6, r5, TILE);
-    }
-}
-LOOP(twist_rate_after_joint_dense_v_a_axis_speed)
-
-static void NAME(twist_rate_after_joint_start_v_a_axis_speed)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    REAL x0[6];
-    NAME(load_6)(x0, args[0], c0a);
-    REAL x1[6];
-    NAME(load_6)(x1, args[1], c1a);
-    REAL x2[6];
-    NAME(load_6)(x2, args[2], c2a);
-    REAL x3[1];
-    NAME(load_scalar)(x3, args[3]);
-    NAME(twist_rate_after_joint_prepare_v_a_axis_speed)(x0, x1, x2, x3[0], prepared);
-}
-
-static INLINE void NAME(twist_rate_after_joint_block_v_a_axis_acceleration)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c5a = strides[3];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a3 = args[3];
-    char *a5 = args[5];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x3[1];
-        REAL x5[6];
-        NAME(load_scalar)(x3, a3 + i * w);
-        NAME(twist_rate_after_joint_apply_v_a_axis_acceleration)(prepared, x3[0], x5);
-        NAME(store_6)(a5 + i * w, c5a, x5);
-    }
-}
-LOOPS(twist_rate_after_joint_block_v_a_axis_acceleration)
-
-static INLINE void NAME(twist_rate_after_joint_dense_v_a_axis_acceleration)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    REAL *a3 = (REAL *)args[3];
-    REAL *a5 = (REAL *)args[5];
-    _Alignas(64) REAL r3[1 * TILE];
-    _Alignas(64) REAL r5[6 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_1)(r3, TILE, a3 + first * 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x3[1];
-            REAL x5[6];
-            NAME(load_scalar)(x3, (char *)(r3 + i));
-            NAME(twist_rate_after_joint_apply_v_a_axis_acceleration)(prepared, x3[0], x5);
-            NAME(store_6)((char *)(r5 + i), TILE * w, x5);
-        }
-        NAME(store_tile_6)(a5 + first * 6, r5, TILE);
-    }
-}
-LOOP(twist_rate_after_joint_dense_v_a_axis_acceleration)
-
-static void NAME(twist_rate_after_joint_start_v_a_axis_acceleration)(char **args, const intptr_t *strides, void
-    *prepared)
-{
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    REAL x0[6];
-    NAME(load_6)(x0, args[0], c0a);
-    REAL x1[6];
-    NAME(load_6)(x1, args[1], c1a);
-    REAL x2[6];
-    NAME(load_6)(x2, args[2], c2a);
-    REAL x4[1];
-    NAME(load_scalar)(x4, args[4]);
-    NAME(twist_rate_after_joint_prepare_v_a_axis_acceleration)(x0, x1, x2, x4[0], prepared);
-}
-
-static INLINE void NAME(twist_rate_after_joint_block_a_axis_speed_acceleration)(intptr_t n, char **args, const
-    intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c5a = strides[3];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a5 = args[5];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x5[6];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(twist_rate_after_joint_apply_a_axis_speed_acceleration)(prepared, x0, x5);
-        NAME(store_6)(a5 + i * w, c5a, x5);
-    }
-}
-LOOPS(twist_rate_after_joint_block_a_axis_speed_acceleration)
-
-static INLINE void NAME(twist_rate_after_joint_dense_a_axis_speed_acceleration)(intptr_t n, char **args, const
-    intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a5 = (REAL *)args[5];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r5[6 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x5[6];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(twist_rate_after_joint_apply_a_axis_speed_acceleration)(prepared, x0, x5);
-            NAME(store_6)((char *)(r5 + i), TILE * w, x5);
-        }
-        NAME(store_tile_6)(a5 + first * 6, r5, TILE);
-    }
-}
-LOOP(twist_rate_after_joint_dense_a_axis_speed_acceleration)
-
-static void NAME(twist_rate_after_joint_start_a_axis_speed_acceleration)(char **args, const intptr_t *strides, void
-    *prepared)
-{
-    const intptr_t c1a = strides[1], c2a = strides[2];
-    REAL x1[6];
-    NAME(load_6)(x1, args[1], c1a);
-    REAL x2[6];
-    NAME(load_6)(x2, args[2], c2a);
-    REAL x3[1];
-    NAME(load_scalar)(x3, args[3]);
-    REAL x4[1];
-    NAME(load_scalar)(x4, args[4]);
-    NAME(twist_rate_after_joint_prepare_a_axis_speed_acceleration)(x1, x2, x3[0], x4[0], prepared);
-}
-
-static INLINE void NAME(twist_rate_after_joint_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c5a = strides[3];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    char *a5 = args[5];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[6];
-        REAL x1[6];
-        REAL x2[6];
-        REAL x3[1];
-        REAL x4[1];
-        REAL x5[6];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(load_6)(x2, a2 + i * w, c2a);
-        NAME(load_scalar)(x3, a3 + i * w);
-        NAME(load_scalar)(x4, a4 + i * w);
-        NAME(twist_rate_after_joint)(x0, x1, x2, x3[0], x4[0], x5);
-        NAME(store_6)(a5 + i * w, c5a, x5);
-    }
-}
-LOOPS(twist_rate_after_joint_block)
-
-static INLINE void NAME(twist_rate_after_joint_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    REAL *a3 = (REAL *)args[3];
-    REAL *a4 = (REAL *)args[4];
-    REAL *a5 = (REAL *)args[5];
-    _Alignas(64) REAL r0[6 * TILE];
-    _Alignas(64) REAL r1[6 * TILE];
-    _Alignas(64) REAL r2[6 * TILE];
-    _Alignas(64) REAL r3[1 * TILE];
-    _Alignas(64) REAL r4[1 * TILE];
-    _Alignas(64) REAL r5[6 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_6)(r0, TILE, a0 + first * 6);
-        NAME(load_tile_6)(r1, TILE, a1 + first * 6);
-        NAME(load_tile_6)(r2, TILE, a2 + first * 6);
-        NAME(load_tile_1)(r3, TILE, a3 + first * 1);
-        NAME(load_tile_1)(r4, TILE, a4 + first * 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[6];
-            REAL x1[6];
-            REAL x2[6];
-            REAL x3[1];
-            REAL x4[1];
-            REAL x5[6];
-            NAME(load_6)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_6)(x1, (char *)(r1 + i), TILE * w);
-            NAME(load_6)(x2, (char *)(r2 + i), TILE * w);
-            NAME(load_scalar)(x3, (char *)(r3 + i));
-            NAME(load_scalar)(x4, (char *)(r4 + i));
-            NAME(twist_rate_after_joint)(x0, x1, x2, x3[0], x4[0], x5);
-            NAME(store_6)((char *)(r5 + i), TILE * w, x5);
-        }
-        NAME(store_tile_6)(a5 + first * 6, r5, TILE);
-    }
-}
-LOOP(twist_rate_after_joint_dense)
-
-void NAME(twist_rate_after_joint_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}, {1, 0, 3, {0}}, {1, 0, 3,
-        {0}}, {6, 1, 3, {6}}};
-    static const struct form forms[] = {{29, 2, NAME(twist_rate_after_joint_start_v_axis_speed_acceleration),
-        WIDTHS(twist_rate_after_joint_block_v_axis_speed_acceleration),
-        WIDTH(twist_rate_after_joint_dense_v_axis_speed_acceleration), TILE}, {15, 2,
-        NAME(twist_rate_after_joint_start_v_a_axis_speed), WIDTHS(twist_rate_after_joint_block_v_a_axis_speed),
-        WIDTH(twist_rate_after_joint_dense_v_a_axis_speed), TILE}, {23, 2,
-        NAME(twist_rate_after_joint_start_v_a_axis_acceleration),
-        WIDTHS(twist_rate_after_joint_block_v_a_axis_acceleration),
-        WIDTH(twist_rate_after_joint_dense_v_a_axis_acceleration), TILE}, {30, 2,
-        NAME(twist_rate_after_joint_start_a_axis_speed_acceleration),
-        WIDTHS(twist_rate_after_joint_block_a_axis_speed_acceleration),
-        WIDTH(twist_rate_after_joint_dense_a_axis_speed_acceleration), TILE}};
-    static const struct kernel kernel = {WIDTHS(twist_rate_after_joint_block), WIDTH(twist_rate_after_joint_dense),
-        TILE, (any_function *)NAME(twist_rate_after_joint), NAME(call_aaannr), 5, 6, 4, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_twist_rate_after_joint(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND IN(1, 1, 6, 6, 1, 6) AND IN(2, \
+    2, 6, 6, 1, 6) AND NUMBER(3, 3) AND NUMBER(4, 3) AND OUT(5, 3, 6, 6, 1, 6)
+#define PARTS_twist_rate_after_joint_v_axis_speed_acceleration(IN, NUMBER, OUT, AND) IN(1, 1, 6, 6, 1, 6) AND OUT(5, \
+    3, 6, 6, 1, 6)
+#define SAME_twist_rate_after_joint_v_axis_speed_acceleration(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND IN(2, \
+    2, 6, 6, 1, 6) AND NUMBER(3, 3) AND NUMBER(4, 3)
+GAC_FORM(twist_rate_after_joint, v_axis_speed_acceleration, 0, PLAIN, PLAIN, TILES)
+#define PARTS_twist_rate_after_joint_v_a_axis_speed(IN, NUMBER, OUT, AND) NUMBER(4, 3) AND OUT(5, 3, 6, 6, 1, 6)
+#define SAME_twist_rate_after_joint_v_a_axis_speed(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND IN(1, 1, 6, 6, 1, \
+    6) AND IN(2, 2, 6, 6, 1, 6) AND NUMBER(3, 3)
+GAC_FORM(twist_rate_after_joint, v_a_axis_speed, 0, PLAIN, PLAIN, TILES)
+#define PARTS_twist_rate_after_joint_v_a_axis_acceleration(IN, NUMBER, OUT, AND) NUMBER(3, 3) AND OUT(5, 3, 6, 6, 1, \
+    6)
+#define SAME_twist_rate_after_joint_v_a_axis_acceleration(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND IN(1, 1, 6, \
+    6, 1, 6) AND IN(2, 2, 6, 6, 1, 6) AND NUMBER(4, 3)
+GAC_FORM(twist_rate_after_joint, v_a_axis_acceleration, 0, PLAIN, PLAIN, TILES)
+#define PARTS_twist_rate_after_joint_a_axis_speed_acceleration(IN, NUMBER, OUT, AND) IN(0, 0, 6, 6, 1, 6) AND OUT(5, \
+    3, 6, 6, 1, 6)
+#define SAME_twist_rate_after_joint_a_axis_speed_acceleration(IN, NUMBER, OUT, AND) IN(1, 1, 6, 6, 1, 6) AND IN(2, \
+    2, 6, 6, 1, 6) AND NUMBER(3, 3) AND NUMBER(4, 3)
+GAC_FORM(twist_rate_after_joint, a_axis_speed_acceleration, 1, PLAIN, PLAIN, TILES)
+GAC_KERNEL_AND_FORMS(twist_rate_after_joint, PLAIN, TILES, GAC_USE(twist_rate_after_joint,
+    v_axis_speed_acceleration, TILES, 29, 2, 6), GAC_USE(twist_rate_after_joint, v_a_axis_speed, TILES, 15, 2, 12),
+    GAC_USE(twist_rate_after_joint, v_a_axis_acceleration, TILES, 23, 2, 12), GAC_USE(twist_rate_after_joint,
+    a_axis_speed_acceleration, TILES, 30, 2, 12))
 #endif

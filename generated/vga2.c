@@ -2,1275 +2,40 @@
 // command: gac generate --all vga2
 // spec: c96a8bb9fd55e7d4
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 6a880498b88a80cc45f5adb0b15277ab32a97247181686b14b89cf389cbfc7d7
+// body: 877401f5ab46f73aedc99eef5b205689de1b9e69517b92277c76f0c9b8646a2a
 
 #ifndef REAL
 #include "vga2.h"
+#include "gac_runtime/gac_runtime.h"
 
-#include <float.h>
-#include <math.h>
-#include <stddef.h>
-#include <string.h>
-
-#if defined(__GNUC__)
-#define INLINE inline __attribute__((always_inline))
-#else
-#define INLINE inline
+#if GAC_RUNTIME_INTERFACE != 1
+#error "this file needs interface 1 of gac_runtime: generate it again, or use the runtime that it came with"
 #endif
 
-// Elements are independent: an output is an input of the same element, or of none.
-#if defined(__clang__)
-#define ANY_ORDER _Pragma("clang loop vectorize(assume_safety)")
-#define NOT_UNROLLED _Pragma("clang loop unroll(disable)")
-#elif defined(__GNUC__)
-#define ANY_ORDER _Pragma("GCC ivdep")
-#define NOT_UNROLLED _Pragma("GCC unroll 1")
-#else
-#define ANY_ORDER
-#define NOT_UNROLLED
-#endif
-
-// The widest vectors of the machine that runs the loops: on x86-64 there is each for AVX2 (v3) and for AVX-512 (v4),
-// and machines that have neither run one element after the other; on others there is one.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(_WIN32)
-#if __GNUC__ >= 12 && !defined(__clang__)
-#define ON_v3 __attribute__((target("arch=x86-64-v3")))
-#define ON_v4 __attribute__((target("arch=x86-64-v4")))
-#define HAS_v3 __builtin_cpu_supports("x86-64-v3")
-#define HAS_v4 __builtin_cpu_supports("x86-64-v4")
-#define NAMES_MACHINES
-#else
-#define ON_v3 __attribute__((target("avx2,fma,bmi2")))
-#define ON_v4 __attribute__((target("avx2,fma,bmi2,avx512f,avx512bw,avx512dq,avx512vl")))
-#define FINDS(feature) __builtin_cpu_supports(feature)
-#if defined(__AVX2__) && defined(__FMA__) && defined(__BMI2__)
-#define HAS_v3 1
-#else
-#define HAS_v3 (FINDS("avx2") && FINDS("fma") && FINDS("bmi2"))
-#endif
-#define HAS_v4 (HAS_v3 && FINDS("avx512f") && FINDS("avx512bw") && FINDS("avx512dq") && FINDS("avx512vl"))
-#endif
-#endif
-#ifdef ON_v3
-#define ONE(name, level)                                                                        \
-    ON_##level static void NAME(name##_##level)(intptr_t n, char **args, const intptr_t *strides) \
-    {                                                                                           \
-        NAME(name)(n, args, strides);                                                           \
-    }
-#define LOOP(name) ONE(name, v3)
-#define LOOPS(name) ONE(name, v3) ONE(name, v4)
-#define WIDTH(name) {NAME(name##_v3), NAME(name##_v3)}
-#define WIDTHS(name) {NAME(name##_v3), NAME(name##_v4)}
-#define CHOSEN (HAS_v4 ? 1 : HAS_v3 ? 0 : -1)
-#else
-#define LOOP(name)
-#define LOOPS(name)
-#define WIDTH(name) {NAME(name)}
-#define WIDTHS(name) {NAME(name)}
-#define CHOSEN 0
-#endif
-#if defined(NAMES_MACHINES) && defined(__GLIBC__)
-#define WIDE __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
-#else
-#define WIDE
-#endif
-
-// A plain function whose body, elsewhere for loops, has sines or their kin: these round products and sums together,
-// which is an instruction of machines with AVX2, and a call on others.
-#ifdef ON_v3
-#define FUSED(name, parameters, within) ON_v3 static void NAME(name##_v3) parameters { NAME(name##_within) within; }
-#define RUN(name, arguments, within)        \
-    do {                                    \
-        if (HAS_v3)                         \
-            NAME(name##_v3) arguments;      \
-        else                                \
-            NAME(name##_within) within;     \
-    } while (0)
-#else
-#define FUSED(name, parameters, within)
-#define RUN(name, arguments, within) NAME(name##_within) within
-#endif
-
-// Loops run over whole vectors: a block is padded to a multiple of this many elements.
-#define LANES 16
-#define PADDED(n) (((n) + LANES - 1) & -LANES)
-
-// A block in which an argument is too far for the functions of a loop is done once more, in pieces of this many.
-#define CHUNK 64
-
-// Elements in C order go through rows of this many.
-#define SPAN 32
-
-// As many elements are run one after the other.
-#define ALONE 2
-
-// A vector of neighbours in memory, where the compiler turns such of 32 bytes well.
-#if defined(__has_builtin) && (defined(ON_v3) || defined(__clang__))
-#if __has_builtin(__builtin_shufflevector)
-#define SHUFFLE __builtin_shufflevector
-#define VECTOR(n) __attribute__((vector_size((n) * sizeof(REAL)), aligned(sizeof(REAL)), may_alias))
-#endif
-#endif
-
-// An argument or a result: how many numbers, along which axes, and which is the first of its strides.
-struct part {
-    int size, rank, first, shape[2];
-};
-
-// Where a number of an element lies, its components being counted in C order.
-static intptr_t offset_of(const struct part *part, intptr_t k, const intptr_t *strides)
-{
-    intptr_t offset = 0;
-    for (int axis = part->rank; axis-- > 1; k /= part->shape[axis])
-        offset += k % part->shape[axis] * strides[axis];
-    return part->rank ? offset + k * strides[0] : 0;
-}
-
-// What no cache holds goes to memory past them: whole lines, of which nothing is fetched first. So does what only the
-// last cache holds, where it is more rows than a core can have lines on their way.
-enum { LINE = 64 };
-#ifdef NAMES_MACHINES
-#define PASSES(bytes, rows) ((bytes) > ((rows) > 16 ? 1 << 21 : 1 << 25))
-ON_v3 static void stream(char *to, const char *from, intptr_t bytes)
-{
-    typedef double half __attribute__((vector_size(LINE / 2), aligned(4), may_alias));
-    const intptr_t start = -(intptr_t)to & (LINE - 1);
-    intptr_t i = 0;
-    for (; i < start && i < bytes; i += 4)
-        memcpy(to + i, from + i, 4);
-    for (; i + LINE <= bytes; i += LINE) {
-        __builtin_ia32_movntpd256((double *)(to + i), *(const half *)(from + i));
-        __builtin_ia32_movntpd256((double *)(to + i + LINE / 2), *(const half *)(from + i + LINE / 2));
-    }
-    for (; i < bytes; i += 4)
-        memcpy(to + i, from + i, 4);
-}
-#define STREAM_END() __builtin_ia32_sfence()
-#else
-#define PASSES(bytes, rows) ((void)(rows), 0)
-#define stream memcpy
-#define STREAM_END() (void)0
-#endif
-
-// Has memory bring what is read soon, or written.
-static void fetch(const char *from, intptr_t bytes, int to_write)
-{
-#ifdef __GNUC__
-    for (intptr_t i = 0; i < bytes; i += LINE) {
-        if (to_write)
-            __builtin_prefetch(from + i, 1, 3);
-        else
-            __builtin_prefetch(from + i, 0, 2);
-    }
-#else
-    (void)from, (void)bytes, (void)to_write;
-#endif
-}
-
-// What holds of some of the first arguments is a bit for each.
-enum { FLAGS = 32 };
-static int is_flagged(unsigned flags, int p)
-{
-    return p < FLAGS && flags >> p & 1;
-}
-
-typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
-typedef void any_function(void);
-
-// A form of a kernel for batches in which the `same` arguments (a bit each) are that for at least so many elements:
-// what depends on them is prepared once, and takes the place of the first of them.
-struct form {
-    unsigned same;
-    intptr_t least;
-    void (*start)(char **args, const intptr_t *strides, void *prepared);
-    loop_function *block[2], *dense[2];
-    int together;
-};
-
-// The loops of a kernel, over rows and in C order, which takes so many elements together; its plain function and how
-// that is called; and its forms. A kernel that repeats reads its inputs again after it has written: its outputs cannot
-// lie where they do.
-struct kernel {
-    loop_function *block[2], *dense[2];
-    int together;
-    any_function *function;
-    void (*call)(any_function *function, void **parts);
-    int n_inputs, n_parts, n_forms, repeats, busy;
-    const struct part *parts;
-    const struct form *forms;
-};
-
-enum { PARTS = 4, CORES = 3, NUMBERS = 12, SPACE = 4096, PREPARED = 3, SIZES = 4 };
-
-#define SQRT(x) FUNCTION(sqrt)(x)
-#define SIN(x) NAME(sin_of)(x, far)
-#define COS(x) NAME(cos_of)(x, far)
-#define ATAN2(y, x) NAME(atan2_of)(y, x)
-#define EXP(x) NAME(exp_of)(x)
-#define LOG(x) NAME(log_of)(x)
-#define ABS(x) FUNCTION(fabs)(x)
-#define LESS(a, b) ((REAL)((a) < (b)))
-#define LESS_EQUAL(a, b) ((REAL)((a) <= (b)))
-#define EQUAL(a, b) ((REAL)((a) == (b)))
-#define SELECT(condition, a, b) NAME(chosen_by)(WHERE((condition) != 0), a, b)
-
-static INLINE double vga2_sin_polynomial_f64(double z)
-{
-    const double y = z * z;
-    const double even = fma(y, fma(y, -2.5051131845003624e-08, -0.00019841269836758574), -0.16666666666666666);
-    const double odd = fma(y, fma(y, 1.5918129294866608e-10, 2.755731610255244e-06), 0.008333333333330948);
-    return fma(z, odd, even);
-}
-
-static INLINE double vga2_cos_polynomial_f64(double z)
-{
-    const double y = z * z;
-    const double even = fma(y, fma(y, 2.08761462684032e-09, 2.480158729876569e-05), 0.041666666666666664);
-    const double odd = fma(y, fma(y, -1.1382632425521717e-11, -2.7557317271729793e-07), -0.0013888888888887398);
-    return fma(z, odd, even);
-}
-
-static INLINE double vga2_exp_polynomial_f64(double z)
-{
-    const double y = z * z;
-    const double even = fma(y, fma(y, fma(y, fma(y, 2.7620075879983367e-07, 2.4801521322368692e-05),
-        0.0013888888917196719), 0.041666666666624164), 0.5000000000000001);
-    const double odd = fma(y, fma(y, fma(y, fma(y, 2.5100375832561234e-08, 2.7557268480310024e-06),
-        0.00019841269863040545), 0.008333333333330065), 0.16666666666666669);
-    return fma(z, odd, even);
-}
-
-static INLINE double vga2_log_polynomial_f64(double z)
-{
-    const double y = z * z;
-    const double even = fma(y, fma(y, fma(y, 0.14616449685043406, 0.18182889125261723), 0.28571428625975487),
-        0.666666666666667);
-    const double odd = fma(y, fma(y, 0.15331721600556042, 0.2222221113479508), 0.39999999999899505);
-    return fma(z, odd, even);
-}
-
-static INLINE double vga2_atan_polynomial_f64(double z)
-{
-    const double y = z * z;
-    const double even = fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, -2.8373324902198374e-05,
-        -3.504433556095341e-05), -0.00010789905799306997), -0.0002713884068435811), -0.000712529877324769),
-        -0.0019209389488175712), -0.005394792734515503), -0.016172974900145312), -0.054814840604579904),
-        -0.2591604972657936);
-    const double odd = fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, 1.806195461861215e-05,
-        2.2095024431396628e-05), 6.77580169120214e-05), 0.00016895422802807932), 0.0004387712318266148),
-        0.0011650648417818904), 0.0031991751955030576), 0.009243096224092707), 0.029135862645225958),
-        0.11081482513071414);
-    return fma(z, odd, even);
-}
-
-static INLINE double vga2_asin_polynomial_f64(double z)
-{
-    const double y = z * z;
-    const double even = fma(y, fma(y, fma(y, fma(y, fma(y, fma(y, 0.028757851367421566, 0.01740087944269402),
-        0.01032281435018578), 0.013971212973552933), 0.02237217294214989), 0.04464285714635543),
-        0.16666666666666669);
-    const double odd = fma(y, fma(y, fma(y, fma(y, fma(y, -0.014851887071247204, 0.005457506718640358),
-        0.011479177415184906), 0.017352392720869973), 0.030381944138531247), 0.07499999999998433);
-    return fma(z, odd, even);
-}
-
-static INLINE float vga2_sin_polynomial_f32(float z)
-{
-    const float y = z * z;
-    const float even = fmaf(y, (float)-0.00019587890710681677, (float)-0.166666641831398);
-    const float odd = (float)0.008332747966051102;
-    return fmaf(z, odd, even);
-}
-
-static INLINE float vga2_cos_polynomial_f32(float z)
-{
-    const float y = z * z;
-    const float even = fmaf(y, (float)2.454794230288826e-05, (float)0.0416666641831398);
-    const float odd = (float)-0.001388830249197781;
-    return fmaf(z, odd, even);
-}
-
-static INLINE float vga2_exp_polynomial_f32(float z)
-{
-    const float y = z * z;
-    const float even = fmaf(y, fmaf(y, (float)0.0013926175888627768, (float)0.041666556149721146), (float)0.5);
-    const float odd = fmaf(y, (float)0.008363173343241215, (float)0.16666577756404877);
-    return fmaf(z, odd, even);
-}
-
-static INLINE float vga2_log_polynomial_f32(float z)
-{
-    const float y = z * z;
-    const float even = fmaf(y, (float)0.29579949378967285, (float)0.6666668653488159);
-    const float odd = (float)0.3998878002166748;
-    return fmaf(z, odd, even);
-}
-
-static INLINE float vga2_atan_polynomial_f32(float z)
-{
-    const float y = z * z;
-    const float even = fmaf(y, fmaf(y, fmaf(y, fmaf(y, (float)-0.0023869972210377455, (float)-0.00530332000926137),
-        (float)-0.01617945171892643), (float)-0.054814718663692474), (float)-0.25916048884391785);
-    const float odd = fmaf(y, fmaf(y, fmaf(y, (float)0.00395978195592761, (float)0.009093896485865116),
-        (float)0.029146425426006317), (float)0.11081462353467941);
-    return fmaf(z, odd, even);
-}
-
-static INLINE float vga2_asin_polynomial_f32(float z)
-{
-    const float y = z * z;
-    const float even = fmaf(y, fmaf(y, (float)0.017149237915873528, (float)0.04459940269589424),
-        (float)0.1666666567325592);
-    const float odd = fmaf(y, fmaf(y, (float)0.03369084745645523, (float)0.031100662425160408),
-        (float)0.07500094175338745);
-    return fmaf(z, odd, even);
-}
+#define NAME(name) PRECISION(vga2_##name##_f64, vga2_##name##_f32)
 
 // The kernels are written once, below; this file includes itself for each precision.
 #ifndef ONLY_F32
 #define REAL double
-#define WORD uint64_t
 #define PRECISION(of_double, of_float) of_double
-#define NAME(name) vga2_##name##_f64
-#define FUNCTION(name) name
 #include "vga2.c"
 #undef REAL
-#undef WORD
 #undef PRECISION
-#undef NAME
-#undef FUNCTION
 #endif
 #ifndef ONLY_F64
 #define REAL float
-#define WORD uint32_t
 #define PRECISION(of_double, of_float) of_float
-#define NAME(name) vga2_##name##_f32
-#define FUNCTION(name) name##f
 #include "vga2.c"
 #endif
 
 #else
 
-// Words as wide as a number; a condition as a mask, because conditions that occur often would become branches.
-#define SIGN_BIT PRECISION(63, 31)
-#define SIGN ((WORD)1 << SIGN_BIT)
-#define WHERE(condition) ((WORD)0 - (WORD)(condition))
-
-static INLINE WORD NAME(bits_of)(REAL x)
-{
-    WORD bits;
-    memcpy(&bits, &x, sizeof bits);
-    return bits;
-}
-
-static INLINE REAL NAME(of_bits)(WORD bits)
-{
-    REAL x;
-    memcpy(&x, &bits, sizeof x);
-    return x;
-}
-
-static INLINE REAL NAME(chosen_by)(WORD where, REAL a, REAL b)
-{
-    return NAME(of_bits)((NAME(bits_of)(a) & where) | (NAME(bits_of)(b) & ~where));
-}
-
-// Sine and its kin without branches, so that loops over them are vectorised: at most 2 ulp from the exact values.
-
-// A number so large that the bits of what is added to it, up to half a million, are its last.
-#define SHIFT PRECISION(6755399441055744.0, 12582912.0f)
-#define QUARTER_0 PRECISION(1.5707963267948966, 1.5707963705062866f)
-#define QUARTER_1 PRECISION(6.123233995736766e-17, -4.371138828673793e-08f)
-#define LOG_0 PRECISION(0.6931471805599453, 0.6931471824645996f)
-#define LOG_1 PRECISION(2.3190468138462996e-17, -1.9046542121259336e-09f)
-
-// A product and a sum that are rounded once, together.
-#define FMA(a, b, c) FUNCTION(fma)(a, b, c)
-
-// How many quarter turns an angle has, modulo 4, and what is left, up to an eighth of a turn: the first difference is
-// exact, so what the three parts of a quarter turn leave is rounded where it is small.
-static INLINE WORD NAME(quarters_of)(REAL x, REAL *rest)
-{
-    const REAL shifted = FMA(x, PRECISION(0.6366197723675814, 0.6366197466850281f), SHIFT), k = SHIFT - shifted;
-    *rest = FMA(k, PRECISION(-1.4973849048591698e-33, -1.7151245100058819e-15f), FMA(k, QUARTER_1, FMA(k, QUARTER_0, x)));
-    return NAME(bits_of)(shifted);
-}
-
-static INLINE REAL NAME(sin_of_rest)(REAL x)
-{
-    const REAL z = x * x;
-    return FMA(x * z, NAME(sin_polynomial)(z), x);
-}
-
-static INLINE REAL NAME(cos_of_rest)(REAL x)
-{
-    const REAL z = x * x;
-    return FMA(z, FMA(z, NAME(cos_polynomial)(z), (REAL)-0.5), 1);
-}
-
-// Beyond 65536 the C library's; a caller that has a place for it is told so instead.
-static INLINE REAL NAME(sin_of)(REAL x, WORD *far)
-{
-    REAL rest;
-    const WORD n = NAME(quarters_of)(FUNCTION(fabs)(x), &rest);
-    const WORD is_far = WHERE(FUNCTION(fabs)(x) > 65536), sign = (NAME(bits_of)(x) ^ n << (SIGN_BIT - 1)) & SIGN;
-    const REAL s = NAME(sin_of_rest)(rest), c = NAME(cos_of_rest)(rest);
-    const REAL y = NAME(of_bits)(NAME(bits_of)(NAME(chosen_by)(WHERE(n & 1), c, s)) ^ sign);
-    if (far == NULL)
-        return is_far ? FUNCTION(sin)(x) : y;
-    *far |= is_far;
-    return y;
-}
-
-static INLINE REAL NAME(cos_of)(REAL x, WORD *far)
-{
-    REAL rest;
-    const WORD n = NAME(quarters_of)(FUNCTION(fabs)(x), &rest);
-    const WORD is_far = WHERE(FUNCTION(fabs)(x) > 65536), sign = (n + 1) << (SIGN_BIT - 1) & SIGN;
-    const REAL s = NAME(sin_of_rest)(rest), c = NAME(cos_of_rest)(rest);
-    const REAL y = NAME(of_bits)(NAME(bits_of)(NAME(chosen_by)(WHERE(n & 1), s, c)) ^ sign);
-    if (far == NULL)
-        return is_far ? FUNCTION(cos)(x) : y;
-    *far |= is_far;
-    return y;
-}
-
-#define FRACTION_BITS PRECISION(52, 23)
-#define BIAS PRECISION(1023, 127)
-
-// The power of 2 comes in two factors, so that the largest and the smallest results are reached.
-static INLINE REAL NAME(exp_of)(REAL x)
-{
-    const REAL most = PRECISION(710, 89), least = PRECISION(-746, -105);
-    const REAL y = NAME(chosen_by)(WHERE(x > most), most, NAME(chosen_by)(WHERE(x < least), least, x));
-    const REAL shifted = FMA(y, PRECISION(1.4426950408889634, 1.4426950216293335f), SHIFT), k = SHIFT - shifted;
-    const REAL z = FMA(k, LOG_1, FMA(k, LOG_0, y)), above = FMA(z * z, NAME(exp_polynomial)(z), z);
-    const WORD n = NAME(bits_of)(shifted) - NAME(bits_of)(SHIFT), half = ((n + 2 * BIAS) >> 1) - BIAS;
-    const REAL a = NAME(of_bits)((half + BIAS) << FRACTION_BITS), b = NAME(of_bits)((n - half + BIAS) << FRACTION_BITS);
-    return FMA(above, a, a) * b;
-}
-
-static INLINE REAL NAME(log_of)(REAL x)
-{
-    // x = 2^k (1 + f), 1 + f between the roots of 1/2 and 2; numbers below the normal ones are scaled first.
-    const WORD tiny = WHERE(x < PRECISION(DBL_MIN, FLT_MIN)), fraction = ((WORD)1 << FRACTION_BITS) - 1;
-    const WORD root = PRECISION(0x3FE6A09E667F3BCD, 0x3F3504F3), one = (WORD)BIAS << FRACTION_BITS;
-    const REAL y = x * NAME(chosen_by)(tiny, (WORD)1 << (FRACTION_BITS + 2), 1);
-    const WORD n = NAME(bits_of)(y) + (one - root);
-    const REAL shift = (WORD)1 << FRACTION_BITS, bias = NAME(chosen_by)(tiny, BIAS + FRACTION_BITS + 2, BIAS);
-    const REAL k = NAME(of_bits)((n >> FRACTION_BITS) + NAME(bits_of)(shift)) - (shift + bias);
-    const REAL f = NAME(of_bits)((n & fraction) + root) - 1, half = f * f / 2, s = f / (2 + f), z = s * s;
-    const REAL low = FMA(s, FMA(z, NAME(log_polynomial)(z), half), k * LOG_1);
-    const REAL finite = FMA(k, LOG_0, f - (half - low));
-    const REAL other = NAME(chosen_by)(WHERE(x == 0), -INFINITY, NAME(chosen_by)(WHERE(x > 0), x, NAN));
-    return NAME(chosen_by)(WHERE(x > 0) & WHERE(x < INFINITY), finite, other);
-}
-
-static INLINE REAL NAME(atan2_of)(REAL y, REAL x)
-{
-    const REAL u = FUNCTION(fabs)(x), v = FUNCTION(fabs)(y);
-    const WORD swapped = WHERE(v > u), left = WHERE(NAME(bits_of)(x) >> SIGN_BIT);
-    const REAL most = NAME(chosen_by)(swapped, v, u), least = NAME(chosen_by)(swapped, u, v);
-    // Two infinities have the ratio 1, two zeros 0.
-    const REAL same = NAME(chosen_by)(WHERE(u > 0), 1, 0), t = NAME(chosen_by)(WHERE(u == v), same, least / most);
-    const REAL z = t * t, angle = FMA(t * z, NAME(atan_polynomial)(z - (REAL)0.5), t);
-    const REAL quarters = NAME(chosen_by)(swapped, 1, NAME(chosen_by)(left, 2, 0));
-    const REAL turned = NAME(of_bits)(NAME(bits_of)(angle) ^ ((left ^ swapped) & SIGN));
-    const REAL whole = FMA(quarters, QUARTER_0, FMA(quarters, QUARTER_1, turned));
-    return NAME(of_bits)(NAME(bits_of)(whole) ^ (NAME(bits_of)(y) & SIGN));
-}
-
-static INLINE REAL NAME(acos_of)(REAL x)
-{
-    const REAL u = FUNCTION(fabs)(x);
-    const WORD large = WHERE(u > (REAL)0.5);
-    const REAL z = NAME(chosen_by)(large, (1 - u) / 2, x * x), s = NAME(chosen_by)(large, FUNCTION(sqrt)(z), x);
-    const REAL more = s * (z * NAME(asin_polynomial)(z));
-    const REAL middle = QUARTER_0 - (s - (QUARTER_1 - more));
-    const REAL right = 2 * (s + more), left = 2 * QUARTER_0 - (right - 2 * QUARTER_1);
-    return NAME(chosen_by)(large, NAME(chosen_by)(WHERE(x < 0), left, right), middle);
-}
-
-static INLINE void NAME(load_scalar)(REAL *x, const char *a)
-{
-    x[0] = *(const REAL *)(a);
-}
-
-static INLINE void NAME(load_1)(REAL *x, const char *a, intptr_t ca)
-{
-    x[0] = *(const REAL *)(a + 0 * ca);
-}
-
-static INLINE void NAME(load_2)(REAL *x, const char *a, intptr_t ca)
-{
-    x[0] = *(const REAL *)(a + 0 * ca);
-    x[1] = *(const REAL *)(a + 1 * ca);
-}
-
-static INLINE void NAME(load_2x2)(REAL *x, const char *a, intptr_t ca, intptr_t cb)
-{
-    x[0] = *(const REAL *)(a + 0 * ca + 0 * cb);
-    x[1] = *(const REAL *)(a + 0 * ca + 1 * cb);
-    x[2] = *(const REAL *)(a + 1 * ca + 0 * cb);
-    x[3] = *(const REAL *)(a + 1 * ca + 1 * cb);
-}
-
-static INLINE void NAME(load_4)(REAL *x, const char *a, intptr_t ca)
-{
-    x[0] = *(const REAL *)(a + 0 * ca);
-    x[1] = *(const REAL *)(a + 1 * ca);
-    x[2] = *(const REAL *)(a + 2 * ca);
-    x[3] = *(const REAL *)(a + 3 * ca);
-}
-
-static INLINE void NAME(store_scalar)(char *a, const REAL *x)
-{
-    *(REAL *)(a) = x[0];
-}
-
-static INLINE void NAME(store_1)(char *a, intptr_t ca, const REAL *x)
-{
-    *(REAL *)(a + 0 * ca) = x[0];
-}
-
-static INLINE void NAME(store_2)(char *a, intptr_t ca, const REAL *x)
-{
-    *(REAL *)(a + 0 * ca) = x[0];
-    *(REAL *)(a + 1 * ca) = x[1];
-}
-
-static INLINE void NAME(store_2x2)(char *a, intptr_t ca, intptr_t cb, const REAL *x)
-{
-    *(REAL *)(a + 0 * ca + 0 * cb) = x[0];
-    *(REAL *)(a + 0 * ca + 1 * cb) = x[1];
-    *(REAL *)(a + 1 * ca + 0 * cb) = x[2];
-    *(REAL *)(a + 1 * ca + 1 * cb) = x[3];
-}
-
-static INLINE void NAME(store_4)(char *a, intptr_t ca, const REAL *x)
-{
-    *(REAL *)(a + 0 * ca) = x[0];
-    *(REAL *)(a + 1 * ca) = x[1];
-    *(REAL *)(a + 2 * ca) = x[2];
-    *(REAL *)(a + 3 * ca) = x[3];
-}
-
-static void NAME(call_aanr)(any_function *function, void **x)
-{
-    ((void (*)(const REAL *, const REAL *, REAL, REAL *))function)(x[0], x[1], *(REAL *)x[2], x[3]);
-}
-
-static void NAME(call_aar)(any_function *function, void **x)
-{
-    ((void (*)(const REAL *, const REAL *, REAL *))function)(x[0], x[1], x[2]);
-}
-
-static void NAME(call_anr)(any_function *function, void **x)
-{
-    ((void (*)(const REAL *, REAL, REAL *))function)(x[0], *(REAL *)x[1], x[2]);
-}
-
-static void NAME(call_ar)(any_function *function, void **x)
-{
-    ((void (*)(const REAL *, REAL *))function)(x[0], x[1]);
-}
-
-static void NAME(call_arr)(any_function *function, void **x)
-{
-    ((void (*)(const REAL *, REAL *, REAL *))function)(x[0], x[1], x[2]);
-}
-
-static void NAME(call_nr)(any_function *function, void **x)
-{
-    ((void (*)(REAL, REAL *))function)(*(REAL *)x[0], x[1]);
-}
-
-// Blocks of a batch, and how they get there from strides of any kind: a component of a part (an argument or a result)
-// is a row, `row` numbers long, of the elements of a block.
-
-// As many elements as fill 32 bytes, which every wide machine turns alike.
-#define TILE PRECISION(4, 8)
-
-#ifdef SHUFFLE
-typedef REAL NAME(four) VECTOR(4);
-#define AT(a, k, s) (*(NAME(four) *)((a) + (k) * (s)))
-
-#if PRECISION(1, 0)
-// From four places, `s` bytes apart, to four, `t` bytes apart.
-static INLINE void NAME(turn)(char *a, intptr_t s, char *b, intptr_t t)
-{
-    const NAME(four) a0 = AT(a, 0, s), a1 = AT(a, 1, s), a2 = AT(a, 2, s), a3 = AT(a, 3, s);
-    const NAME(four) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6), b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
-    const NAME(four) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6), b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
-    AT(b, 0, t) = SHUFFLE(b0, b2, 0, 1, 4, 5);
-    AT(b, 1, t) = SHUFFLE(b1, b3, 0, 1, 4, 5);
-    AT(b, 2, t) = SHUFFLE(b0, b2, 2, 3, 6, 7);
-    AT(b, 3, t) = SHUFFLE(b1, b3, 2, 3, 6, 7);
-}
-
-static INLINE void NAME(load_tile)(char *x, intptr_t row, char *a, intptr_t s)
-{
-    NAME(turn)(a, s, x, row);
-}
-
-static INLINE void NAME(store_tile)(char *a, intptr_t s, char *x, intptr_t row)
-{
-    NAME(turn)(x, row, a, s);
-}
-#else
-typedef REAL NAME(eight) VECTOR(8);
-#define ROW(x, k, row) (*(NAME(eight) *)((x) + (k) * (row)))
-
-static INLINE void NAME(load_tile)(char *x, intptr_t row, char *a, intptr_t s)
-{
-#define PAIR(k) SHUFFLE(AT(a, k, s), AT(a, (k) + 4, s), 0, 1, 2, 3, 4, 5, 6, 7)
-    const NAME(eight) a0 = PAIR(0), a1 = PAIR(1), a2 = PAIR(2), a3 = PAIR(3);
-#undef PAIR
-    const NAME(eight) b0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13), b1 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(eight) b2 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13), b3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
-    ROW(x, 0, row) = SHUFFLE(b0, b2, 0, 1, 8, 9, 4, 5, 12, 13);
-    ROW(x, 1, row) = SHUFFLE(b0, b2, 2, 3, 10, 11, 6, 7, 14, 15);
-    ROW(x, 2, row) = SHUFFLE(b1, b3, 0, 1, 8, 9, 4, 5, 12, 13);
-    ROW(x, 3, row) = SHUFFLE(b1, b3, 2, 3, 10, 11, 6, 7, 14, 15);
-}
-
-static INLINE void NAME(store_tile)(char *a, intptr_t s, char *x, intptr_t row)
-{
-    const NAME(eight) x0 = ROW(x, 0, row), x1 = ROW(x, 1, row), x2 = ROW(x, 2, row), x3 = ROW(x, 3, row);
-    const NAME(eight) b0 = SHUFFLE(x0, x1, 0, 8, 1, 9, 4, 12, 5, 13), b1 = SHUFFLE(x0, x1, 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(eight) b2 = SHUFFLE(x2, x3, 0, 8, 1, 9, 4, 12, 5, 13), b3 = SHUFFLE(x2, x3, 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(eight) a0 = SHUFFLE(b0, b2, 0, 1, 8, 9, 4, 5, 12, 13), a1 = SHUFFLE(b0, b2, 2, 3, 10, 11, 6, 7, 14, 15);
-    const NAME(eight) a2 = SHUFFLE(b1, b3, 0, 1, 8, 9, 4, 5, 12, 13), a3 = SHUFFLE(b1, b3, 2, 3, 10, 11, 6, 7, 14, 15);
-#define HALVES(k, v) AT(a, k, s) = SHUFFLE(v, v, 0, 1, 2, 3), AT(a, (k) + 4, s) = SHUFFLE(v, v, 4, 5, 6, 7)
-    HALVES(0, a0);
-    HALVES(1, a1);
-    HALVES(2, a2);
-    HALVES(3, a3);
-#undef HALVES
-}
-#undef ROW
-#endif
-
-// Tiles of `size` components that are neighbours, of elements `s` bytes apart: how many elements are done. What is
-// known of the size when this is compiled saves half the time.
-static INLINE intptr_t NAME(turn_tiles)(int back, char *x, intptr_t row, char *a, intptr_t s, intptr_t size, intptr_t n)
-{
-    const intptr_t w = sizeof(REAL);
-    intptr_t done = 0;
-    NOT_UNROLLED
-    for (; done + TILE <= n; done += TILE) {
-        for (intptr_t k = 0; k < size; k += 4) {
-            const intptr_t first = k + 4 <= size ? k : size - 4;
-            char *in_rows = x + first * row + done * w, *in_element = a + done * s + first * w;
-            if (back)
-                NAME(store_tile)(in_element, s, in_rows, row);
-            else
-                NAME(load_tile)(in_rows, row, in_element, s);
-        }
-    }
-    return done;
-}
-
-static INLINE intptr_t NAME(turn_all)(int back, REAL *x, intptr_t row, char *a, intptr_t s, intptr_t size, intptr_t n)
-{
-    switch (size) {
-    case 4:
-        return NAME(turn_tiles)(back, (char *)x, row * sizeof(REAL), a, s, 4, n);
-    case 6:
-        return NAME(turn_tiles)(back, (char *)x, row * sizeof(REAL), a, s, 6, n);
-    case 8:
-        return NAME(turn_tiles)(back, (char *)x, row * sizeof(REAL), a, s, 8, n);
-    default:
-        return NAME(turn_tiles)(back, (char *)x, row * sizeof(REAL), a, s, size, n);
-    }
-}
-#undef AT
-#endif
-
-// Rows of `size` components that lie `c` bytes apart, of `n` elements that lie `s` bytes apart.
-WIDE static void NAME(load_rows)(REAL *x, intptr_t row, char *a, intptr_t s, intptr_t c, intptr_t size, intptr_t n)
-{
-    const intptr_t w = sizeof(REAL);
-    intptr_t done = 0;
-    if (size == 3 && c == w && s == 3 * w) {
-        const REAL *b = (const REAL *)a;
-        ANY_ORDER
-        for (intptr_t i = 0; i < n; ++i) {
-            x[i] = b[3 * i];
-            x[i + row] = b[3 * i + 1];
-            x[i + 2 * row] = b[3 * i + 2];
-        }
-        return;
-    }
-#ifdef SHUFFLE
-    if (size >= 4 && c == w) {
-        done = NAME(turn_all)(0, x, row, a, s, size, n);
-    } else if (s != w) {
-        for (; done + 4 <= n; done += 4) {
-            for (intptr_t k = 0; k < size; ++k) {
-                const char *b = a + done * s + k * c;
-                *(NAME(four) *)(x + k * row + done) = (NAME(four)){*(const REAL *)b, *(const REAL *)(b + s),
-                    *(const REAL *)(b + 2 * s), *(const REAL *)(b + 3 * s)};
-            }
-        }
-    }
-#endif
-    if (done == n)
-        return;
-    for (intptr_t k = 0; k < size; ++k) {
-        const char *from = a + k * c;
-        REAL *to = x + k * row;
-        if (s == w) {
-            ANY_ORDER
-            for (intptr_t i = done; i < n; ++i)
-                to[i] = ((const REAL *)from)[i];
-        } else {
-            for (intptr_t i = done; i < n; ++i)
-                to[i] = *(const REAL *)(from + i * s);
-        }
-    }
-}
-
-// The inverse of load_rows.
-WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, REAL *x, intptr_t row, intptr_t size, intptr_t n)
-{
-    const intptr_t w = sizeof(REAL);
-    intptr_t done = 0;
-    if (size == 3 && c == w && s == 3 * w) {
-        REAL *b = (REAL *)a;
-        ANY_ORDER
-        for (intptr_t i = 0; i < n; ++i) {
-            b[3 * i] = x[i];
-            b[3 * i + 1] = x[i + row];
-            b[3 * i + 2] = x[i + 2 * row];
-        }
-        return;
-    }
-#ifdef SHUFFLE
-    if (size >= 4 && c == w)
-        done = NAME(turn_all)(1, x, row, a, s, size, n);
-#endif
-    if (done == n)
-        return;
-    for (intptr_t k = 0; k < size; ++k) {
-        const REAL *from = x + k * row;
-        char *to = a + k * c;
-        for (intptr_t i = done; i < n; ++i)
-            *(REAL *)(to + i * s) = from[i];
-    }
-}
-
-// A tile of elements of each size in C order, to rows and back. Vectors are read and written in halves, the upper one
-// from half of the elements further on.
-#ifdef SHUFFLE
-typedef REAL NAME(tile) VECTOR(TILE);
-typedef REAL NAME(half) VECTOR(TILE / 2);
-#define COLUMN(k) (*(NAME(tile) *)(x + (k) * row))
-#define HALF(a, k) (((NAME(half) *)(a))[k])
-#define WHOLE(offset) (*(NAME(tile) *)(a + (offset)))
-#define UPPER(offset, size) (a + (offset) + TILE / 2 * (size))
-#define JOINED(v, w) PRECISION(SHUFFLE(v, w, 0, 1, 2, 3), SHUFFLE(v, w, 0, 1, 2, 3, 4, 5, 6, 7))
-#define LOWERS(v, w) PRECISION(SHUFFLE(v, w, 0, 1, 4, 5), SHUFFLE(v, w, 0, 1, 2, 3, 8, 9, 10, 11))
-#define UPPERS(v, w) PRECISION(SHUFFLE(v, w, 2, 3, 6, 7), SHUFFLE(v, w, 4, 5, 6, 7, 12, 13, 14, 15))
-#define READ(offset, size) JOINED(HALF(a + (offset), 0), HALF(UPPER(offset, size), 0))
-#define WRITE(offset, size, v) HALF(a + (offset), 0) = HALF(&v, 0), HALF(UPPER(offset, size), 0) = HALF(&v, 1)
-#define WRITE_BOTH(offset, size, v, w) \
-    WHOLE(offset) = LOWERS(v, w), WHOLE((offset) + TILE / 2 * (size)) = UPPERS(v, w)
-
-static INLINE void NAME(load_tile_1)(REAL *x, intptr_t row, REAL *a)
-{
-#if PRECISION(1, 0)
-    COLUMN(0) = WHOLE(0);
-#else
-    COLUMN(0) = WHOLE(0);
-#endif
-}
-
-static INLINE void NAME(store_tile_1)(REAL *a, REAL *x, intptr_t row)
-{
-#if PRECISION(1, 0)
-    WHOLE(0) = COLUMN(0);
-#else
-    WHOLE(0) = COLUMN(0);
-#endif
-}
-
-static INLINE void NAME(load_tile_2)(REAL *x, intptr_t row, REAL *a)
-{
-#if PRECISION(1, 0)
-    const NAME(tile) a0 = READ(0, 2);
-    const NAME(tile) a1 = READ(2, 2);
-    COLUMN(0) = SHUFFLE(a0, a1, 0, 4, 2, 6);
-    COLUMN(1) = SHUFFLE(a0, a1, 1, 5, 3, 7);
-#else
-    const NAME(tile) a0 = READ(0, 2);
-    const NAME(tile) a1 = READ(4, 2);
-    COLUMN(0) = SHUFFLE(a0, a1, 0, 2, 8, 10, 4, 6, 12, 14);
-    COLUMN(1) = SHUFFLE(a0, a1, 1, 3, 9, 11, 5, 7, 13, 15);
-#endif
-}
-
-static INLINE void NAME(store_tile_2)(REAL *a, REAL *x, intptr_t row)
-{
-#if PRECISION(1, 0)
-    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
-    const NAME(tile) a1 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
-    WRITE_BOTH(0, 2, a0, a1);
-#else
-    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a1 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
-    WRITE_BOTH(0, 2, a0, a1);
-#endif
-}
-
-static INLINE void NAME(load_tile_4)(REAL *x, intptr_t row, REAL *a)
-{
-#if PRECISION(1, 0)
-    const NAME(tile) a0 = WHOLE(0);
-    const NAME(tile) a1 = WHOLE(4);
-    const NAME(tile) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6);
-    const NAME(tile) b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
-    const NAME(tile) a2 = WHOLE(8);
-    const NAME(tile) a3 = WHOLE(12);
-    const NAME(tile) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6);
-    const NAME(tile) b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
-    COLUMN(0) = SHUFFLE(b0, b2, 0, 1, 4, 5);
-    COLUMN(1) = SHUFFLE(b1, b3, 0, 1, 4, 5);
-    COLUMN(2) = SHUFFLE(b0, b2, 2, 3, 6, 7);
-    COLUMN(3) = SHUFFLE(b1, b3, 2, 3, 6, 7);
-#else
-    const NAME(tile) a0 = READ(0, 4);
-    const NAME(tile) a1 = READ(4, 4);
-    const NAME(tile) b0_0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a2 = READ(8, 4);
-    const NAME(tile) a3 = READ(12, 4);
-    const NAME(tile) b0_1 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b0_2 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b0_3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
-    COLUMN(0) = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(1) = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    COLUMN(2) = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    COLUMN(3) = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
-#endif
-}
-
-static INLINE void NAME(store_tile_4)(REAL *a, REAL *x, intptr_t row)
-{
-#if PRECISION(1, 0)
-    const NAME(tile) a0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 4, 2, 6);
-    const NAME(tile) a1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 4, 2, 6);
-    WRITE_BOTH(0, 4, a0, a1);
-    const NAME(tile) a2 = SHUFFLE(COLUMN(0), COLUMN(1), 1, 5, 3, 7);
-    const NAME(tile) a3 = SHUFFLE(COLUMN(2), COLUMN(3), 1, 5, 3, 7);
-    WRITE_BOTH(4, 4, a2, a3);
-#else
-    const NAME(tile) b0_0 = SHUFFLE(COLUMN(0), COLUMN(1), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) b0_1 = SHUFFLE(COLUMN(2), COLUMN(3), 0, 8, 1, 9, 4, 12, 5, 13);
-    const NAME(tile) a0 = SHUFFLE(b0_0, b0_1, 0, 1, 8, 9, 4, 5, 12, 13);
-    const NAME(tile) a1 = SHUFFLE(b0_0, b0_1, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE_BOTH(0, 4, a0, a1);
-    const NAME(tile) b0_2 = SHUFFLE(COLUMN(0), COLUMN(1), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) b0_3 = SHUFFLE(COLUMN(2), COLUMN(3), 2, 10, 3, 11, 6, 14, 7, 15);
-    const NAME(tile) a2 = SHUFFLE(b0_2, b0_3, 0, 1, 8, 9, 4, 5, 12, 13);
-    const NAME(tile) a3 = SHUFFLE(b0_2, b0_3, 2, 3, 10, 11, 6, 7, 14, 15);
-    WRITE_BOTH(8, 4, a2, a3);
-#endif
-}
-#undef COLUMN
-#undef HALF
-#undef WHOLE
-#undef UPPER
-#undef JOINED
-#undef LOWERS
-#undef UPPERS
-#undef READ
-#undef WRITE
-#undef WRITE_BOTH
-#else
-
-static INLINE void NAME(load_tile_1)(REAL *x, intptr_t row, const REAL *a)
-{
-    for (intptr_t k = 0; k < 1; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            x[k * row + i] = a[i * 1 + k];
-}
-
-static INLINE void NAME(store_tile_1)(REAL *a, const REAL *x, intptr_t row)
-{
-    for (intptr_t k = 0; k < 1; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            a[i * 1 + k] = x[k * row + i];
-}
-
-static INLINE void NAME(load_tile_2)(REAL *x, intptr_t row, const REAL *a)
-{
-    for (intptr_t k = 0; k < 2; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            x[k * row + i] = a[i * 2 + k];
-}
-
-static INLINE void NAME(store_tile_2)(REAL *a, const REAL *x, intptr_t row)
-{
-    for (intptr_t k = 0; k < 2; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            a[i * 2 + k] = x[k * row + i];
-}
-
-static INLINE void NAME(load_tile_4)(REAL *x, intptr_t row, const REAL *a)
-{
-    for (intptr_t k = 0; k < 4; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            x[k * row + i] = a[i * 4 + k];
-}
-
-static INLINE void NAME(store_tile_4)(REAL *a, const REAL *x, intptr_t row)
-{
-    for (intptr_t k = 0; k < 4; ++k)
-        for (intptr_t i = 0; i < TILE; ++i)
-            a[i * 4 + k] = x[k * row + i];
-}
-#endif
-
-// Rows, `row` numbers long, of `n` elements of at most three numbers in C order, and back.
-static INLINE void NAME(load_few)(REAL *x, const REAL *a, intptr_t size, intptr_t row, intptr_t n)
-{
-    if (size == 1) {
-        memcpy(x, a, n * sizeof(REAL));
-    } else if (size == 2) {
-        for (intptr_t i = 0; i < n; ++i) {
-            x[i] = a[2 * i];
-            x[row + i] = a[2 * i + 1];
-        }
-    } else {
-        for (intptr_t i = 0; i < n; ++i) {
-            x[i] = a[3 * i];
-            x[row + i] = a[3 * i + 1];
-            x[2 * row + i] = a[3 * i + 2];
-        }
-    }
-}
-
-static INLINE void NAME(store_few)(REAL *a, const REAL *x, intptr_t size, intptr_t row, intptr_t n)
-{
-    if (size == 1) {
-        memcpy(a, x, n * sizeof(REAL));
-    } else if (size == 2) {
-        for (intptr_t i = 0; i < n; ++i) {
-            a[2 * i] = x[i];
-            a[2 * i + 1] = x[row + i];
-        }
-    } else {
-        for (intptr_t i = 0; i < n; ++i) {
-            a[3 * i] = x[i];
-            a[3 * i + 1] = x[row + i];
-            a[3 * i + 2] = x[2 * row + i];
-        }
-    }
-}
-
-// Loops between rows and elements of each size.
-static INLINE void NAME(load_span_1)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 1, SPAN, n);
-}
-LOOPS(load_span_1)
-
-static INLINE void NAME(store_span_1)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 1, SPAN, n);
-}
-LOOPS(store_span_1)
-
-static INLINE void NAME(load_span_2)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NAME(load_few)((REAL *)args[0], (REAL *)args[1], 2, SPAN, n);
-}
-LOOPS(load_span_2)
-
-static INLINE void NAME(store_span_2)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NAME(store_few)((REAL *)args[1], (REAL *)args[0], 2, SPAN, n);
-}
-LOOPS(store_span_2)
-
-static INLINE void NAME(load_span_4)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NOT_UNROLLED
-    for (intptr_t i = 0; i < n; i += TILE)
-        NAME(load_tile_4)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * 4);
-}
-LOOP(load_span_4)
-
-static INLINE void NAME(store_span_4)(intptr_t n, char **args, const intptr_t *strides)
-{
-    (void)strides;
-    NOT_UNROLLED
-    for (intptr_t i = 0; i < n; i += TILE)
-        NAME(store_tile_4)((REAL *)args[1] + i * 4, (REAL *)args[0] + i, SPAN);
-}
-LOOP(store_span_4)
-
-static const struct {
-    loop_function *load[2], *store[2];
-} NAME(spans)[SIZES + 1] = {
-    [1] = {WIDTHS(load_span_1), WIDTHS(store_span_1)},
-    [2] = {WIDTHS(load_span_2), WIDTHS(store_span_2)},
-    [4] = {WIDTH(load_span_4), WIDTH(store_span_4)},
-};
-
-// All rows of a part, from the batch or back to it; axes that lie as one are moved as one.
-static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *part, char *a, intptr_t s,
-    const intptr_t *c, intptr_t n)
-{
-    intptr_t count = 1, step = sizeof(REAL);
-    int axis = part->rank;
-    for (; axis > 0 && (count == 1 || c[axis - 1] == count * step); --axis) {
-        step = count == 1 ? c[axis - 1] : step;
-        count *= part->shape[axis - 1];
-    }
-    if (count == part->size && back)
-        NAME(store_rows)(a, s, step, x, row, count, n);
-    else if (count == part->size)
-        NAME(load_rows)(x, row, a, s, step, count, n);
-    for (intptr_t k = 0; count < part->size && k < part->size; k += count) {
-        intptr_t offset = 0, rest = k / count;
-        for (int outer = axis; outer-- > 0; rest /= part->shape[outer])
-            offset += rest % part->shape[outer] * c[outer];
-        if (back)
-            NAME(store_rows)(a + offset, s, step, x + k * row, row, count, n);
-        else
-            NAME(load_rows)(x + k * row, row, a + offset, s, step, count, n);
-    }
-}
-
-// The numbers of an element of a part, from the batch or back to it.
-static void NAME(move_element)(int back, REAL *x, const struct part *part, char *a, const intptr_t *c)
-{
-    for (intptr_t k = 0; k < part->size; ++k) {
-        REAL *number = (REAL *)(a + offset_of(part, k, c));
-        if (back)
-            *number = x[k];
-        else
-            x[k] = *number;
-    }
-}
-
-// All rows of a part to a batch in which they are contiguous, past the caches.
-static void NAME(stream_part)(REAL *x, intptr_t row, const struct part *part, char *a, const intptr_t *c, intptr_t n)
-{
-    for (intptr_t k = 0; k < part->size; ++k)
-        stream(a + offset_of(part, k, c), (const char *)(x + k * row), n * sizeof(REAL));
-}
-
-// Runs a kernel on one element after the other.
-static void NAME(each)(const struct kernel *kernel, char **args, intptr_t n, const intptr_t *steps)
-{
-    const intptr_t *strides = steps + kernel->n_parts;
-    const struct part *parts = kernel->parts;
-    REAL numbers[NUMBERS], *next = numbers;
-    void *places[PARTS];
-    for (int p = 0; p < kernel->n_parts; next += parts[p++].size)
-        places[p] = next;
-    for (intptr_t i = 0; i < n; ++i) {
-        for (int p = 0; p < kernel->n_inputs; ++p)
-            NAME(move_element)(0, places[p], &parts[p], args[p] + i * steps[p], strides + parts[p].first);
-        kernel->call(kernel->function, places);
-        for (int p = kernel->n_inputs; p < kernel->n_parts; ++p)
-            NAME(move_element)(1, places[p], &parts[p], args[p] + i * steps[p], strides + parts[p].first);
-    }
-}
-
-// Runs a loop over `n` elements as they lie, from the `first` on.
-static void NAME(run_from)(intptr_t first, intptr_t n, const struct kernel *kernel, loop_function *loop, char **args,
-    const intptr_t *steps, unsigned hoisted, REAL *prepared)
-{
-    char *starts[PARTS];
-    for (int p = 0; p < kernel->n_parts; ++p)
-        starts[p] = is_flagged(hoisted, p) ? (char *)prepared : args[p] + first * steps[p];
-    loop(n, starts, steps + kernel->n_parts);
-}
-
-// Runs a loop over elements as they lie, `unit` at a time, and returns how many it did. Those before `head` are run
-// with some after them, and the last ones with some before them, which are run twice, unless arguments are replaced by
-// results.
-static intptr_t NAME(as_they_lie)(intptr_t unit, intptr_t head, const struct kernel *kernel, loop_function *loop,
-    char **args, intptr_t n, const intptr_t *steps, unsigned hoisted, REAL *prepared)
-{
-    int twice = n > unit;
-    for (int p = kernel->n_inputs; p < kernel->n_parts; ++p)
-        for (int q = 0; q < kernel->n_inputs; ++q)
-            twice = twice && args[p] != args[q];
-    const intptr_t first = twice ? head : 0, whole = (n - first) & -unit;
-    if (first)
-        NAME(run_from)(0, unit, kernel, loop, args, steps, hoisted, prepared);
-    if (whole)
-        NAME(run_from)(first, whole, kernel, loop, args, steps, hoisted, prepared);
-    if (!twice || first + whole == n)
-        return first + whole;
-    NAME(run_from)(n - unit, unit, kernel, loop, args, steps, hoisted, prepared);
-    return n;
-}
-
-// Runs a kernel over a batch. What lies at unit stride, or is hoisted, is used where it lies, and so is a whole batch
-// in C order if there is a loop for it; everything else goes through rows, in blocks.
-static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, const intptr_t *steps)
-{
-    const intptr_t w = sizeof(REAL), *strides = steps + kernel->n_parts;
-    const int n_parts = kernel->n_parts, n_inputs = kernel->n_inputs, width = CHOSEN;
-    enum { SAME, HOISTED, UNIT, ANY } kinds[PARTS];
-    _Alignas(64) REAL space[SPACE], prepared[PREPARED];
-    REAL *rows[PARTS];
-    char *starts[PARTS], *rest[PARTS];
-    intptr_t cores[CORES], row_cores[CORES], total = 0, numbers = 0, results = 0, bytes = 0;
-    unsigned still = 0, hoisted = 0;
-    int in_place = 1, ordered = 1, known = 1, at_unit_stride = 1;
-    if (width < 0 || n <= 1) {
-        NAME(each)(kernel, args, n, steps);
-        return;
-    }
-    loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width], *loads[PARTS], *stores[PARTS];
-    int together = kernel->together;
-    for (int p = 0; p < n_parts; ++p) {
-        const struct part *part = &kernel->parts[p];
-        const int same = p < n_inputs && p < FLAGS && steps[p] == 0;
-        intptr_t step = w;
-        for (int q = part->rank; q-- > 0; step *= part->shape[q])
-            ordered = ordered && (same || strides[part->first + q] == step);
-        ordered = ordered && (same || steps[p] == step);
-        known = known && part->size <= SIZES && NAME(spans)[part->size].load[width];
-        total += part->size;
-        numbers += same ? 0 : part->size;
-        results += p < n_inputs ? 0 : part->size;
-        bytes += steps[p] < 0 ? -steps[p] : steps[p];
-        if (same)
-            still |= 1u << p;
-    }
-    for (int f = 0; f < kernel->n_forms && !hoisted; ++f) {
-        const struct form *form = &kernel->forms[f];
-        if ((still & form->same) == form->same && n >= form->least) {
-            form->start(args, strides, prepared);
-            hoisted = form->same, together = form->together;
-            in_rows = form->block[width], in_order = form->dense[width];
-        }
-    }
-    // Results go past caches that do not hold them, where that is what takes the time and all rows start lines alike.
-    int past = PASSES(n * numbers * w, results) && !kernel->busy && !ordered;
-    for (int p = n_inputs; past && p < n_parts; ++p) {
-        const struct part *part = &kernel->parts[p];
-        past = steps[p] == w && (args[p] - args[n_inputs]) % LINE == 0;
-        for (int q = part->first; past && q < part->first + part->rank; ++q)
-            past = strides[q] % LINE == 0;
-    }
-    // Elements before the first whose result starts a line. A vector stored across two lines takes twice the time, so
-    // it is worth a turn more where elements are many and more than the first cache holds.
-    const int aligned = past || (steps[n_inputs] == w && n >= 16 * LANES && n * numbers * w >= 1 << 15);
-    intptr_t head = aligned ? (-(intptr_t)args[n_inputs] & (LINE - 1)) / w : 0;
-    // All that lies as a loop reads it is run at once.
-    for (int p = 0; p < n_parts; ++p)
-        at_unit_stride = at_unit_stride && (steps[p] == w || is_flagged(hoisted, p));
-    loop_function *const at_once = ordered && still == hoisted && in_order ? in_order
-        : at_unit_stride && !past && !kernel->repeats ? in_rows : NULL;
-    if (at_once) {
-        const intptr_t unit = at_once == in_order ? together : LANES, first = at_once == in_order ? 0 : head;
-        const intptr_t done = NAME(as_they_lie)(unit, first, kernel, at_once, args, n, steps, hoisted, prepared);
-        for (int p = 0; p < n_parts; ++p)
-            rest[p] = args[p] + done * steps[p];
-        args = rest, n -= done, head = 0;
-        if (n == 0)
-            return;
-    }
-    // Rows cost more than a few elements do.
-    if (n <= ALONE && !hoisted) {
-        NAME(each)(kernel, args, n, steps);
-        return;
-    }
-    const int spans = ordered && known && total * SPAN <= SPACE;
-    // Long rows spare calls; beyond the last cache, short turns keep reading and writing going side by side.
-    const int near = n < (1 << 24) / (bytes + 1);
-    intptr_t row = spans ? SPAN : near || past ? 512 / w : LANES;
-    while (row > LANES && row * total > SPACE)
-        row /= 2;
-    total = 0;
-    for (int p = 0; p < n_parts; ++p) {
-        const struct part *part = &kernel->parts[p];
-        intptr_t row_step = row * w;
-        starts[p] = is_flagged(hoisted, p) ? (char *)prepared : args[p];
-        rows[p] = space + row * total;
-        total += part->size;
-        kinds[p] = is_flagged(hoisted, p) ? HOISTED : is_flagged(still, p) ? SAME : steps[p] == w ? UNIT : ANY;
-        for (int q = 0; kernel->repeats && p >= n_inputs && q < n_inputs; ++q)
-            kinds[p] = args[p] == args[q] ? ANY : kinds[p];
-        kinds[p] = past && p >= n_inputs ? ANY : kinds[p];
-        in_place = in_place && (kinds[p] == UNIT || kinds[p] == HOISTED);
-        for (int q = part->first + part->rank; q-- > part->first; row_step *= part->shape[q - part->first]) {
-            cores[q] = kinds[p] == SAME || kinds[p] == ANY ? row_step : strides[q];
-            row_cores[q] = row_step;
-        }
-        if (kinds[p] == HOISTED || kinds[p] == UNIT)
-            continue;
-        starts[p] = (char *)rows[p];
-        loads[p] = spans ? NAME(spans)[part->size].load[width] : NULL;
-        stores[p] = spans ? NAME(spans)[part->size].store[width] : NULL;
-        if (kinds[p] == SAME)
-            NAME(move_part)(0, rows[p], row, part, args[p], 0, strides + part->first, n < row ? PADDED(n) : row);
-    }
-    const intptr_t turn = near ? SPAN : LANES;
-    intptr_t i = 0;
-    // In C order, by functions that know the sizes.
-    for (; spans && !in_place && n - i >= turn; i += turn) {
-        for (int p = 0; p < n_parts; ++p) {
-            if (kinds[p] == UNIT)
-                starts[p] = args[p] + i * w;
-            else if (kinds[p] == ANY && p < n_inputs)
-                loads[p](turn, (char *[]){starts[p], args[p] + i * steps[p]}, NULL);
-        }
-        for (int p = 0; !near && p < n_parts; ++p) {
-            const intptr_t first = p < n_inputs ? i + turn : i, count = n - first < turn ? n - first : turn;
-            if (kinds[p] == ANY)
-                fetch(args[p] + first * steps[p], count * steps[p], p >= n_inputs);
-        }
-        in_rows(turn, starts, cores);
-        for (int p = n_inputs; p < n_parts; ++p)
-            if (kinds[p] == ANY)
-                stores[p](turn, (char *[]){starts[p], args[p] + i * steps[p]}, NULL);
-    }
-    for (intptr_t m; i < n; i += m) {
-        m = i < head ? head - i : n - i < LANES ? n - i : in_place || n - i < row ? (n - i) & -LANES : row;
-        const int few = m < LANES;
-        for (int p = 0; p < n_parts; ++p) {
-            const struct part *part = &kernel->parts[p];
-            const int lies = kinds[p] == UNIT && !few;
-            if (kinds[p] < UNIT)
-                continue;
-            starts[p] = lies ? args[p] + i * w : (char *)rows[p];
-            for (int q = part->first; q < part->first + part->rank; ++q)
-                cores[q] = lies ? strides[q] : row_cores[q];
-            if (lies)
-                continue;
-            if (p < n_inputs)
-                NAME(move_part)(0, rows[p], row, part, args[p] + i * steps[p], steps[p], strides + part->first, m);
-            for (intptr_t k = 0; few && p < n_inputs && k < part->size; ++k)
-                for (intptr_t j = m; j < LANES; ++j)
-                    rows[p][k * row + j] = rows[p][k * row + m - 1];
-        }
-        in_rows(m, starts, cores);
-        for (int p = n_inputs; p < n_parts; ++p) {
-            const struct part *part = &kernel->parts[p];
-            char *to = args[p] + i * steps[p];
-            if (past)
-                NAME(stream_part)(rows[p], row, part, to, strides + part->first, m);
-            else if (starts[p] == (char *)rows[p])
-                NAME(move_part)(1, rows[p], row, part, to, steps[p], strides + part->first, m);
-        }
-    }
-    if (past)
-        STREAM_END();
-}
+GAC_AXIS(1, 1)
+GAC_AXIS(2, 2)
+GAC_AXIS(4, 4)
+GAC_AXES(2x2, 2, 2, 2, 2)
+GAC_TILE(2)
+GAC_TILE(4)
 
 INLINE void NAME(geometric_product)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -1282,61 +47,9 @@ INLINE void NAME(geometric_product)(const REAL *a, const REAL *b, REAL *out)
     out[3] = a_1 * b_e12 + a_e1 * b_e2 - a_e2 * b_e1 + a_e12 * b_1;
 }
 
-static INLINE void NAME(geometric_product_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(geometric_product)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(geometric_product_block)
-
-static INLINE void NAME(geometric_product_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            REAL x2[4];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
-            NAME(geometric_product)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(geometric_product_dense)
-
-void NAME(geometric_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(geometric_product_block), WIDTH(geometric_product_dense), TILE,
-        (any_function *)NAME(geometric_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_geometric_product(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 4, 4, 1, 4) AND OUT(2, 2, 4, \
+    4, 1, 4)
+GAC_KERNEL(geometric_product, PLAIN, TILES)
 
 INLINE void NAME(outer_product)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -1348,61 +61,9 @@ INLINE void NAME(outer_product)(const REAL *a, const REAL *b, REAL *out)
     out[3] = a_1 * b_e12 + a_e1 * b_e2 - a_e2 * b_e1 + a_e12 * b_1;
 }
 
-static INLINE void NAME(outer_product_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(outer_product)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(outer_product_block)
-
-static INLINE void NAME(outer_product_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            REAL x2[4];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
-            NAME(outer_product)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(outer_product_dense)
-
-void NAME(outer_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(outer_product_block), WIDTH(outer_product_dense), TILE,
-        (any_function *)NAME(outer_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_outer_product(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 4, 4, 1, 4) AND OUT(2, 2, 4, 4, \
+    1, 4)
+GAC_KERNEL(outer_product, PLAIN, TILES)
 
 INLINE void NAME(regressive_product)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -1414,61 +75,9 @@ INLINE void NAME(regressive_product)(const REAL *a, const REAL *b, REAL *out)
     out[3] = a_e12 * b_e12;
 }
 
-static INLINE void NAME(regressive_product_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(regressive_product)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(regressive_product_block)
-
-static INLINE void NAME(regressive_product_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            REAL x2[4];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
-            NAME(regressive_product)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(regressive_product_dense)
-
-void NAME(regressive_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(regressive_product_block), WIDTH(regressive_product_dense), TILE,
-        (any_function *)NAME(regressive_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_regressive_product(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 4, 4, 1, 4) AND OUT(2, 2, \
+    4, 4, 1, 4)
+GAC_KERNEL(regressive_product, PLAIN, TILES)
 
 INLINE void NAME(inner_product)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -1480,61 +89,9 @@ INLINE void NAME(inner_product)(const REAL *a, const REAL *b, REAL *out)
     out[3] = a_1 * b_e12 + a_e12 * b_1;
 }
 
-static INLINE void NAME(inner_product_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(inner_product)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(inner_product_block)
-
-static INLINE void NAME(inner_product_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        NAME(load_tile_4)(r1, TILE, a1 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            REAL x2[4];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_4)(x1, (char *)(r1 + i), TILE * w);
-            NAME(inner_product)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(inner_product_dense)
-
-void NAME(inner_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(inner_product_block), WIDTH(inner_product_dense), TILE,
-        (any_function *)NAME(inner_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_inner_product(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND IN(1, 1, 4, 4, 1, 4) AND OUT(2, 2, 4, 4, \
+    1, 4)
+GAC_KERNEL(inner_product, PLAIN, TILES)
 
 INLINE void NAME(reverse)(const REAL *a, REAL *out)
 {
@@ -1545,53 +102,8 @@ INLINE void NAME(reverse)(const REAL *a, REAL *out)
     out[3] = -a_e12;
 }
 
-static INLINE void NAME(reverse_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(reverse)(x0, x1);
-        NAME(store_4)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(reverse_block)
-
-static INLINE void NAME(reverse_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(reverse)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
-    }
-}
-LOOP(reverse_dense)
-
-void NAME(reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(reverse_block), WIDTH(reverse_dense), TILE, (any_function
-        *)NAME(reverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_reverse(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(1, 1, 4, 4, 1, 4)
+GAC_KERNEL(reverse, PLAIN, TILES)
 
 INLINE void NAME(dual)(const REAL *a, REAL *out)
 {
@@ -1602,53 +114,8 @@ INLINE void NAME(dual)(const REAL *a, REAL *out)
     out[3] = a_1;
 }
 
-static INLINE void NAME(dual_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(dual)(x0, x1);
-        NAME(store_4)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(dual_block)
-
-static INLINE void NAME(dual_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(dual)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
-    }
-}
-LOOP(dual_dense)
-
-void NAME(dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(dual_block), WIDTH(dual_dense), TILE, (any_function *)NAME(dual),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_dual(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(1, 1, 4, 4, 1, 4)
+GAC_KERNEL(dual, PLAIN, TILES)
 
 INLINE void NAME(norm)(const REAL *a, REAL *out)
 {
@@ -1656,51 +123,8 @@ INLINE void NAME(norm)(const REAL *a, REAL *out)
     out[0] = SQRT(a_1 * a_1 + a_e1 * a_e1 + a_e2 * a_e2 + a_e12 * a_e12);
 }
 
-static INLINE void NAME(norm_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[1];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(norm)(x0, x1);
-        NAME(store_scalar)(a1 + i * w, x1);
-    }
-}
-LOOPS(norm_block)
-
-static INLINE void NAME(norm_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[4];
-            REAL x1[1];
-            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
-            NAME(norm)(x0, x1);
-            NAME(store_scalar)((char *)(r1 + i), x1);
-        }
-        NAME(store_few)(a1 + first * 1, r1, 1, LANES, LANES);
-    }
-}
-LOOPS(norm_dense)
-
-void NAME(norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(norm_block), WIDTHS(norm_dense), LANES, (any_function *)NAME(norm),
-        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_norm(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(1, 1, scalar, 1, 0, 0)
+GAC_KERNEL(norm, PLAIN, DIRECT)
 
 INLINE void NAME(inverse)(const REAL *a, REAL *out)
 {
@@ -1712,53 +136,8 @@ INLINE void NAME(inverse)(const REAL *a, REAL *out)
     out[3] = -(a_e12 * t0);
 }
 
-static INLINE void NAME(inverse_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(inverse)(x0, x1);
-        NAME(store_4)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(inverse_block)
-
-static INLINE void NAME(inverse_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[4 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_4)(r0, TILE, a0 + first * 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            NAME(load_4)(x0, (char *)(r0 + i), TILE * w);
-            NAME(inverse)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), TILE * w, x1);
-        }
-        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
-    }
-}
-LOOP(inverse_dense)
-
-void NAME(inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(inverse_block), WIDTH(inverse_dense), TILE, (any_function
-        *)NAME(inverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_inverse(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(1, 1, 4, 4, 1, 4)
+GAC_KERNEL(inverse, PLAIN, TILES)
 
 INLINE void NAME(vector_product)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -1768,57 +147,9 @@ INLINE void NAME(vector_product)(const REAL *a, const REAL *b, REAL *out)
     out[1] = a_e1 * b_e2 - a_e2 * b_e1;
 }
 
-static INLINE void NAME(vector_product_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(vector_product)(x0, x1, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(vector_product_block)
-
-static INLINE void NAME(vector_product_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[2];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
-            NAME(vector_product)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
-    }
-}
-LOOPS(vector_product_dense)
-
-void NAME(vector_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(vector_product_block), WIDTHS(vector_product_dense), LANES,
-        (any_function *)NAME(vector_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_vector_product(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, 2) AND OUT(2, 2, 2, 2, \
+    1, 2)
+GAC_KERNEL(vector_product, PLAIN, DIRECT)
 
 INLINE void NAME(dot_product)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -1827,57 +158,9 @@ INLINE void NAME(dot_product)(const REAL *a, const REAL *b, REAL *out)
     out[0] = a_e1 * b_e1 + a_e2 * b_e2;
 }
 
-static INLINE void NAME(dot_product_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[1];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(dot_product)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(dot_product_block)
-
-static INLINE void NAME(dot_product_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[1];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
-            NAME(dot_product)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
-    }
-}
-LOOPS(dot_product_dense)
-
-void NAME(dot_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(dot_product_block), WIDTHS(dot_product_dense), LANES, (any_function
-        *)NAME(dot_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_dot_product(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, 2) AND OUT(2, 2, scalar, \
+    1, 0, 0)
+GAC_KERNEL(dot_product, PLAIN, DIRECT)
 
 INLINE void NAME(signed_area)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -1886,57 +169,9 @@ INLINE void NAME(signed_area)(const REAL *a, const REAL *b, REAL *out)
     out[0] = a_e1 * b_e2 - a_e2 * b_e1;
 }
 
-static INLINE void NAME(signed_area_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[1];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(signed_area)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(signed_area_block)
-
-static INLINE void NAME(signed_area_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[1 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[1];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
-            NAME(signed_area)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_few)(a2 + first * 1, r2, 1, LANES, LANES);
-    }
-}
-LOOPS(signed_area_dense)
-
-void NAME(signed_area_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(signed_area_block), WIDTHS(signed_area_dense), LANES, (any_function
-        *)NAME(signed_area), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_signed_area(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, 2) AND OUT(2, 2, scalar, \
+    1, 0, 0)
+GAC_KERNEL(signed_area, PLAIN, DIRECT)
 
 INLINE void NAME(quarter_turn)(const REAL *v, REAL *out)
 {
@@ -1945,51 +180,8 @@ INLINE void NAME(quarter_turn)(const REAL *v, REAL *out)
     out[1] = v_e1;
 }
 
-static INLINE void NAME(quarter_turn_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(quarter_turn)(x0, x1);
-        NAME(store_2)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(quarter_turn_block)
-
-static INLINE void NAME(quarter_turn_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(quarter_turn)(x0, x1);
-            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
-        }
-        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
-    }
-}
-LOOPS(quarter_turn_dense)
-
-void NAME(quarter_turn_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(quarter_turn_block), WIDTHS(quarter_turn_dense), LANES,
-        (any_function *)NAME(quarter_turn), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_quarter_turn(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND OUT(1, 1, 2, 2, 1, 2)
+GAC_KERNEL(quarter_turn, PLAIN, DIRECT)
 
 INLINE void NAME(normalize_vector)(const REAL *v, REAL *out)
 {
@@ -1999,51 +191,8 @@ INLINE void NAME(normalize_vector)(const REAL *v, REAL *out)
     out[1] = v_e2 * t0;
 }
 
-static INLINE void NAME(normalize_vector_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(normalize_vector)(x0, x1);
-        NAME(store_2)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(normalize_vector_block)
-
-static INLINE void NAME(normalize_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(normalize_vector)(x0, x1);
-            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
-        }
-        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
-    }
-}
-LOOPS(normalize_vector_dense)
-
-void NAME(normalize_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(normalize_vector_block), WIDTHS(normalize_vector_dense), LANES,
-        (any_function *)NAME(normalize_vector), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_normalize_vector(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND OUT(1, 1, 2, 2, 1, 2)
+GAC_KERNEL(normalize_vector, PLAIN, DIRECT)
 
 static INLINE void NAME(angle_between_vectors_within)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -2058,33 +207,9 @@ void NAME(angle_between_vectors)(const REAL *a, const REAL *b, REAL *out)
     RUN(angle_between_vectors, (a, b, out), (a, b, out));
 }
 
-static INLINE void NAME(angle_between_vectors_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[1];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(angle_between_vectors_within)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-LOOPS(angle_between_vectors_block)
-
-void NAME(angle_between_vectors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(angle_between_vectors_block), {NULL}, 0, (any_function
-        *)NAME(angle_between_vectors), NAME(call_aar), 2, 3, 0, 0, 1, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_angle_between_vectors(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, 2) AND OUT(2, \
+    2, scalar, 1, 0, 0)
+GAC_KERNEL(angle_between_vectors, BUSY, NO)
 
 INLINE void NAME(project_vector_on_vector)(const REAL *v, const REAL *n, REAL *out)
 {
@@ -2113,108 +238,12 @@ static INLINE void NAME(project_vector_on_vector_apply_n)(const REAL *prepared, 
     out[1] = v_e1 * c1 + v_e2 * c2;
 }
 
-static INLINE void NAME(project_vector_on_vector_block_n)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[2];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(project_vector_on_vector_apply_n)(prepared, x0, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(project_vector_on_vector_block_n)
-
-static INLINE void NAME(project_vector_on_vector_dense_n)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x2[2];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(project_vector_on_vector_apply_n)(prepared, x0, x2);
-            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
-    }
-}
-LOOPS(project_vector_on_vector_dense_n)
-
-static void NAME(project_vector_on_vector_start_n)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c1a = strides[1];
-    REAL x1[2];
-    NAME(load_2)(x1, args[1], c1a);
-    NAME(project_vector_on_vector_prepare_n)(x1, prepared);
-}
-
-static INLINE void NAME(project_vector_on_vector_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(project_vector_on_vector)(x0, x1, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(project_vector_on_vector_block)
-
-static INLINE void NAME(project_vector_on_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[2];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
-            NAME(project_vector_on_vector)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
-    }
-}
-LOOPS(project_vector_on_vector_dense)
-
-void NAME(project_vector_on_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct form forms[] = {{2, 2, NAME(project_vector_on_vector_start_n),
-        WIDTHS(project_vector_on_vector_block_n), WIDTHS(project_vector_on_vector_dense_n), LANES}};
-    static const struct kernel kernel = {WIDTHS(project_vector_on_vector_block),
-        WIDTHS(project_vector_on_vector_dense), LANES, (any_function *)NAME(project_vector_on_vector),
-        NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_project_vector_on_vector(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, 2) AND \
+    OUT(2, 2, 2, 2, 1, 2)
+#define PARTS_project_vector_on_vector_n(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND OUT(2, 2, 2, 2, 1, 2)
+#define SAME_project_vector_on_vector_n(IN, NUMBER, OUT, AND) IN(1, 1, 2, 2, 1, 2)
+GAC_FORM(project_vector_on_vector, n, 1, PLAIN, PLAIN, DIRECT)
+GAC_KERNEL_AND_FORMS(project_vector_on_vector, PLAIN, DIRECT, GAC_USE(project_vector_on_vector, n, DIRECT, 2, 2, 3))
 
 INLINE void NAME(reflect_vector)(const REAL *v, const REAL *n, REAL *out)
 {
@@ -2245,107 +274,12 @@ static INLINE void NAME(reflect_vector_apply_n)(const REAL *prepared, const REAL
     out[1] = -(v_e1 * c1 + v_e2 * c0);
 }
 
-static INLINE void NAME(reflect_vector_block_n)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[2];
-    const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(reflect_vector_apply_n)(prepared, x0, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(reflect_vector_block_n)
-
-static INLINE void NAME(reflect_vector_dense_n)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x2[2];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(reflect_vector_apply_n)(prepared, x0, x2);
-            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
-    }
-}
-LOOPS(reflect_vector_dense_n)
-
-static void NAME(reflect_vector_start_n)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c1a = strides[1];
-    REAL x1[2];
-    NAME(load_2)(x1, args[1], c1a);
-    NAME(reflect_vector_prepare_n)(x1, prepared);
-}
-
-static INLINE void NAME(reflect_vector_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(reflect_vector)(x0, x1, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(reflect_vector_block)
-
-static INLINE void NAME(reflect_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[2];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
-            NAME(reflect_vector)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
-    }
-}
-LOOPS(reflect_vector_dense)
-
-void NAME(reflect_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct form forms[] = {{2, 2, NAME(reflect_vector_start_n), WIDTHS(reflect_vector_block_n),
-        WIDTHS(reflect_vector_dense_n), LANES}};
-    static const struct kernel kernel = {WIDTHS(reflect_vector_block), WIDTHS(reflect_vector_dense), LANES,
-        (any_function *)NAME(reflect_vector), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_reflect_vector(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, 2) AND OUT(2, 2, 2, 2, \
+    1, 2)
+#define PARTS_reflect_vector_n(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND OUT(2, 2, 2, 2, 1, 2)
+#define SAME_reflect_vector_n(IN, NUMBER, OUT, AND) IN(1, 1, 2, 2, 1, 2)
+GAC_FORM(reflect_vector, n, 1, PLAIN, PLAIN, DIRECT)
+GAC_KERNEL_AND_FORMS(reflect_vector, PLAIN, DIRECT, GAC_USE(reflect_vector, n, DIRECT, 2, 2, 2))
 
 INLINE void NAME(rotor_product)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -2355,57 +289,9 @@ INLINE void NAME(rotor_product)(const REAL *a, const REAL *b, REAL *out)
     out[1] = a_1 * b_e12 + a_e12 * b_1;
 }
 
-static INLINE void NAME(rotor_product_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(rotor_product)(x0, x1, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(rotor_product_block)
-
-static INLINE void NAME(rotor_product_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[2];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
-            NAME(rotor_product)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
-    }
-}
-LOOPS(rotor_product_dense)
-
-void NAME(rotor_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(rotor_product_block), WIDTHS(rotor_product_dense), LANES,
-        (any_function *)NAME(rotor_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_rotor_product(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, 2) AND OUT(2, 2, 2, 2, \
+    1, 2)
+GAC_KERNEL(rotor_product, PLAIN, DIRECT)
 
 INLINE void NAME(even_product)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -2415,57 +301,9 @@ INLINE void NAME(even_product)(const REAL *a, const REAL *b, REAL *out)
     out[1] = a_1 * b_e12 + a_e12 * b_1;
 }
 
-static INLINE void NAME(even_product_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(even_product)(x0, x1, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(even_product_block)
-
-static INLINE void NAME(even_product_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[2];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
-            NAME(even_product)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
-    }
-}
-LOOPS(even_product_dense)
-
-void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(even_product_block), WIDTHS(even_product_dense), LANES,
-        (any_function *)NAME(even_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_even_product(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, 2) AND OUT(2, 2, 2, 2, \
+    1, 2)
+GAC_KERNEL(even_product, PLAIN, DIRECT)
 
 INLINE void NAME(rotor_inverse)(const REAL *r, REAL *out)
 {
@@ -2474,51 +312,8 @@ INLINE void NAME(rotor_inverse)(const REAL *r, REAL *out)
     out[1] = -r_e12;
 }
 
-static INLINE void NAME(rotor_inverse_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(rotor_inverse)(x0, x1);
-        NAME(store_2)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(rotor_inverse_block)
-
-static INLINE void NAME(rotor_inverse_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(rotor_inverse)(x0, x1);
-            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
-        }
-        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
-    }
-}
-LOOPS(rotor_inverse_dense)
-
-void NAME(rotor_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(rotor_inverse_block), WIDTHS(rotor_inverse_dense), LANES,
-        (any_function *)NAME(rotor_inverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_rotor_inverse(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND OUT(1, 1, 2, 2, 1, 2)
+GAC_KERNEL(rotor_inverse, PLAIN, DIRECT)
 
 INLINE void NAME(normalize_rotor)(const REAL *x, REAL *out)
 {
@@ -2528,51 +323,8 @@ INLINE void NAME(normalize_rotor)(const REAL *x, REAL *out)
     out[1] = x_e12 * t0;
 }
 
-static INLINE void NAME(normalize_rotor_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(normalize_rotor)(x0, x1);
-        NAME(store_2)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(normalize_rotor_block)
-
-static INLINE void NAME(normalize_rotor_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(normalize_rotor)(x0, x1);
-            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
-        }
-        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
-    }
-}
-LOOPS(normalize_rotor_dense)
-
-void NAME(normalize_rotor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(normalize_rotor_block), WIDTHS(normalize_rotor_dense), LANES,
-        (any_function *)NAME(normalize_rotor), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_normalize_rotor(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND OUT(1, 1, 2, 2, 1, 2)
+GAC_KERNEL(normalize_rotor, PLAIN, DIRECT)
 
 INLINE void NAME(rotate_vector)(const REAL *r, const REAL *v, REAL *out)
 {
@@ -2584,57 +336,9 @@ INLINE void NAME(rotate_vector)(const REAL *r, const REAL *v, REAL *out)
     out[1] = v_e2 * t0 - v_e1 * t1;
 }
 
-static INLINE void NAME(rotate_vector_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(rotate_vector)(x0, x1, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(rotate_vector_block)
-
-static INLINE void NAME(rotate_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[2];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
-            NAME(rotate_vector)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
-    }
-}
-LOOPS(rotate_vector_dense)
-
-void NAME(rotate_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(rotate_vector_block), WIDTHS(rotate_vector_dense), LANES,
-        (any_function *)NAME(rotate_vector), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_rotate_vector(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, 2) AND OUT(2, 2, 2, 2, \
+    1, 2)
+GAC_KERNEL(rotate_vector, PLAIN, DIRECT)
 
 INLINE void NAME(rotate_vector_back)(const REAL *r, const REAL *v, REAL *out)
 {
@@ -2646,57 +350,9 @@ INLINE void NAME(rotate_vector_back)(const REAL *r, const REAL *v, REAL *out)
     out[1] = v_e1 * t1 + v_e2 * t0;
 }
 
-static INLINE void NAME(rotate_vector_back_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(rotate_vector_back)(x0, x1, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(rotate_vector_back_block)
-
-static INLINE void NAME(rotate_vector_back_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[2];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
-            NAME(rotate_vector_back)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
-    }
-}
-LOOPS(rotate_vector_back_dense)
-
-void NAME(rotate_vector_back_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(rotate_vector_back_block), WIDTHS(rotate_vector_back_dense), LANES,
-        (any_function *)NAME(rotate_vector_back), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_rotate_vector_back(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, 2) AND OUT(2, 2, \
+    2, 2, 1, 2)
+GAC_KERNEL(rotate_vector_back, PLAIN, DIRECT)
 
 static INLINE void NAME(rotor_from_angle_within)(REAL angle, REAL *out, WORD *far)
 {
@@ -2711,41 +367,8 @@ void NAME(rotor_from_angle)(REAL angle, REAL *out)
     RUN(rotor_from_angle, (angle, out), (angle, out, NULL));
 }
 
-static INLINE void NAME(rotor_from_angle_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[0];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    for (intptr_t first = 0; first < n; first += CHUNK) {
-        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
-        WORD far = 0;
-        ANY_ORDER
-        for (intptr_t i = first; i < last; ++i) {
-            REAL x0[1];
-            REAL x1[2];
-            NAME(load_scalar)(x0, a0 + i * w);
-            NAME(rotor_from_angle_within)(x0[0], x1, &far);
-            NAME(store_2)(a1 + i * w, c1a, x1);
-        }
-        for (intptr_t i = first; far && i < last; ++i) {
-            REAL x0[1];
-            REAL x1[2];
-            NAME(load_scalar)(x0, a0 + i * w);
-            NAME(rotor_from_angle)(x0[0], x1);
-            NAME(store_2)(a1 + i * w, c1a, x1);
-        }
-    }
-}
-LOOPS(rotor_from_angle_block)
-
-void NAME(rotor_from_angle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{1, 0, 0, {0}}, {2, 1, 0, {2}}};
-    static const struct kernel kernel = {WIDTHS(rotor_from_angle_block), {NULL}, 0, (any_function
-        *)NAME(rotor_from_angle), NAME(call_nr), 1, 2, 0, 1, 1, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_rotor_from_angle(IN, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 0, 2, 2, 1, 2)
+GAC_KERNEL(rotor_from_angle, TURNS, NO)
 
 static INLINE void NAME(rotor_to_angle_within)(const REAL *r, REAL *out)
 {
@@ -2760,30 +383,8 @@ void NAME(rotor_to_angle)(const REAL *r, REAL *out)
     RUN(rotor_to_angle, (r, out), (r, out));
 }
 
-static INLINE void NAME(rotor_to_angle_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[1];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(rotor_to_angle_within)(x0, x1);
-        NAME(store_scalar)(a1 + i * w, x1);
-    }
-}
-LOOPS(rotor_to_angle_block)
-
-void NAME(rotor_to_angle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(rotor_to_angle_block), {NULL}, 0, (any_function
-        *)NAME(rotor_to_angle), NAME(call_ar), 1, 2, 0, 0, 1, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_rotor_to_angle(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND OUT(1, 1, scalar, 1, 0, 0)
+GAC_KERNEL(rotor_to_angle, BUSY, NO)
 
 static INLINE void NAME(rotor_exponential_within)(const REAL *b, REAL *out, WORD *far)
 {
@@ -2798,41 +399,8 @@ void NAME(rotor_exponential)(const REAL *b, REAL *out)
     RUN(rotor_exponential, (b, out), (b, out, NULL));
 }
 
-static INLINE void NAME(rotor_exponential_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    for (intptr_t first = 0; first < n; first += CHUNK) {
-        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
-        WORD far = 0;
-        ANY_ORDER
-        for (intptr_t i = first; i < last; ++i) {
-            REAL x0[1];
-            REAL x1[2];
-            NAME(load_1)(x0, a0 + i * w, c0a);
-            NAME(rotor_exponential_within)(x0, x1, &far);
-            NAME(store_2)(a1 + i * w, c1a, x1);
-        }
-        for (intptr_t i = first; far && i < last; ++i) {
-            REAL x0[1];
-            REAL x1[2];
-            NAME(load_1)(x0, a0 + i * w, c0a);
-            NAME(rotor_exponential)(x0, x1);
-            NAME(store_2)(a1 + i * w, c1a, x1);
-        }
-    }
-}
-LOOPS(rotor_exponential_block)
-
-void NAME(rotor_exponential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{1, 1, 0, {1}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(rotor_exponential_block), {NULL}, 0, (any_function
-        *)NAME(rotor_exponential), NAME(call_ar), 1, 2, 0, 1, 1, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_rotor_exponential(IN, NUMBER, OUT, AND) IN(0, 0, 1, 1, 1, 1) AND OUT(1, 1, 2, 2, 1, 2)
+GAC_KERNEL(rotor_exponential, TURNS, NO)
 
 static INLINE void NAME(rotor_logarithm_within)(const REAL *r, REAL *out)
 {
@@ -2847,30 +415,8 @@ void NAME(rotor_logarithm)(const REAL *r, REAL *out)
     RUN(rotor_logarithm, (r, out), (r, out));
 }
 
-static INLINE void NAME(rotor_logarithm_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[1];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(rotor_logarithm_within)(x0, x1);
-        NAME(store_1)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(rotor_logarithm_block)
-
-void NAME(rotor_logarithm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {1, 1, 1, {1}}};
-    static const struct kernel kernel = {WIDTHS(rotor_logarithm_block), {NULL}, 0, (any_function
-        *)NAME(rotor_logarithm), NAME(call_ar), 1, 2, 0, 0, 1, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_rotor_logarithm(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND OUT(1, 1, 1, 1, 1, 1)
+GAC_KERNEL(rotor_logarithm, BUSY, NO)
 
 INLINE void NAME(rotor_square_root)(const REAL *r, REAL *out)
 {
@@ -2881,51 +427,8 @@ INLINE void NAME(rotor_square_root)(const REAL *r, REAL *out)
     out[1] = r_e12 * t1;
 }
 
-static INLINE void NAME(rotor_square_root_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(rotor_square_root)(x0, x1);
-        NAME(store_2)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(rotor_square_root_block)
-
-static INLINE void NAME(rotor_square_root_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(rotor_square_root)(x0, x1);
-            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
-        }
-        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
-    }
-}
-LOOPS(rotor_square_root_dense)
-
-void NAME(rotor_square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(rotor_square_root_block), WIDTHS(rotor_square_root_dense), LANES,
-        (any_function *)NAME(rotor_square_root), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_rotor_square_root(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND OUT(1, 1, 2, 2, 1, 2)
+GAC_KERNEL(rotor_square_root, PLAIN, DIRECT)
 
 static INLINE void NAME(rotor_power_within)(const REAL *r, REAL t, REAL *out, WORD *far)
 {
@@ -2957,84 +460,11 @@ static INLINE void NAME(rotor_power_apply_r)(const REAL *prepared, REAL t, REAL 
     out[1] = SIN(t0);
 }
 
-static INLINE void NAME(rotor_power_block_r)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c2a = strides[1];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    for (intptr_t first = 0; first < n; first += CHUNK) {
-        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
-        WORD far = 0;
-        ANY_ORDER
-        for (intptr_t i = first; i < last; ++i) {
-            REAL x1[1];
-            REAL x2[2];
-            NAME(load_scalar)(x1, a1 + i * w);
-            NAME(rotor_power_apply_r)(prepared, x1[0], x2, &far);
-            NAME(store_2)(a2 + i * w, c2a, x2);
-        }
-        for (intptr_t i = first; far && i < last; ++i) {
-            REAL x1[1];
-            REAL x2[2];
-            NAME(load_scalar)(x1, a1 + i * w);
-            NAME(rotor_power_apply_r)(prepared, x1[0], x2, NULL);
-            NAME(store_2)(a2 + i * w, c2a, x2);
-        }
-    }
-}
-LOOPS(rotor_power_block_r)
-
-static void NAME(rotor_power_start_r)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0];
-    REAL x0[2];
-    NAME(load_2)(x0, args[0], c0a);
-    NAME(rotor_power_prepare_r)(x0, prepared);
-}
-
-static INLINE void NAME(rotor_power_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    for (intptr_t first = 0; first < n; first += CHUNK) {
-        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
-        WORD far = 0;
-        ANY_ORDER
-        for (intptr_t i = first; i < last; ++i) {
-            REAL x0[2];
-            REAL x1[1];
-            REAL x2[2];
-            NAME(load_2)(x0, a0 + i * w, c0a);
-            NAME(load_scalar)(x1, a1 + i * w);
-            NAME(rotor_power_within)(x0, x1[0], x2, &far);
-            NAME(store_2)(a2 + i * w, c2a, x2);
-        }
-        for (intptr_t i = first; far && i < last; ++i) {
-            REAL x0[2];
-            REAL x1[1];
-            REAL x2[2];
-            NAME(load_2)(x0, a0 + i * w, c0a);
-            NAME(load_scalar)(x1, a1 + i * w);
-            NAME(rotor_power)(x0, x1[0], x2);
-            NAME(store_2)(a2 + i * w, c2a, x2);
-        }
-    }
-}
-LOOPS(rotor_power_block)
-
-void NAME(rotor_power_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}, {2, 1, 1, {2}}};
-    static const struct form forms[] = {{1, 2, NAME(rotor_power_start_r), WIDTHS(rotor_power_block_r), {NULL}, 0}};
-    static const struct kernel kernel = {WIDTHS(rotor_power_block), {NULL}, 0, (any_function *)NAME(rotor_power),
-        NAME(call_anr), 2, 3, 1, 1, 1, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_rotor_power(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND NUMBER(1, 1) AND OUT(2, 1, 2, 2, 1, 2)
+#define PARTS_rotor_power_r(IN, NUMBER, OUT, AND) NUMBER(1, 1) AND OUT(2, 1, 2, 2, 1, 2)
+#define SAME_rotor_power_r(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2)
+GAC_FORM(rotor_power, r, 0, PLAIN, TURNS, NO)
+GAC_KERNEL_AND_FORMS(rotor_power, TURNS, NO, GAC_USE(rotor_power, r, NO, 1, 2, 1))
 
 static INLINE void NAME(interpolate_rotors_within)(const REAL *a, const REAL *b, REAL t, REAL *out, WORD *far)
 {
@@ -3082,92 +512,12 @@ static INLINE void NAME(interpolate_rotors_apply_a_b)(const REAL *prepared, REAL
     out[1] = c1 * t2 + c2 * t1;
 }
 
-static INLINE void NAME(interpolate_rotors_block_a_b)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c3a = strides[2];
-    const REAL *prepared = (const REAL *)args[0];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    for (intptr_t first = 0; first < n; first += CHUNK) {
-        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
-        WORD far = 0;
-        ANY_ORDER
-        for (intptr_t i = first; i < last; ++i) {
-            REAL x2[1];
-            REAL x3[2];
-            NAME(load_scalar)(x2, a2 + i * w);
-            NAME(interpolate_rotors_apply_a_b)(prepared, x2[0], x3, &far);
-            NAME(store_2)(a3 + i * w, c3a, x3);
-        }
-        for (intptr_t i = first; far && i < last; ++i) {
-            REAL x2[1];
-            REAL x3[2];
-            NAME(load_scalar)(x2, a2 + i * w);
-            NAME(interpolate_rotors_apply_a_b)(prepared, x2[0], x3, NULL);
-            NAME(store_2)(a3 + i * w, c3a, x3);
-        }
-    }
-}
-LOOPS(interpolate_rotors_block_a_b)
-
-static void NAME(interpolate_rotors_start_a_b)(char **args, const intptr_t *strides, void *prepared)
-{
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    REAL x0[2];
-    NAME(load_2)(x0, args[0], c0a);
-    REAL x1[2];
-    NAME(load_2)(x1, args[1], c1a);
-    NAME(interpolate_rotors_prepare_a_b)(x0, x1, prepared);
-}
-
-static INLINE void NAME(interpolate_rotors_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c3a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    for (intptr_t first = 0; first < n; first += CHUNK) {
-        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
-        WORD far = 0;
-        ANY_ORDER
-        for (intptr_t i = first; i < last; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[1];
-            REAL x3[2];
-            NAME(load_2)(x0, a0 + i * w, c0a);
-            NAME(load_2)(x1, a1 + i * w, c1a);
-            NAME(load_scalar)(x2, a2 + i * w);
-            NAME(interpolate_rotors_within)(x0, x1, x2[0], x3, &far);
-            NAME(store_2)(a3 + i * w, c3a, x3);
-        }
-        for (intptr_t i = first; far && i < last; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[1];
-            REAL x3[2];
-            NAME(load_2)(x0, a0 + i * w, c0a);
-            NAME(load_2)(x1, a1 + i * w, c1a);
-            NAME(load_scalar)(x2, a2 + i * w);
-            NAME(interpolate_rotors)(x0, x1, x2[0], x3);
-            NAME(store_2)(a3 + i * w, c3a, x3);
-        }
-    }
-}
-LOOPS(interpolate_rotors_block)
-
-void NAME(interpolate_rotors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}, {2, 1, 2, {2}}};
-    static const struct form forms[] = {{3, 2, NAME(interpolate_rotors_start_a_b),
-        WIDTHS(interpolate_rotors_block_a_b), {NULL}, 0}};
-    static const struct kernel kernel = {WIDTHS(interpolate_rotors_block), {NULL}, 0, (any_function
-        *)NAME(interpolate_rotors), NAME(call_aanr), 3, 4, 1, 1, 1, parts, forms};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_interpolate_rotors(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, 2) AND NUMBER(2, \
+    2) AND OUT(3, 2, 2, 2, 1, 2)
+#define PARTS_interpolate_rotors_a_b(IN, NUMBER, OUT, AND) NUMBER(2, 2) AND OUT(3, 2, 2, 2, 1, 2)
+#define SAME_interpolate_rotors_a_b(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, 2)
+GAC_FORM(interpolate_rotors, a_b, 0, PLAIN, TURNS, NO)
+GAC_KERNEL_AND_FORMS(interpolate_rotors, TURNS, NO, GAC_USE(interpolate_rotors, a_b, NO, 3, 2, 3))
 
 static INLINE void NAME(even_exponential_within)(const REAL *x, REAL *out, WORD *far)
 {
@@ -3183,41 +533,8 @@ void NAME(even_exponential)(const REAL *x, REAL *out)
     RUN(even_exponential, (x, out), (x, out, NULL));
 }
 
-static INLINE void NAME(even_exponential_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    for (intptr_t first = 0; first < n; first += CHUNK) {
-        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
-        WORD far = 0;
-        ANY_ORDER
-        for (intptr_t i = first; i < last; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            NAME(load_2)(x0, a0 + i * w, c0a);
-            NAME(even_exponential_within)(x0, x1, &far);
-            NAME(store_2)(a1 + i * w, c1a, x1);
-        }
-        for (intptr_t i = first; far && i < last; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            NAME(load_2)(x0, a0 + i * w, c0a);
-            NAME(even_exponential)(x0, x1);
-            NAME(store_2)(a1 + i * w, c1a, x1);
-        }
-    }
-}
-LOOPS(even_exponential_block)
-
-void NAME(even_exponential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(even_exponential_block), {NULL}, 0, (any_function
-        *)NAME(even_exponential), NAME(call_ar), 1, 2, 0, 1, 1, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_even_exponential(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND OUT(1, 1, 2, 2, 1, 2)
+GAC_KERNEL(even_exponential, TURNS, NO)
 
 static INLINE void NAME(even_logarithm_within)(const REAL *x, REAL *out)
 {
@@ -3232,30 +549,8 @@ void NAME(even_logarithm)(const REAL *x, REAL *out)
     RUN(even_logarithm, (x, out), (x, out));
 }
 
-static INLINE void NAME(even_logarithm_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(even_logarithm_within)(x0, x1);
-        NAME(store_2)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(even_logarithm_block)
-
-void NAME(even_logarithm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(even_logarithm_block), {NULL}, 0, (any_function
-        *)NAME(even_logarithm), NAME(call_ar), 1, 2, 0, 0, 1, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_even_logarithm(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND OUT(1, 1, 2, 2, 1, 2)
+GAC_KERNEL(even_logarithm, BUSY, NO)
 
 INLINE void NAME(even_square_root)(const REAL *x, REAL *out)
 {
@@ -3276,51 +571,8 @@ INLINE void NAME(even_square_root)(const REAL *x, REAL *out)
     out[1] = SELECT(t10 * t6, t2, (REAL)0) + x_e12 * SELECT(t10, t11, t4);
 }
 
-static INLINE void NAME(even_square_root_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(even_square_root)(x0, x1);
-        NAME(store_2)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(even_square_root_block)
-
-static INLINE void NAME(even_square_root_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(even_square_root)(x0, x1);
-            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
-        }
-        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
-    }
-}
-LOOPS(even_square_root_dense)
-
-void NAME(even_square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(even_square_root_block), WIDTHS(even_square_root_dense), LANES,
-        (any_function *)NAME(even_square_root), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_even_square_root(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND OUT(1, 1, 2, 2, 1, 2)
+GAC_KERNEL(even_square_root, PLAIN, DIRECT)
 
 INLINE void NAME(rotor_between_vectors)(const REAL *a, const REAL *b, REAL *out)
 {
@@ -3341,57 +593,9 @@ INLINE void NAME(rotor_between_vectors)(const REAL *a, const REAL *b, REAL *out)
     out[1] = -(t9 * t10);
 }
 
-static INLINE void NAME(rotor_between_vectors_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(rotor_between_vectors)(x0, x1, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(rotor_between_vectors_block)
-
-static INLINE void NAME(rotor_between_vectors_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r2[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[2];
-            NAME(load_2)(x0, (char *)a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, (char *)a1 + (first + i) * 2 * w, w);
-            NAME(rotor_between_vectors)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
-    }
-}
-LOOPS(rotor_between_vectors_dense)
-
-void NAME(rotor_between_vectors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(rotor_between_vectors_block), WIDTHS(rotor_between_vectors_dense),
-        LANES, (any_function *)NAME(rotor_between_vectors), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_rotor_between_vectors(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, 2) AND OUT(2, \
+    2, 2, 2, 1, 2)
+GAC_KERNEL(rotor_between_vectors, PLAIN, DIRECT)
 
 INLINE void NAME(rotor_to_matrix)(const REAL *r, REAL *out)
 {
@@ -3405,53 +609,8 @@ INLINE void NAME(rotor_to_matrix)(const REAL *r, REAL *out)
     out[3] = t1;
 }
 
-static INLINE void NAME(rotor_to_matrix_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c1b = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[4];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(rotor_to_matrix)(x0, x1);
-        NAME(store_2x2)(a1 + i * w, c1a, c1b, x1);
-    }
-}
-LOOPS(rotor_to_matrix_block)
-
-static INLINE void NAME(rotor_to_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r0[2 * TILE];
-    _Alignas(64) REAL r1[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_2)(r0, TILE, a0 + first * 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[2];
-            REAL x1[4];
-            NAME(load_2)(x0, (char *)(r0 + i), TILE * w);
-            NAME(rotor_to_matrix)(x0, x1);
-            NAME(store_2x2)((char *)(r1 + i), 2 * TILE * w, TILE * w, x1);
-        }
-        NAME(store_tile_4)(a1 + first * 4, r1, TILE);
-    }
-}
-LOOP(rotor_to_matrix_dense)
-
-void NAME(rotor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {4, 2, 1, {2, 2}}};
-    static const struct kernel kernel = {WIDTHS(rotor_to_matrix_block), WIDTH(rotor_to_matrix_dense), TILE,
-        (any_function *)NAME(rotor_to_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_rotor_to_matrix(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND OUT(1, 1, 2x2, 4, 2, 2, 2)
+GAC_KERNEL(rotor_to_matrix, PLAIN, TILES)
 
 INLINE void NAME(rotor_from_matrix)(const REAL *matrix, REAL *out)
 {
@@ -3472,51 +631,8 @@ INLINE void NAME(rotor_from_matrix)(const REAL *matrix, REAL *out)
     out[1] = -(t10 * t11);
 }
 
-static INLINE void NAME(rotor_from_matrix_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[2];
-        NAME(load_2x2)(x0, a0 + i * w, c0a, c0b);
-        NAME(rotor_from_matrix)(x0, x1);
-        NAME(store_2)(a1 + i * w, c1a, x1);
-    }
-}
-LOOPS(rotor_from_matrix_block)
-
-static INLINE void NAME(rotor_from_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    _Alignas(64) REAL r1[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[4];
-            REAL x1[2];
-            NAME(load_2x2)(x0, (char *)a0 + (first + i) * 4 * w, 2 * w, w);
-            NAME(rotor_from_matrix)(x0, x1);
-            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
-        }
-        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
-    }
-}
-LOOPS(rotor_from_matrix_dense)
-
-void NAME(rotor_from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 2, 0, {2, 2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(rotor_from_matrix_block), WIDTHS(rotor_from_matrix_dense), LANES,
-        (any_function *)NAME(rotor_from_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_rotor_from_matrix(IN, NUMBER, OUT, AND) IN(0, 0, 2x2, 4, 2, 2, 2) AND OUT(1, 2, 2, 2, 1, 2)
+GAC_KERNEL(rotor_from_matrix, PLAIN, DIRECT)
 
 INLINE void NAME(pack_field)(const REAL *a, REAL *out_0, REAL *out_1)
 {
@@ -3527,59 +643,9 @@ INLINE void NAME(pack_field)(const REAL *a, REAL *out_0, REAL *out_1)
     out_1[1] = a_e2;
 }
 
-static INLINE void NAME(pack_field_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(pack_field)(x0, x1, x2);
-        NAME(store_2)(a1 + i * w, c1a, x1);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(pack_field_block)
-
-static INLINE void NAME(pack_field_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r1[2 * LANES];
-    _Alignas(64) REAL r2[2 * LANES];
-    for (intptr_t first = 0; first < n; first += LANES) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < LANES; ++i) {
-            REAL x0[4];
-            REAL x1[2];
-            REAL x2[2];
-            NAME(load_4)(x0, (char *)a0 + (first + i) * 4 * w, w);
-            NAME(pack_field)(x0, x1, x2);
-            NAME(store_2)((char *)(r1 + i), LANES * w, x1);
-            NAME(store_2)((char *)(r2 + i), LANES * w, x2);
-        }
-        NAME(store_few)(a1 + first * 2, r1, 2, LANES, LANES);
-        NAME(store_few)(a2 + first * 2, r2, 2, LANES, LANES);
-    }
-}
-LOOPS(pack_field_dense)
-
-void NAME(pack_field_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(pack_field_block), WIDTHS(pack_field_dense), LANES, (any_function
-        *)NAME(pack_field), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_pack_field(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(1, 1, 2, 2, 1, 2) AND OUT(2, 2, 2, 2, 1, \
+    2)
+GAC_KERNEL(pack_field, PLAIN, DIRECT)
 
 INLINE void NAME(unpack_field)(const REAL *even, const REAL *odd, REAL *out)
 {
@@ -3591,59 +657,7 @@ INLINE void NAME(unpack_field)(const REAL *even, const REAL *odd, REAL *out)
     out[3] = even_1;
 }
 
-static INLINE void NAME(unpack_field_block)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[4];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(unpack_field)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-LOOPS(unpack_field_block)
-
-static INLINE void NAME(unpack_field_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    REAL *a0 = (REAL *)args[0];
-    REAL *a1 = (REAL *)args[1];
-    REAL *a2 = (REAL *)args[2];
-    _Alignas(64) REAL r0[2 * TILE];
-    _Alignas(64) REAL r1[2 * TILE];
-    _Alignas(64) REAL r2[4 * TILE];
-    for (intptr_t first = 0; first < n; first += TILE) {
-        NAME(load_tile_2)(r0, TILE, a0 + first * 2);
-        NAME(load_tile_2)(r1, TILE, a1 + first * 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < TILE; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[4];
-            NAME(load_2)(x0, (char *)(r0 + i), TILE * w);
-            NAME(load_2)(x1, (char *)(r1 + i), TILE * w);
-            NAME(unpack_field)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), TILE * w, x2);
-        }
-        NAME(store_tile_4)(a2 + first * 4, r2, TILE);
-    }
-}
-LOOP(unpack_field_dense)
-
-void NAME(unpack_field_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(unpack_field_block), WIDTH(unpack_field_dense), TILE, (any_function
-        *)NAME(unpack_field), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
-    NAME(batch)(&kernel, args, dimensions[0], steps);
-}
+#define PARTS_unpack_field(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND IN(1, 1, 2, 2, 1, 2) AND OUT(2, 2, 4, 4, \
+    1, 4)
+GAC_KERNEL(unpack_field, PLAIN, TILES)
 #endif

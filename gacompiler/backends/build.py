@@ -9,16 +9,9 @@ from typing import ParamSpec, TypeVar
 
 from ..errors import BackendError
 from ..gac_runtime import build as _build
-from ..gac_runtime.build import (
-    FLAGS,
-    GCC_FLAGS,
-    compiler_flags,
-    find_compiler,
-    library_name,
-    no_compiler,
-    processors,
-)
+from ..gac_runtime.build import compiler_flags, find_compiler, library_name, no_compiler, processors
 from ..gac_runtime.cache import RuntimeProblem
+from ..gac_runtime.names import FLAGS, GCC_FLAGS
 
 __all__ = [
     "FLAGS",

@@ -9,10 +9,10 @@ from pathlib import Path
 
 from ..errors import BackendError
 from ..gac_runtime.definition import INTERFACE, result_names
+from ..gac_runtime.names import RUNTIME, library_label
 from ..ir.cost import Cost
 from ..ir.program import Argument, Program, Result
 from ..ir.uniform import Uniform
-from .build import library_name
 from .c import c_source, environment
 from .c_batch import C_ENDINGS, FORM_PARTS, form_name
 from .documentation import stamp
@@ -26,9 +26,6 @@ PUBLIC = ("Kernel", "Layout", "Value", "backend", "kernels", "num_threads")
 
 _OWN = ("GeneratedModule", "SCALAR", "annotations", "error")
 """Other names that the text of a module has."""
-
-RUNTIME = "gac_runtime"
-"""The folder of what modules import, here and beside them."""
 
 _WIDTH = 120
 
@@ -59,7 +56,7 @@ def python_source(module: ModuleSource) -> str:
             summary=_escaped(module.summary.strip()),
             command=module.command,
             interface=INTERFACE,
-            library=library_name(module.name, c_source(module)),
+            library=library_label(module.name, c_source(module)),
             layouts=declared,
             kernels=["\n".join(_kernel(kernel, layouts)) for kernel in module.kernels],
             types=["\n".join(class_text(name, layouts[layout])) for name, layout in types.values()],

@@ -12,8 +12,8 @@ from typing import Any
 import click
 
 from ..backends import runtime_files
-from ..backends.python import RUNTIME
 from ..errors import StaleError
+from ..gac_runtime.names import RUNTIME
 from ..generation.cache import Cache
 from ..generation.checked_in import generated_folder, own_specs
 from ..generation.compiled import Compiled

@@ -11,7 +11,6 @@ they are one file.
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import os
 import re
 import shlex
@@ -28,31 +27,26 @@ from functools import cache
 from pathlib import Path
 
 from .cache import CacheError, RuntimeProblem, cache_folder
-from .extension_file import FLAGS as EXTENSION_FLAGS
-from .extension_file import FOLDER, SOURCE, extension_name, extension_path
-
-FLAGS = ("-std=c17", "-fPIC", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math")
-"""No flag depends on the machine: the loops carry code for wide vectors and choose when they are loaded. With
--fno-trapping-math comparisons may be made where their branch is not taken; without, gcc makes no vectors of some
-loops."""
-
-GCC_FLAGS = ("-O1", "-fexpensive-optimizations", "-ftree-loop-vectorize", "-fvect-cost-model=dynamic", "-fpeel-loops")
-"""What vectorised straight-line code profits from: as fast as with -O3, and compiled in two thirds of the time. By the
-second, gcc clears the upper halves of registers after a loop: without, what ran next took twice as long where it was
-compiled for SSE, as scipy's transforms are."""
-
-OTHER_FLAGS = ("-O3",)
-"""What other compilers take instead."""
+from .names import (
+    EXTENSION_FILE,
+    EXTENSION_FLAGS,
+    FLAGS,
+    FOLDER,
+    GCC_FLAGS,
+    OTHER_FLAGS,
+    RUNTIME,
+    RUNTIME_FILES,
+    digest,
+    extension_name,
+    extension_path,
+    library_file,
+    library_label,
+)
 
 COMPILERS = ("cc", "gcc", "clang")
 
-RUNTIME = "gac_runtime"
-"""The folder of this file wherever modules use it."""
-
 STEM = "calls"
 """The name of the extension; its file has a digest besides."""
-
-RUNTIME_FILES = ("gac_runtime.h", "gac_runtime.c")
 
 _SMALL = 40_000
 """A text of fewer characters is compiled in one go; others once for each precision, side by side."""
@@ -123,14 +117,9 @@ def _read(path: Path) -> str:
         raise BuildError(str(path), error.strerror or str(error), "a generated C file") from error
 
 
-def _digest(*texts: str) -> str:
-    return hashlib.sha256("\0".join(texts).encode()).hexdigest()[:16]
-
-
 def library_name(module: str, c_text: str, runtime: Path | None = None) -> str:
     """The file name of a library: it changes with the text, the runtime and the flags, so it is never stale."""
-    texts = _texts(runtime or Path(__file__).parent, RUNTIME_FILES)
-    return f"{module}-{_digest(c_text, *texts, *FLAGS, *GCC_FLAGS, *OTHER_FLAGS)}.so"
+    return library_file(library_label(module, c_text), runtime or Path(__file__).parent)
 
 
 def library_path(c_file: Path) -> Path:
@@ -150,7 +139,7 @@ def cached_path(c_file: Path) -> Path | None:
     if compiler is None:
         return None
     name = library_path(c_file).stem
-    return cache_folder("libraries") / f"{name}-{_digest(_version(compiler), *compiler)}.so"
+    return cache_folder("libraries") / f"{name}-{digest(_version(compiler), *compiler)}.so"
 
 
 def built_library(c_file: Path) -> Path | None:
@@ -273,7 +262,7 @@ def build(targets: dict[Path, Path]) -> None:
                 failures.append(error)
                 continue
             os.replace(library, target)
-            _remove_stale(target, rf"{re.escape(source.stem)}-[0-9a-f]{{16}}\.so")
+            _remove_stale(target, rf"{re.escape(source.stem)}-[0-9a-f]{{16}}(-[0-9a-f]{{16}})?\.so")
         if failures:
             raise failures[0]
     finally:
@@ -290,7 +279,7 @@ def _compile(compiler: tuple[str, ...], source: Path, target: Path, runtime: Pat
 
 def _runtime_object(compiler: tuple[str, ...], runtime: Path, half: str, scratch: Path) -> Path:
     """The runtime for one precision, from the user's cache; or made there, or in `scratch` where there is no cache."""
-    key = _digest(*_texts(runtime, RUNTIME_FILES), _version(compiler), *compiler, *compiler_flags(compiler))
+    key = digest(*_texts(runtime, RUNTIME_FILES), _version(compiler), *compiler, *compiler_flags(compiler))
     name = f"gac_runtime-{key}-{half}.o"
     try:
         folder = cache_folder("runtime")
@@ -335,7 +324,7 @@ def build_extension(folder: Path) -> Path | None:
         if known is not None and known.exists():
             shutil.copyfile(known, built)
         else:
-            source = SOURCE
+            source = Path(__file__).with_name(EXTENSION_FILE)
             undefined = ["-undefined", "dynamic_lookup"] if sys.platform == "darwin" else []
             options = [*EXTENSION_FLAGS, f"-DINIT=PyInit_{extension_name()}", f"-I{include}", "-shared", *undefined]
             command = [*compiler, *options, str(source), "-o", str(built)]

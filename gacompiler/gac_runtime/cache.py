@@ -36,21 +36,35 @@ def cache_folder(part: str = "") -> Path:
     """
     chosen = os.environ.get("GAC_CACHE")
     try:
-        home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-        folder = _own_folder(Path(chosen) if chosen else home / "gacompiler")
-        return _own_folder(folder / part) if part else folder
-    except (OSError, RuntimeError) as error:
-        where = chosen or "~/.cache/gacompiler"
-        raise CacheError(where, str(error), "a folder that can be written", "set GAC_CACHE to one") from error
+        caches = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    except RuntimeError as error:  # this user has no home
+        raise CacheError("~/.cache/gacompiler", str(error), "a home folder", "set GAC_CACHE to a folder") from None
+    folder = Path(chosen) if chosen else caches / "gacompiler"
+    for each in (folder, folder / part):
+        reason = refusal(each)
+        if reason:
+            expected = "a folder that you can write, and nobody else"
+            raise CacheError(str(each), reason, expected, "set GAC_CACHE to another one")
+    return folder / part
 
 
-def _own_folder(folder: Path) -> Path:
-    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-    found = folder.stat()
-    if hasattr(os, "getuid") and found.st_uid != os.getuid():
-        raise CacheError(str(folder), "it belongs to another user", "a cache of one's own", "set GAC_CACHE to one")
-    if os.name == "posix" and found.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
-        raise CacheError(
-            str(folder), "others can write to it", "a folder that only its owner can write", f"chmod 700 {folder}"
-        )
-    return folder
+def refusal(folder: Path) -> str:
+    """Why nothing may be loaded from a folder, which is made where it is missing; empty where it may."""
+    try:
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        own, link = folder.stat(), folder.lstat()
+        above = {*folder.absolute().parents, *folder.resolve().parents}
+        modes = {parent: parent.stat().st_mode for parent in above}
+    except OSError as error:
+        return f"it cannot be used: {error.strerror}"
+    if not os.access(folder, os.R_OK | os.W_OK | os.X_OK):
+        return "it cannot be written"
+    if not hasattr(os, "geteuid"):
+        return ""  # Windows, where modes say nothing, and users' folders are their own
+    user = os.geteuid()
+    if own.st_uid != user or link.st_uid not in (user, 0):
+        return "it belongs to another user"
+    if own.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
+        return f"others may write to it (mode {stat.S_IMODE(own.st_mode):o})"
+    open_to_all = sorted(p for p, mode in modes.items() if mode & stat.S_IWOTH and not mode & stat.S_ISVTX)
+    return f"anyone may replace it, since anyone may write to {open_to_all[0]}" if open_to_all else ""

@@ -1,9 +1,7 @@
-"""The file of the extension through which Python calls kernels: its name, its place, and how it is loaded."""
+"""The file of the extension through which Python calls kernels, and how it is loaded."""
 
 from __future__ import annotations
 
-import functools
-import hashlib
 import importlib.machinery
 import importlib.util
 import os
@@ -13,29 +11,19 @@ from typing import Any
 
 import numpy as np
 
-FOLDER = "_build"
-"""Where what is built lies, beside the modules and in the user's cache."""
-FLAGS = ("-O2", "-std=c17", "-fPIC")
-"""The options that the extension is compiled with."""
-SOURCE = Path(__file__).with_name("extension.c")
+from .cache import CacheError, cache_folder
+from .names import extension_path
 
 
-@functools.cache
-def extension_name() -> str:
-    """The name of the extension as Python imports it, which changes with its text and the options."""
-    text = SOURCE.read_text(encoding="utf-8")
-    return f"calls_{hashlib.sha256(chr(0).join([text, *FLAGS]).encode()).hexdigest()[:16]}"
-
-
-def extension_path(folder: Path) -> Path:
-    """Where the extension belongs for modules in `folder`, or in the user's cache."""
-    return folder / FOLDER / f"{extension_name()}{importlib.machinery.EXTENSION_SUFFIXES[0]}"
-
-
-def user_cache() -> Path:
-    """The folder for what is built where modules lie in a folder that cannot be written."""
-    chosen = os.environ.get("GAC_CACHE")
-    return Path(chosen) if chosen else Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "gacompiler"
+def find_extension() -> Any:
+    """The extension for the modules beside this package, or from the user's cache; None where it is in neither."""
+    found = load(extension_path(Path(__file__).parents[1]))
+    if found is not None:
+        return found
+    try:
+        return load(extension_path(cache_folder()))
+    except CacheError:
+        return None
 
 
 def load(path: Path) -> Any:

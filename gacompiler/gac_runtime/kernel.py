@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Protocol
 
@@ -53,12 +54,18 @@ class Settings(Protocol):
     def library(self) -> Library:
         """The compiled kernels."""
 
+    def ready_backend(self) -> str:
+        """As `backend`, when a kernel is about to be run."""
+
 
 class _UserSettings:
     """For kernels that do not belong to a module: `Kernel.of`."""
 
     backend = "numba"
-    library = Library("", "")
+    library = Library("", Path())
+
+    def ready_backend(self) -> str:
+        return self.backend
 
     @property
     def num_threads(self) -> int:
@@ -304,7 +311,7 @@ class Kernel(Call):  # type: ignore[misc]
             if dtype in self._loops:
                 return self._loops[dtype]
             function = 0
-            if self._settings.backend == "c":
+            if self._settings.ready_backend() == "c":
                 library = self._settings.library
                 loop, self._addresses[:] = library.loop(self.name, dtype), library.loop_addresses(self.name)
                 function = library.address(f"{self.name}_f64")

@@ -4,22 +4,22 @@ from __future__ import annotations
 
 import inspect
 import os
+import warnings
 from collections import namedtuple
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any
 
+from .cache import RuntimeProblem
 from .definition import INTERFACE, Definition, Form, counted, result_names, shapes_in
 from .documentation import Facts
-from .extension_file import FOLDER
 from .kernel import Kernel
 from .layout import SCALAR, Layout, layout
-from .library import Library
+from .library import Library, chosen_backend
 from .threads import default_threads
 from .value import Family, Value, families
 
 __all__ = ["SCALAR", "GeneratedModule", "Kernel", "Layout", "Value", "layout"]
-
-_BACKENDS = ("c", "numba", "arrays")
 
 Function = Callable[..., Any]
 
@@ -34,7 +34,7 @@ class GeneratedModule:
     interface : int
         The `INTERFACE` that it was generated for.
     library : str
-        The file name of its compiled library.
+        The label of its compiled library.
 
     Raises
     ------
@@ -53,11 +53,9 @@ class GeneratedModule:
         self._namespace = namespace
         self.kernels: list[str] = []
         families[name] = self._family = Family()
-        path = namespace["__file__"]
-        self.library = Library(
-            library.rpartition("-")[0], os.path.join(os.path.dirname(os.path.abspath(path)), FOLDER, library)
-        )
-        namespace["backend"] = self._chosen_backend()
+        file = Path(os.path.abspath(namespace["__file__"]))
+        self.library = Library(library, file.with_name(f"{library.rpartition('-')[0]}.c"))
+        namespace["backend"] = chosen_backend(self.library)
         namespace["num_threads"] = default_threads()
 
     @property
@@ -70,17 +68,20 @@ class GeneratedModule:
         """How many threads share a large batch where a call does not say."""
         return self._namespace["num_threads"]  # type: ignore[no-any-return]
 
-    def _chosen_backend(self) -> str:
-        """``c`` if the library is built, else ``numba``, unless GAC_BACKEND says otherwise."""
-        chosen = os.environ.get("GAC_BACKEND", "")
-        if chosen not in ("", *_BACKENDS):
-            raise ImportError(f"GAC_BACKEND: {chosen!r}; expected c, numba or arrays")
-        if chosen == "c" and not self.library.is_built:
-            raise ImportError(
-                f"GAC_BACKEND=c, but {self.library.path} is not there; expected the library of this very module; "
-                "build it with `gac build`, or unset GAC_BACKEND"
-            )
-        return chosen or ("c" if self.library.is_built else "numba")
+    def ready_backend(self) -> str:
+        """As `backend`; the library is built and opened where that is ``c``.
+
+        Where that fails, a warning says why, and numba runs the kernels from then on.
+        """
+        if self.backend == "c":
+            try:
+                self.library.open()
+            except RuntimeProblem as error:
+                if os.environ.get("GAC_BACKEND", "") == "c":
+                    raise ImportError(str(error)) from None
+                warnings.warn(f"{error}; kernels run on numba", RuntimeWarning, stacklevel=4)
+                self._namespace["backend"] = "numba"
+        return self.backend
 
     def kernel(
         self,

@@ -21,7 +21,8 @@ from typing import Any, NamedTuple
 from ..backends import find_compiler
 from ..backends.c import kernel_text
 from ..cache_folder import cache_folder, cache_part
-from ..gac_runtime.extension_file import extension_path, load
+from ..gac_runtime.extension_file import load
+from ..gac_runtime.names import extension_path
 from ..generation.checked_in import generated_folder
 from ..ir.program import Program
 from .background import QUEUE, Job

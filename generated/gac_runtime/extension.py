@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
-from .extension_file import extension_path, load, user_cache
+from .extension_file import find_extension
 
-extension: Any = load(extension_path(Path(__file__).parents[1])) or load(extension_path(user_cache()))
+extension: Any = find_extension()
 """The extension; None where it is not built."""
 Call: Any = object if extension is None else extension.Call
 """What kernels inherit."""

@@ -1,13 +1,16 @@
-"""The compiled C library of a generated module."""
+"""The compiled C library of a generated module, which is built when it is first needed."""
 
 from __future__ import annotations
 
 import os
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from .foreign import Loop, foreign
+from .cache import CacheError, RuntimeProblem, cache_folder
+from .foreign import LOCK, Loop, foreign
+from .names import FOLDER, library_file
 
 _SUFFIX = {4: "f32", 8: "f64"}
 
@@ -17,37 +20,68 @@ class Library:
 
     Attributes
     ----------
-    name : str
-        The name of the module, with which the names of its functions begin.
-    path : str
-        The file.
+    label : str
+        Name of the module, with which the names of its functions begin, and digest of its C file: ``pga3-0123...``.
+    c_file : Path
+        What it is compiled from.
     """
 
-    def __init__(self, name: str, path: str) -> None:
-        self.name, self.path = name, path
+    def __init__(self, label: str, c_file: Path) -> None:
+        self.label, self.c_file = label, c_file
         self._opened: Any = None
 
-    @property
-    def is_built(self) -> bool:
-        """Whether the file is there."""
-        return os.path.exists(self.path)
+    def find(self) -> Path | None:
+        """The library where it is built: beside the module or in the user's cache."""
+        name = library_file(self.label, Path(__file__).parent)
+        beside = self.c_file.parent / FOLDER / name
+        if beside.exists():
+            return beside
+        try:
+            return next(iter(sorted(cache_folder("libraries").glob(f"{name.removesuffix('.so')}-*.so"))), None)
+        except CacheError:
+            return None
 
-    def address(self, function: str) -> int:
-        """The address of a function.
+    def can_be_built(self) -> bool:
+        """Whether there are its C file and a compiler."""
+        if not self.c_file.exists():
+            return False
+        from .build import find_compiler
+
+        return find_compiler() is not None
+
+    def open(self) -> None:
+        """Build the library if it is not there, and open it.
 
         Raises
         ------
-        ImportError
-            When the library cannot be loaded.
+        RuntimeProblem
+            When it cannot be built or loaded.
         """
         import ctypes
 
-        if self._opened is None:
+        with LOCK:
+            if self._opened is not None:
+                return
+            path = self.find()
+            if path is None:
+                from .build import build_module
+
+                path = build_module(self.c_file)
+            if path is None or not path.name.startswith(f"{self.label}-"):
+                found = "it is not what the module was generated with" if path else "no library and no C compiler"
+                raise RuntimeProblem(str(self.c_file), found, "the file of this module", "generate both again")
             try:
-                self._opened = ctypes.CDLL(self.path)
+                self._opened = ctypes.CDLL(str(path))
             except OSError as error:
-                raise ImportError(f"{error}; build it again with `gac build`, or set GAC_BACKEND=numba") from None
-        address = ctypes.cast(getattr(self._opened, f"{self.name}_{function}"), ctypes.c_void_p).value
+                remedy = f"delete {path}, or set GAC_BACKEND=numba"
+                raise RuntimeProblem(str(path), str(error), "a library for this machine", remedy) from None
+
+    def address(self, function: str) -> int:
+        """The address of a function; the library is open."""
+        import ctypes
+
+        symbol = getattr(self._opened, f"{self.label.rpartition('-')[0]}_{function}")
+        address = ctypes.cast(symbol, ctypes.c_void_p).value
         assert address is not None
         return address
 
@@ -59,3 +93,26 @@ class Library:
         """The loop over batches of one type."""
         address = self.address(f"{kernel}_loop_{_SUFFIX[dtype.itemsize]}")
         return foreign().cast("void(*)(void *, void *, void *)", address)  # type: ignore[no-any-return]
+
+
+def chosen_backend(library: Library) -> str:
+    """``c`` if the library is built or can be, else ``numba``, unless GAC_BACKEND says otherwise.
+
+    Raises
+    ------
+    ImportError
+        When GAC_BACKEND is no backend, or asks for a library that is not there and cannot be built.
+    """
+    chosen = os.environ.get("GAC_BACKEND", "")
+    if chosen not in ("", "c", "numba", "arrays"):
+        raise ImportError(f"GAC_BACKEND: {chosen!r}; expected c, numba or arrays")
+    if chosen in ("numba", "arrays"):
+        return chosen
+    if library.find() is not None or library.can_be_built():
+        return "c"
+    if chosen == "c":
+        raise ImportError(
+            f"GAC_BACKEND=c, but the library of {library.c_file} is not built, and there is no C compiler; "
+            "install one and run `gac build`, or unset GAC_BACKEND"
+        )
+    return "numba"

@@ -37,13 +37,15 @@ from one_element import load_ways, outcome
 from gacompiler.backends import build_library, find_compiler
 from gacompiler.errors import BackendError
 from gacompiler.gac_runtime import build
-from gacompiler.gac_runtime.extension_file import SOURCE, extension_name, extension_path
+from gacompiler.gac_runtime.names import EXTENSION_FILE, extension_name, extension_path
 from gacompiler.ir.program import Program
 
 pytestmark = pytest.mark.skipif(
     find_compiler() is None or not (Path(sysconfig.get_path("include")) / "Python.h").is_file(),
     reason="no C compiler, or no headers of Python",
 )
+
+SOURCE = Path(build.__file__).with_name(EXTENSION_FILE)
 
 
 class Subclass(np.ndarray):

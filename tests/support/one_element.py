@@ -14,7 +14,7 @@ import pytest
 from backend_programs import extension_of, load_beside, write
 
 from gacompiler.backends import ModuleSource, build_library
-from gacompiler.gac_runtime.extension_file import extension_name, extension_path
+from gacompiler.gac_runtime.names import extension_name, extension_path
 
 WAYS = ("extension", "c", "arrays")
 

@@ -1,0 +1,59 @@
+"""The names of what is compiled: they contain digests of all that goes into a file, so no file is ever stale."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import importlib.machinery
+from pathlib import Path
+
+FOLDER = "_build"
+"""The folder of what is compiled, beside the modules."""
+RUNTIME = "gac_runtime"
+"""The folder of the runtime, beside the modules."""
+RUNTIME_FILES = ("gac_runtime.h", "gac_runtime.c")
+EXTENSION_FILE = "extension.c"
+
+FLAGS = ("-std=c17", "-fPIC", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math")
+"""No flag depends on the machine: the loops carry code for wide vectors and choose when they are loaded. With
+-fno-trapping-math comparisons may be made where their branch is not taken; without, gcc makes no vectors of some
+loops."""
+
+GCC_FLAGS = ("-O1", "-fexpensive-optimizations", "-ftree-loop-vectorize", "-fvect-cost-model=dynamic", "-fpeel-loops")
+"""What vectorised straight-line code profits from: as fast as with -O3, and compiled in two thirds of the time. By the
+second, gcc clears the upper halves of registers after a loop: without, what ran next took twice as long where it was
+compiled for SSE, as scipy's transforms are."""
+
+OTHER_FLAGS = ("-O3",)
+"""What other compilers take instead."""
+
+EXTENSION_FLAGS = ("-O2", "-std=c17", "-fPIC")
+
+
+def digest(*texts: str) -> str:
+    """Sixteen characters that stand for these texts."""
+    return hashlib.sha256("\0".join(texts).encode()).hexdigest()[:16]
+
+
+def library_label(module: str, c_text: str) -> str:
+    """What a module knows of the name of its library: its own name and a digest of its C text."""
+    return f"{module}-{digest(c_text)}"
+
+
+@functools.cache
+def library_file(label: str, runtime: Path) -> str:
+    """The file name of the library of a module that is linked with the runtime in a folder."""
+    texts = [(runtime / name).read_text(encoding="utf-8") for name in RUNTIME_FILES]
+    return f"{label}-{digest(*texts, *FLAGS, *GCC_FLAGS, *OTHER_FLAGS)}.so"
+
+
+@functools.cache
+def extension_name() -> str:
+    """The name of the extension as Python imports it."""
+    text = Path(__file__).with_name(EXTENSION_FILE).read_text(encoding="utf-8")
+    return f"calls_{digest(text, *EXTENSION_FLAGS)}"
+
+
+def extension_path(folder: Path) -> Path:
+    """The place of the extension for modules in `folder`, or for all in the user's cache."""
+    return folder / FOLDER / f"{extension_name()}{importlib.machinery.EXTENSION_SUFFIXES[0]}"
