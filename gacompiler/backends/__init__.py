@@ -15,7 +15,7 @@ from .c import c_header, c_source, standalone_c_source
 from .documentation import body_is_intact
 from .module import KernelSource, LayoutText, ModuleSource
 from .printers import as_printed
-from .python import check_names, python_source, runtime_files, taken_names
+from .python import check_names, python_source, runtime_files, standalone_python_source, taken_names
 from .readers import Read, c_functions, c_programs, python_functions, python_programs
 
 __all__ = [
@@ -42,5 +42,6 @@ __all__ = [
     "python_source",
     "runtime_files",
     "standalone_c_source",
+    "standalone_python_source",
     "taken_names",
 ]

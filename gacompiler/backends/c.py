@@ -87,6 +87,7 @@ def standalone_c_source(module: ModuleSource) -> str:
     rendered["helpers"] = [line for line in rendered["helpers"] if line not in tiles]
     body = template.render(
         name=module.name,
+        prototypes=[line for kernel in module.kernels for line in _prototypes(module.name, kernel)],
         shared=shared[0],
         shared_of_each=shared[1],
         driver=driver[0],

@@ -9,11 +9,11 @@ from pathlib import Path
 
 from ..errors import BackendError
 from ..gac_runtime.definition import INTERFACE, result_names
-from ..gac_runtime.names import RUNTIME, library_label
+from ..gac_runtime.names import RUNTIME, digest, library_label
 from ..ir.cost import Cost
 from ..ir.program import Argument, Program, Result
 from ..ir.uniform import Uniform
-from .c import c_source, environment
+from .c import c_source, environment, standalone_c_source
 from .c_batch import C_ENDINGS, FORM_PARTS, form_name
 from .documentation import stamp
 from .module import KernelSource, LayoutText, ModuleSource
@@ -44,6 +44,27 @@ def python_source(module: ModuleSource) -> str:
         The text. It carries the name of the library that `c_source` of the same module builds into, so that the module
         never loads another.
     """
+    imports = environment().get_template("beside.py.jinja").render(command=module.command)
+    return _python_source(module, imports, library_label(module.name, c_source(module)))
+
+
+def standalone_python_source(module: ModuleSource) -> str:
+    """The ``.py`` of a module with the runtime in it, which needs numpy only; the library is that of
+    `standalone_c_source`.
+    """
+    files = {name: text for name, text in runtime_files().items() if name.endswith(".py")}
+    package = f"{RUNTIME}_{digest(*files, *files.values())}"
+    texts = []
+    for name, text in files.items():
+        assert "'''" not in text and not text.endswith("\\"), name
+        path = name.removesuffix(".py").removesuffix("/__init__").split("/")
+        texts.append((".".join([package, *path[1:]]), text))
+    imports = environment().get_template("within.py.jinja").render(package=package, texts=texts)
+    return _python_source(module, imports, library_label(module.name, standalone_c_source(module)))
+
+
+def _python_source(module: ModuleSource, imports: str, label: str) -> str:
+    """The text with these imports of the runtime, and this label of its library."""
     check_names(module)
     names = [kernel.program.name for kernel in module.kernels]
     types = value_types(module, {*taken_names(), *names})
@@ -54,13 +75,13 @@ def python_source(module: ModuleSource) -> str:
         .get_template("module.py.jinja")
         .render(
             summary=_escaped(module.summary.strip()),
-            command=module.command,
+            runtime=imports.rstrip(),
             interface=INTERFACE,
-            library=library_label(module.name, c_source(module)),
+            library=label,
             layouts=declared,
             kernels=["\n".join(_kernel(kernel, layouts)) for kernel in module.kernels],
             types=["\n".join(class_text(name, layouts[layout])) for name, layout in types.values()],
-            operators=operator_lines(module, types),
+            operators=_call("_module.operators", operator_lines(module, types), one_each=True),
             sums=", ".join(combined_types(types)),
             public=_filled([_string(name) for name in (*names, *(name for name, _ in types.values()), *PUBLIC)]),
         )
@@ -205,12 +226,15 @@ def _documentation(summary: str) -> list[str]:
     return [f'{lines[0]}"""'] if not rest else [*lines, '    """']
 
 
-def _call(function: str, parts: Sequence[str]) -> list[str]:
-    """A call, in one line if it is short."""
+def _call(function: str, parts: Sequence[str], one_each: bool = False) -> list[str]:
+    """A call, in one line if it is short; nothing without arguments."""
+    if not parts:
+        return []
     line = f"{function}({', '.join(parts)})"
     if len(line) <= _WIDTH:
         return [line]
-    return [f"{function}(", *(f"    {line}" for line in _filled(list(parts), _WIDTH - 4)), ")"]
+    lines = [f"{part}," for part in parts] if one_each else _filled(list(parts), _WIDTH - 4)
+    return [f"{function}(", *(f"    {line}" for line in lines), ")"]
 
 
 def _filled(items: Sequence[str], width: int = _WIDTH - 4) -> list[str]:

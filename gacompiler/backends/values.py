@@ -91,7 +91,7 @@ def operator_lines(module: ModuleSource, types: Mapping[str, tuple[str, LayoutTe
         meant = tuple(types[layouts[name].name][0] for name in operands)
         for chosen in product(*(_that_are(layouts[name], types) for name in operands)):
             types_text = f"({', '.join(chosen)}{',' if len(chosen) == 1 else ''})"
-            text = f'("{symbol}", {types_text}, {result}, {kernel.program.name}, {swapped}),'
+            text = f'("{symbol}", {types_text}, {result}, {kernel.program.name}, {swapped})'
             (rows if chosen == meant else widened).setdefault((symbol, chosen), text)
     return list((rows | {key: text for key, text in widened.items() if key not in rows}).values())
 

@@ -15,7 +15,7 @@ from ..generation.cache import Cache
 from ..generation.checked_in import generated_folder
 from ..generation.compiling import compile_spec
 from ..generation.files import write
-from ..generation.rendering import TARGETS, render, render_targets
+from ..generation.rendering import TARGETS, render, render_standalone, render_targets
 from ..generation.spec_files import load_spec
 from ..generation.workers import each_spec
 from ..robots.descriptions import robot_spec
@@ -27,6 +27,7 @@ from .output import near, progress_bar
 @command(
     "gac generate my_kernels.py -o out",
     "gac generate my_kernels.py --target rust --target cuda   out/my_kernels.rs and .cu, no C",
+    "gac generate my_kernels.py --standalone   out/my_kernels.py and .c that need no other file",
     "gac generate --all           the modules under generated/",
     "gac generate --all pga3 cga3",
     "gac generate horizon.clu --algebra cga3   a script of Gaalop's language",
@@ -46,6 +47,7 @@ from .output import near, progress_bar
     show_default=True,
     help="A language to write; may be given again. c is C with the Python module; the others are one file for a spec.",
 )
+@click.option("--standalone", is_flag=True, help="Write the runtime into each .py and .c, to copy them elsewhere.")
 @jobs_option
 @cache_option
 @algebra_option
@@ -55,6 +57,7 @@ def generate(
     own: bool,
     no_build: bool,
     targets: tuple[str, ...],
+    standalone: bool,
     jobs: int,
     cache: Cache | None,
     algebra: str | None,
@@ -66,15 +69,17 @@ def generate(
     """
     if not specs and not own:
         raise click.UsageError("name at least one spec file, or give --all")
+    if standalone and own and output is None:
+        raise click.UsageError("--standalone is for copies of modules; give -o")
     others = [target for target in TARGETS if target in targets]
     elsewhere = output or Path("out")
     found = own_modules(specs) if own else [load_spec(Path(spec), algebra=algebra) for spec in specs]
     in_others, in_c = list[dict[str, str]](), list[dict[str, str]]()
-    if others:
+    if others or standalone:
         with progress_bar(sum(len(spec.kernels) for spec in found)) as advance:
             modules = each_spec(partial(compile_spec, cache=cache), found, advance, jobs)
         in_others = [render_targets(module, others) for module in modules]
-        in_c = [render(module) for module in modules] if "c" in targets else []
+        in_c = [(render_standalone if standalone else render)(module) for module in modules] if "c" in targets else []
     else:
         in_c = rendered(found, jobs, cache)
     for spec, files in zip(found, in_others, strict=False):
@@ -82,7 +87,7 @@ def generate(
             unchanged = "" if write({name: text}, elsewhere) else ", unchanged"
             click.echo(f"{near(elsewhere / name)}: {len(spec.kernels)} kernels{unchanged}")
     folder = generated_folder() if own and output is None else elsewhere
-    if in_c:
+    if in_c and not standalone:
         write(runtime_files(), folder)
     for spec, files in zip(found, in_c, strict=False):
         changed = write(files, folder)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 
-from ..backends import c_header, c_source, python_source
+from ..backends import c_header, c_source, python_source, standalone_c_source, standalone_python_source
 from ..backends.cuda import cuda_source
 from ..backends.javascript import javascript_source
 from ..backends.module import ModuleSource
@@ -27,6 +27,16 @@ def render(module: ModuleSource) -> dict[str, str]:
         f"{module.name}.py": python_source(module),
         f"{module.name}.c": c_source(module),
         f"{module.name}.h": c_header(module),
+    }
+
+
+def render_standalone(module: ModuleSource) -> dict[str, str]:
+    """The files of a module that has the runtime in it, and its header for C programs: name -> text."""
+    alone = replace(module, command=f"{module.command} --standalone")
+    return {
+        f"{module.name}.py": standalone_python_source(alone),
+        f"{module.name}.c": standalone_c_source(alone),
+        f"{module.name}.h": c_header(alone),
     }
 
 
