@@ -14,15 +14,18 @@ COMPILER := $(shell find gacompiler -name '*.py' -o -name '*.jinja')
 MAKEFLAGS += --no-print-directory
 
 .DEFAULT_GOAL := help
-.PHONY: demo test peers generated check lint types bench counts growth build help clean FORCE
+.PHONY: demo test slow peers generated check lint types bench counts growth build help clean FORCE
 
 demo: .venv/.installed ## Generate what is stale, build, run on real input; figures in build/demo
 	@$(MAKE) build/.generated
 	@$(MAKE) build
 	$(BIN)/python -m algorithms.demo
 
-test: build ## Run the tests
+test: build ## Run the quick tests, in minutes
 	$(BIN)/pytest -n 2 --dist worksteal
+
+slow: build ## Run the tests that take long
+	$(BIN)/pytest -n 2 --dist worksteal -m "slow and not peers"
 
 peers: .venv/.peers ## Compare with other libraries (slow)
 	@$(MAKE) build

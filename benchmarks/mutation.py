@@ -282,7 +282,7 @@ class _Recorder:
             self.failed.append(report.nodeid)
 
 
-QUIET = ["-q", "-x", "--no-header", "-p", "no:cacheprovider", "-p", "no:randomly", "-p", "no:xdist"]
+QUIET = ["-q", "-x", "--no-header", "-m", "not peers", "-p", "no:cacheprovider", "-p", "no:randomly", "-p", "no:xdist"]
 
 
 def record(folder: str, files: Sequence[str]) -> _Recorder:

@@ -15,7 +15,9 @@ import pytest
 from backend_programs import (
     ALL_OPERATIONS,
     CONSTANTS,
+    INNER,
     INTERPOLATE,
+    MANY,
     MATRIX_PRODUCT,
     MOVE_POINT,
     NORMALIZE,
@@ -23,8 +25,6 @@ from backend_programs import (
     SWAP,
     expected,
     inputs,
-    module_fixture,  # noqa: F401
-    modules_fixture,  # noqa: F401
 )
 
 from gacompiler.ir.program import Program
@@ -211,7 +211,7 @@ def test_wrong_out_writes_nothing(module: ModuleType) -> None:
 
 def test_what_a_module_says(module: ModuleType, modules: dict[str, ModuleType]) -> None:
     assert modules[module.backend] is module
-    assert module.kernels == tuple(program.name for program in PROGRAMS)
+    assert module.kernels == tuple(program.name for program in (*PROGRAMS, MANY, INNER))
     assert set(module.kernels) <= set(module.__all__)
     kernel = module.move_point
     assert kernel.name == "move_point" and kernel.signature == "(8),(3)->(3)" == MOVE_POINT.signature

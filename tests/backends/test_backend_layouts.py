@@ -17,9 +17,7 @@ from backend_programs import (
     expected,
     inputs,
     load,
-    module_fixture,  # noqa: F401
     module_source,
-    modules_fixture,  # noqa: F401
     traced,
     write,
 )

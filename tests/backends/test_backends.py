@@ -6,7 +6,6 @@ import random
 import re
 import shutil
 import subprocess
-import sys
 from fractions import Fraction
 from pathlib import Path
 
@@ -176,26 +175,6 @@ def test_forced_backends(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setenv("GAC_BACKEND", "fortran")
     with pytest.raises(ImportError, match="fortran"):
         load(tmp_path / "bare.py", "bare")
-
-
-def test_text_does_not_depend_on_the_hash_seed() -> None:
-    code = (
-        "from backend_programs import *; from gacompiler.backends import *; import hashlib; "
-        "m = module_source('one', MOVE_POINT, NORMALIZE, ALL_OPERATIONS); "
-        "print(hashlib.sha256((c_source(m) + c_header(m) + python_source(m)).encode()).hexdigest())"
-    )
-    path = [str(ROOT / "tests" / "support"), str(ROOT)]
-    texts = {
-        subprocess.run(
-            [sys.executable, "-c", f"import sys; sys.path[:0] = {path!r}; {code}"],
-            env={"PYTHONHASHSEED": seed, "PATH": ""},
-            capture_output=True,
-            text=True,
-            check=True,
-        ).stdout
-        for seed in ("0", "1")
-    }
-    assert len(texts) == 1 and len(texts.pop()) == 65
 
 
 @needs_compiler

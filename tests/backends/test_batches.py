@@ -83,6 +83,7 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
     return ctypes.CDLL(str(built))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width", WIDTHS)
 def test_all_machines_compute_the_same(width: str, library: ctypes.CDLL) -> None:
     """What a machine chooses is chosen by hand here, as far as this one can run it."""

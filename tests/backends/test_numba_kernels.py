@@ -25,6 +25,7 @@ from backend_programs import (
     traced,
     write,
 )
+from selection import some_slow
 
 from gacompiler.backends import find_compiler
 from gacompiler.gac_runtime.jit.kernels import Loops
@@ -39,13 +40,9 @@ numba = pytest.importorskip("numba")
 
 
 @pytest.fixture(name="pair", scope="module")
-def pair_fixture(tmp_path_factory: pytest.TempPathFactory) -> tuple[ModuleType, ModuleType]:
+def pair_fixture(built: Path) -> tuple[ModuleType, ModuleType]:
     """The same module on C and on numba."""
-    from gacompiler.backends import build_library
-
-    folder = tmp_path_factory.mktemp("numba")
-    build_library(write(module_source("both", *PROGRAMS), folder))
-    return on(folder / "both.py", "c"), on(folder / "both.py", "numba")
+    return on(built, "c"), on(built, "numba")
 
 
 def on(path: Path, backend: str) -> ModuleType:
@@ -281,6 +278,7 @@ def test_numbers_in_the_text_do_not_widen_float32(tmp_path: Path) -> None:
     np.testing.assert_array_equal(out, right)
 
 
+@pytest.mark.slow
 def test_a_file_that_programs_know_by_several_names(tmp_path: Path) -> None:
     """What numba keeps beside the file names the module, and a program may not find one of that name."""
     folder = tmp_path / "package"
@@ -305,6 +303,7 @@ assert np.array_equal(known.move_point(m, p), p) and known.backend == "numba"
         assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("with_cffi", [True, False])
 def test_without_the_extension_it_runs_all_the_same(with_cffi: bool, tmp_path: Path) -> None:
     write(module_source("bare", MOVE_POINT, NORMALIZE, INTERPOLATE, MATRIX_PRODUCT), tmp_path)
@@ -340,7 +339,7 @@ for kind in ("float64", "float32"):
 
 
 @needs_compiler
-@pytest.mark.parametrize("name", ["pga3", "quaternion"])
+@pytest.mark.parametrize("name", some_slow(["pga3", "quaternion"], "pga3"))
 def test_generated_kernels_on_numba_are_those_of_c(name: str, tmp_path: Path) -> None:
     """All polynomial kernels of a module, and what takes roots; those with sines in another test."""
     path = ROOT / "generated" / f"{name}.py"

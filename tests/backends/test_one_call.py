@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from alone import alone, is_alone
+from alone import alone
 from backend_programs import (
     DISTANCE,
     INTERPOLATE,
@@ -32,7 +32,7 @@ from backend_programs import (
     module_source,
     write,
 )
-from one_element import load_ways, outcome
+from one_element import outcome
 
 from gacompiler.backends import build_library, find_compiler
 from gacompiler.errors import BackendError
@@ -50,16 +50,6 @@ SOURCE = Path(build.__file__).with_name(EXTENSION_FILE)
 
 class Subclass(np.ndarray):
     """An array that is no plain one."""
-
-
-@pytest.fixture(scope="module")
-def ways(tmp_path_factory: pytest.TempPathFactory) -> dict[str, ModuleType]:
-    programs = (MOVE_POINT, NORMALIZE, DISTANCE) if is_alone() else PROGRAMS
-    found = load_ways(module_source("one", *programs), tmp_path_factory.mktemp("one"))
-    for module in found.values():
-        for program in programs:
-            getattr(module, program.name)(*inputs(program))  # so that libraries are loaded
-    return found
 
 
 @pytest.fixture

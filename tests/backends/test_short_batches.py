@@ -14,21 +14,21 @@ from typing import Any
 
 import numpy as np
 import pytest
-from alone import alone, is_alone
+from alone import alone
 from backend_programs import (
     ALL_OPERATIONS,
     DISTANCE,
     INTERPOLATE,
+    MANY,
     MATRIX_PRODUCT,
     MOVE_POINT,
     NORMALIZE,
     PROGRAMS,
     extension_of,
-    inputs,
     module_source,
-    traced,
 )
-from one_element import WAYS, load_ways, outcome
+from one_element import load_ways, outcome
+from selection import some_slow
 
 from gacompiler.backends import find_compiler
 from gacompiler.ir.program import Program
@@ -39,27 +39,6 @@ pytestmark = pytest.mark.skipif(
 )
 
 Array = np.ndarray[Any, Any]
-
-MANY = traced(
-    "many",
-    {f"x{k}": (2,) if k % 2 else () for k in range(7)},
-    lambda *x: ([x[0] + x[2] * x[4], x[1][0] * x[3][1] - x[5][0]], x[1][1] * x[6]),
-    {"pair": (2,), "number": ()},
-)
-"""More arguments than a call on one element takes at once."""
-
-INNER = traced("inner", {"a": (3,), "b": (3,)}, lambda a, b: a[0] * b[0] + a[1] * b[1] + a[2] * b[2], {"out": ()})
-"""A number of two elements that have an axis."""
-
-
-@pytest.fixture(scope="module")
-def ways(tmp_path_factory: pytest.TempPathFactory) -> dict[str, ModuleType]:
-    programs = (MOVE_POINT, NORMALIZE) if is_alone() else (*PROGRAMS, MANY, INNER)
-    found = load_ways(module_source("short", *programs), tmp_path_factory.mktemp("short"), (*WAYS, "numba"))
-    for module in (found[way] for way in WAYS if way in found):
-        for program in programs:
-            getattr(module, program.name)(*inputs(program))  # so that libraries are loaded
-    return found
 
 
 @pytest.fixture
@@ -285,7 +264,7 @@ def test_large_batches_are_the_module_s(fast: ModuleType, monkeypatch: pytest.Mo
     assert seen == [200_000, 10]
 
 
-@pytest.mark.parametrize("first", ["f4", "f8"])
+@pytest.mark.parametrize("first", some_slow(["f4", "f8"], "f4"))
 def test_a_copied_type_is_bound_as_what_it_is(first: str, tmp_path: Path) -> None:
     """The first call of a kernel under numba may be with unpickled arrays, whose type only equals numpy's."""
     module = load_ways(module_source("copied", MOVE_POINT), tmp_path, ("numba",))["numba"]
@@ -366,6 +345,7 @@ def test_numba_takes_the_short_way_once_it_is_compiled(
         module.swap(*made(next(one for one in PROGRAMS if one.name == "swap"), (3,), "f4"))
 
 
+@pytest.mark.slow
 @alone
 def test_nothing_leaks(either: ModuleType) -> None:
     m, p = made(MOVE_POINT, (40,))

@@ -243,6 +243,7 @@ def test_cuda_on_a_processor(folder: Path) -> None:
     check(found, calls(), (np.float64, np.float32), times=2)
 
 
+@pytest.mark.slow
 @needs("nvcc")
 def test_cuda_on_the_host(folder: Path) -> None:
     dialect = Dialect("", "{module}::{kernel}", "", drivers.PRECISIONS)
@@ -253,6 +254,7 @@ def test_cuda_on_the_host(folder: Path) -> None:
     check(found, by_element(), (np.float64, np.float32))
 
 
+@pytest.mark.slow
 @needs("nvcc")
 def test_cuda_on_a_device_compiles_and_contracts_only_where_it_may(folder: Path) -> None:
     (folder / "all.cu").write_text("".join(f'#include "{name}.cu"\n' for name in modules()))
@@ -401,9 +403,11 @@ def test_text(target: str, name: str) -> None:
 
 def test_text_does_not_depend_on_the_hash_seed() -> None:
     code = (
-        "from backend_programs import *; from gacompiler.generation.rendering import *; import hashlib; "
-        "texts = render_targets(module_source('one', *PROGRAMS), TARGETS); "
-        "print(hashlib.sha256(''.join(texts.values()).encode()).hexdigest())"
+        "import hashlib; from backend_programs import *; from gacompiler.backends import *; "
+        "from gacompiler.generation.rendering import *; m = module_source('one', *PROGRAMS); "
+        "texts = [c_source(m), c_header(m), python_source(m), standalone_c_source(m), standalone_python_source(m)]; "
+        "texts += render_targets(m, TARGETS).values(); "
+        "print(hashlib.sha256(''.join(texts).encode()).hexdigest())"
     )
     path = [str(Path(__file__).parents[1] / "support"), str(Path(__file__).parents[2])]
     found = {

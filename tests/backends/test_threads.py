@@ -12,9 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from backend_programs import DISTANCE, MOVE_POINT, NORMALIZE, expected, inputs, module_fixture, modules_fixture
-
-__all__ = ["module_fixture", "modules_fixture"]
+from backend_programs import DISTANCE, MOVE_POINT, NORMALIZE, expected, inputs
 
 PROGRAMS = (MOVE_POINT, NORMALIZE, DISTANCE)
 LARGE = 120_001

@@ -429,6 +429,7 @@ def test_relations_are_meaning() -> None:
     assert layouts["a"].has_meaning and not layouts["a"].unit and not layouts["b"].has_meaning
 
 
+@pytest.mark.slow
 @alone
 def test_values_do_not_leak(ways: dict[str, ModuleType]) -> None:
     """Of the extension, which counts references itself."""

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner, Result
 
-from gacompiler.backends import runtime_files
+from gacompiler.backends import find_compiler, library_path, runtime_files
 from gacompiler.cli import main
 from gacompiler.generation.checked_in import generated_folder
 
@@ -43,6 +43,19 @@ def test_generate_then_verify(here: Path) -> None:
     assert "unchanged" in run("generate", "my_kernels.py", "-o", "out").output
 
 
+def test_build_compiles_what_was_generated(here: Path) -> None:
+    assert run("generate", "my_kernels.py", "-o", "out", "--no-build").exit_code == 0
+    path = here / "out" / "my_kernels.c"
+    assert not library_path(path).exists()
+    result = run("build", "out")
+    assert result.exit_code == 0, result.output
+    assert library_path(path).exists() == bool(find_compiler())
+    assert (library_path(path).name in result.output) if find_compiler() else ("note: " in result.output)
+    empty = run("build", ".")
+    assert empty.exit_code == 1 and "no generated C file" in empty.output
+
+
+@pytest.mark.slow
 def test_verify_finds_a_flipped_sign(here: Path) -> None:
     run("generate", "my_kernels.py", "--no-build")
     for name in ("my_kernels.py", "my_kernels.c"):

@@ -35,6 +35,7 @@ def test_there_are_notebooks() -> None:
     assert len(NOTEBOOKS) >= 7
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 def test_notebook_runs_and_draws(path: Path, manager: Any) -> None:
     notebook = nbformat.read(path, as_version=4)

@@ -10,6 +10,7 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
+from selection import some_slow
 
 import gacompiler
 from gacompiler import (
@@ -93,7 +94,7 @@ POLYNOMIAL: dict[str, tuple[Callable[..., Any], dict[str, Layout], str]] = {
 }
 
 
-@pytest.mark.parametrize("name", list(POLYNOMIAL))
+@pytest.mark.parametrize("name", some_slow(POLYNOMIAL, "six", "boost", "null"))
 def test_jacobian_is_exact(name: str) -> None:
     function, parameters, wrt = POLYNOMIAL[name]
     definition = declare(function, parameters)
@@ -124,7 +125,7 @@ def test_jacobian_on_the_manifold_of_motors(side: str) -> None:
         assert list(matrix[column::6]) == exact_slope(definition, PGA3.POINT, at, step)
 
 
-@pytest.mark.parametrize("name", ["move", "boost", "join", "null"])
+@pytest.mark.parametrize("name", some_slow(["move", "boost", "join", "null"], "boost", "null"))
 def test_products_with_the_jacobian(name: str) -> None:
     """``jvp`` is the Jacobian times the tangent and ``vjp`` the cotangent times the Jacobian, in every metric."""
     function, parameters, wrt = POLYNOMIAL[name]
@@ -263,7 +264,7 @@ def weighted(weights: Sequence[Any], values: Sequence[Any]) -> Any:
     return sum(weight * value for weight, value in zip(weights, values, strict=True))
 
 
-@pytest.mark.parametrize("name", list(SECOND))
+@pytest.mark.parametrize("name", some_slow(SECOND, "interval", "boost", "join"))
 def test_hessian_times_vector_is_exact_and_symmetric(name: str) -> None:
     function, parameters, wrt = SECOND[name]
     definition, random = declare(function, parameters), Random(11)

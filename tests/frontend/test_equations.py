@@ -12,6 +12,7 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
+from selection import some_slow
 
 import gacompiler as ga
 from gacompiler import SCALAR, array, kernel
@@ -141,7 +142,7 @@ def residual(matrix: np.ndarray, solution: np.ndarray, right: np.ndarray) -> flo
     return float((np.abs(lack).max(axis=1) / sizes).max())
 
 
-@pytest.mark.parametrize("n", [3, 6])
+@pytest.mark.parametrize("n", some_slow([3, 6], 6))
 def test_elimination_is_backward_stable(n: int) -> None:
     right = random(9).standard_normal((N, n))
     for condition in (10, 1e13):
@@ -308,6 +309,7 @@ def test_special_matrices_and_single_precision(n: int) -> None:
     assert (np.abs(values - expected).max(axis=1) / np.linalg.norm(general, axis=(1, 2))).max() < 2e-6
 
 
+@pytest.mark.slow
 def test_eigenvalues_alone_and_their_derivative() -> None:
     @kernel(m=array(SCALAR, 3, 3), t=SCALAR, d=array(SCALAR, 3, 3))
     def moved_eigenvalues(m, t, d):  # type: ignore[no-untyped-def]
@@ -476,6 +478,7 @@ def test_roots_in_single_precision_and_in_numba() -> None:
         np.testing.assert_array_equal(number[2:], [2, 1, 0, 0])
 
 
+@pytest.mark.slow
 def test_derivative_of_a_root() -> None:
     @kernel(c=array(SCALAR, 4), t=SCALAR, d=array(SCALAR, 4))
     def moved_roots(c, t, d):  # type: ignore[no-untyped-def]

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from exact_elements import name_of
 from scipy.linalg import expm
+from selection import some_slow
 
 import gacompiler as ga
 from gacompiler import SCALAR, Layout, jvp, kernel
@@ -42,6 +43,8 @@ FOUR, FIVE, SPLIT, TWO_TIMES, SPACETIME, TWO_NULL = (
 )
 OTHERS = (FOUR, FIVE, SPLIT, TWO_TIMES, SPACETIME, TWO_NULL)
 UP_TO_FIVE = (*CATALOG, *OTHERS)
+LONG = (CGA3, STA, FIVE, SPLIT, TWO_TIMES, SPACETIME, TWO_NULL)
+"""Their functions take seconds to compile, each."""
 PLANES: dict[Algebra, tuple[tuple[str, ...], ...]] = {
     VGA2: (("e12",),),
     VGA3: (("e12",),),
@@ -189,7 +192,7 @@ def random_bivectors(algebra: Algebra, rng: np.random.Generator, largest: float)
     return found * largest * np.where(np.arange(n) % 2, 1, 10 ** rng.uniform(-14, 0, n))[:, None]
 
 
-@pytest.mark.parametrize("algebra", UP_TO_FIVE, ids=name_of)
+@pytest.mark.parametrize("algebra", some_slow(UP_TO_FIVE, *LONG), ids=name_of)
 def test_functions_are_inverse_to_each_other(algebra: Algebra, rng: np.random.Generator) -> None:
     exponential, logarithm, root = functions(algebra)
     b = random_bivectors(algebra, rng, 1.2)
@@ -202,7 +205,7 @@ def test_functions_are_inverse_to_each_other(algebra: Algebra, rng: np.random.Ge
     assert difference(half, exponential(b / 2)).max() < 1e-14
 
 
-@pytest.mark.parametrize("algebra", PLANES, ids=name_of)
+@pytest.mark.parametrize("algebra", some_slow(PLANES, CGA3, STA, SPLIT), ids=name_of)
 def test_hard_versors(algebra: Algebra, rng: np.random.Generator) -> None:
     """Nearly no motion, nearly half turns, equal angles, boosts, translations, null rotations, in moving frames.
 
@@ -218,7 +221,7 @@ def test_hard_versors(algebra: Algebra, rng: np.random.Generator) -> None:
     assert (up_to_sign(product(algebra, half, half), r) / condition).max() < 1e-14
 
 
-@pytest.mark.parametrize("algebra", UP_TO_FIVE, ids=name_of)
+@pytest.mark.parametrize("algebra", some_slow(UP_TO_FIVE, *LONG), ids=name_of)
 def test_equal_to_functions_of_matrices(algebra: Algebra, rng: np.random.Generator) -> None:
     exponential, logarithm, _ = functions(algebra)
     b = random_bivectors(algebra, rng, 2.0)[1::2][:20]
@@ -232,7 +235,9 @@ def test_equal_to_functions_of_matrices(algebra: Algebra, rng: np.random.Generat
             assert difference(exponential(each), np.array([float(value) for value in column])) < 2e-15
 
 
-@pytest.mark.parametrize("algebra", [CGA3, FOUR, SPLIT, TWO_TIMES, TWO_NULL], ids=name_of)
+@pytest.mark.parametrize(
+    "algebra", some_slow([CGA3, FOUR, SPLIT, TWO_TIMES, TWO_NULL], CGA3, SPLIT, TWO_TIMES, TWO_NULL), ids=name_of
+)
 def test_values_are_numbers_everywhere(algebra: Algebra) -> None:
     """At 0, on basis blades and sums of two, whatever their squares; and far away."""
     exponential, logarithm, root = functions(algebra)
@@ -383,7 +388,7 @@ def powers(layout: Layout) -> Function:
     return ga.compile(part, backend="arrays")
 
 
-@pytest.mark.parametrize("algebra", [*CATALOG, FOUR], ids=name_of)
+@pytest.mark.parametrize("algebra", some_slow([*CATALOG, FOUR], CGA3, STA), ids=name_of)
 def test_power_is_a_part_of_the_way(algebra: Algebra, rng: np.random.Generator) -> None:
     exponential, _, _ = functions(algebra)
     b, t = 0.3 * rng.normal(size=(100, len(algebra.blades(2)))), rng.normal(size=100)
@@ -409,7 +414,7 @@ def test_large_powers_of_small_turns(algebra: Algebra, size: float, rng: np.rand
         assert error.max() < 1e-15 * (2 + abs(t) * size)
 
 
-@pytest.mark.parametrize("t", [0.5, 3.0, 1000.0])
+@pytest.mark.parametrize("t", some_slow([0.5, 3.0, 1000.0], 3.0, 1000.0))
 @pytest.mark.parametrize("algebra", [VGA3, PGA2, PGA3], ids=name_of)
 def test_derivatives_of_parts_of_small_turns(algebra: Algebra, t: float, rng: np.random.Generator) -> None:
     """Those of ``exp(t b)`` along a change of `b`: derivatives of a quotient divide by the square of the sine."""

@@ -60,7 +60,7 @@ def test_accuracy(name: str) -> None:
         assert error(vectors, b.terms, ga.exp(b).terms) < 3e-14
 
 
-@pytest.mark.parametrize(("p", "q"), [(8, 0), (4, 4)])
+@pytest.mark.parametrize(("p", "q"), [pytest.param(8, 0, marks=pytest.mark.slow), (4, 4)])
 def test_eight_dimensions(p: int, q: int) -> None:
     """The error is that of entries of matrices, which are sums of 128 coefficients."""
     algebra = orthogonal(p, q)
@@ -68,6 +68,7 @@ def test_eight_dimensions(p: int, q: int) -> None:
     assert error(generators([1] * p + [-1] * q), b.terms, ga.exp(b).terms) < 1e-13
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("p", "q"), [(8, 0), (4, 4)])
 def test_objects_of_eight_dimensions(p: int, q: int) -> None:
     """By products of objects, single ones and arrays, with a scalar part, and with numbers that are not finite."""
@@ -94,6 +95,7 @@ def _norm(b: Multivector) -> float:
     return float(np.linalg.norm(list(b.terms.values())))
 
 
+@pytest.mark.slow
 def test_compiled() -> None:
     """As by the definition, after the optimiser had its way with it; not a number beyond the bound, never wrong."""
     algebra, make = CASES["G(3,3)"]

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from random import Random
 
 import pytest
+from selection import some_slow
 from text_mutations import Mutation, mutations
 
 from gacompiler import kernel, sandwich
@@ -46,7 +47,7 @@ def _same_program(text: str, readers: Callable[[str], Mapping[str, object]]) -> 
     return True
 
 
-@pytest.mark.parametrize("ending", ["py", "c"])
+@pytest.mark.parametrize("ending", some_slow(["py", "c"], "py"))
 def test_random_mutations_are_caught(records: Mapping[str, list[Compiled]], ending: str) -> None:
     """Mutations are made where every operation matters: in kernels without branches and even functions."""
     random = Random(2026)

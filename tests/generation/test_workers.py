@@ -83,6 +83,7 @@ def test_texts_are_the_same(specs: list[Spec]) -> None:
     assert list(map(render, alone)) == list(map(render, together))
 
 
+@pytest.mark.slow
 def test_errors_come_back_whole(specs: list[Spec], tmp_path: Path) -> None:
     with pytest.raises(KernelError, match="planes: a reason; expected another; a remedy") as caught:
         each_spec(failing, specs, lambda name: None, jobs=2)

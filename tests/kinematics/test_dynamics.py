@@ -316,6 +316,7 @@ def forked() -> Robot:
     return replace(Robot.from_screws(axes, tool, kinds, bodies=bodies), parents=(-1, 0, 1, 0), tip=2, tool=tool)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "robot"), [("spatial", ARMS["spatial"]), ("forked", forked())])
 def test_folded_kernels_equal_the_generic_path(name: str, robot: Robot) -> None:
     chain, joints = chain_of(robot), ga.array(ga.SCALAR, len(robot.kinds))

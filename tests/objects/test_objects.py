@@ -304,6 +304,7 @@ def every_operator() -> Iterator[Any]:
     yield from operators.operators()
 
 
+@pytest.mark.slow
 def test_without_a_c_compiler_the_numbers_are_the_same() -> None:
     """The text of the program and its C, on the same numbers: to the bit, sines and their kin too."""
     rng, count = np.random.default_rng(13), 0

@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from selection import some_slow
 
 from gacompiler import SCALAR, Algebra, Layout, array, commutator, inner_product, sandwich, scalar_product
 from gacompiler.algebra.catalog import null_pairs, orthogonal
@@ -193,7 +194,7 @@ def reflected(metric: np.ndarray, a: np.ndarray, x: np.ndarray) -> np.ndarray:
     return np.array((a @ metric @ a) * x - 2 * (a @ metric @ x) * a)
 
 
-@pytest.mark.parametrize("metric", list(METRICS))
+@pytest.mark.parametrize("metric", some_slow(METRICS, "G(9,6) null", "G(9,6)", "G(8,8) null"))
 def test_two_reflections(metric: str) -> None:
     algebra = METRICS[metric]()
     vector, _ = typed(algebra)
@@ -203,7 +204,9 @@ def test_two_reflections(metric: str) -> None:
     assert np.allclose(found(a, b, x), reflected(g, a, reflected(g, b, x)))
 
 
-@pytest.mark.parametrize("metric", [metric for metric in METRICS if "G(6" in metric or "G(8,2" in metric])
+@pytest.mark.parametrize(
+    "metric", some_slow([metric for metric in METRICS if "G(6" in metric or "G(8,2" in metric], "G(8,2)")
+)
 def test_a_rotor_from_two_vectors(metric: str) -> None:
     algebra = METRICS[metric]()
     vector, _ = typed(algebra)
@@ -245,7 +248,7 @@ def test_point_on_a_quadric_along_the_axes() -> None:
     assert np.allclose(found(p, q), q[:3] @ p - q[3:6] @ (p * p) / 2 - q[6:].sum())
 
 
-@pytest.mark.parametrize("n", [2, 3, 6])
+@pytest.mark.parametrize("n", some_slow([2, 3, 6], 6))
 def test_outer_products_of_points_on_axes(n: int) -> None:
     algebra = with_null_pairs("G(6,3)", 3)
     point = axis_point(algebra)

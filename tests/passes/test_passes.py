@@ -763,6 +763,7 @@ def test_unit_quaternions_are_inverted_rightly() -> None:
     assert found == QUATERNIONS.QUATERNION.element([values[0], -values[1], -values[2], -values[3]])
 
 
+@pytest.mark.slow
 def test_long_sums_compile() -> None:
     """Hundreds of terms in a row are ordinary: a weighted mean of a hundred points."""
     layout = ArrayOf(SCALAR, (500,))

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from backend_programs import traced, write
+from selection import some_slow
 from text_mutations import Mutation, mutations
 
 import gacompiler as ga
@@ -340,7 +341,7 @@ ORDERS: Mapping[str, Callable[[Array], Array]] = {
 
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
-@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("backend", some_slow(BACKENDS, "numba"))
 def test_batches_of_every_size(backend: str, dtype: type, records: Records, modules: Mapping[str, ModuleType]) -> None:
     names = tuple(records) if backend == "c" else FEW if dtype is np.float64 else FEW[:1]
     for record, form, same in each_form(records, names):

@@ -28,7 +28,7 @@ def alone(test: Callable[..., None]) -> Callable[..., None]:
             test(*arguments, **named)
             return
         node = os.environ["PYTEST_CURRENT_TEST"].rsplit(" ", 1)[0]
-        command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", node]
+        command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-m", "", node]
         done = subprocess.run(command, cwd=ROOT, env={**os.environ, ALONE: "1"}, capture_output=True, text=True)
         assert done.returncode == 0 and "1 passed" in done.stdout, done.stdout + done.stderr
 

@@ -13,9 +13,8 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
-import pytest
 
-from gacompiler.backends import build_library, c_header, c_source, library_path, python_source, runtime_files
+from gacompiler.backends import c_header, c_source, python_source, runtime_files
 from gacompiler.backends.module import KernelSource, LayoutText, ModuleSource
 from gacompiler.generation.files import write as write_files
 from gacompiler.ir.cost import cost
@@ -207,30 +206,19 @@ PROGRAMS = (
     ALL_OPERATIONS,
 )
 
+MANY = traced(
+    "many",
+    {f"x{k}": (2,) if k % 2 else () for k in range(7)},
+    lambda *x: ([x[0] + x[2] * x[4], x[1][0] * x[3][1] - x[5][0]], x[1][1] * x[6]),
+    {"pair": (2,), "number": ()},
+)
+"""More arguments than a call on one element takes at once."""
+
+INNER = traced("inner", {"a": (3,), "b": (3,)}, lambda a, b: a[0] * b[0] + a[1] * b[1] + a[2] * b[2], {"out": ()})
+"""A number of two elements that have an axis."""
+
 
 BACKENDS = ("c", "numba", "arrays")
-
-
-@pytest.fixture(name="modules", scope="module")
-def modules_fixture(tmp_path_factory: pytest.TempPathFactory) -> dict[str, ModuleType]:
-    folder = tmp_path_factory.mktemp("generated")
-    c_path = write(module_source("kernels", *PROGRAMS), folder)
-    build_library(c_path)
-    loaded = {}
-    with pytest.MonkeyPatch.context() as patch:
-        for name in BACKENDS:
-            if name == "c" and not library_path(c_path).exists():
-                continue
-            patch.setenv("GAC_BACKEND", name)
-            loaded[name] = load(folder / "kernels.py", f"kernels_{name}")
-    return loaded
-
-
-@pytest.fixture(name="module", params=BACKENDS)
-def module_fixture(request: pytest.FixtureRequest, modules: dict[str, ModuleType]) -> ModuleType:
-    if request.param not in modules:
-        pytest.skip("no C compiler")
-    return modules[request.param]
 
 
 def inputs(program: Program, leading: tuple[int, ...] = (), dtype: Any = float, order: Any = "C") -> list[Any]:

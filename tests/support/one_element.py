@@ -19,13 +19,20 @@ from gacompiler.gac_runtime.names import extension_name, extension_path
 WAYS = ("extension", "c", "arrays")
 
 
+def build_once(source: ModuleSource, folder: Path) -> Path:
+    """Where in `folder` the module is written and built; again nothing is done."""
+    built = folder / "built"
+    if not built.exists():
+        built.mkdir()
+        build_library(write(source, built))
+    return built
+
+
 def load_ways(source: ModuleSource, folder: Path, wanted: Sequence[str] = WAYS) -> dict[str, ModuleType]:
     """The module by each way to run it that is there; ``numba`` is numba called by the extension."""
-    built = folder / "built"
+    built = build_once(source, folder)
     plain = folder / "plain"
     found = {}
-    built.mkdir()
-    build_library(write(source, built))
     has_extension = extension_path(built).exists()
     shutil.copytree(built, plain)
     extension_path(plain).unlink(missing_ok=True)

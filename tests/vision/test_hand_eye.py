@@ -107,6 +107,7 @@ def test_noise_does_not_hide_parallel_axes(n_motions: int) -> None:
         a = poses(rng, 300, n_motions)
 
 
+@pytest.mark.slow
 def test_motions_of_all_pairs_of_poses_are_told() -> None:
     """Noise of few poses is in many motions: weighed as what it is, it does far less."""
     rng = np.random.default_rng(22)

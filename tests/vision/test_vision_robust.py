@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from plane_scenes import error_on_fresh_points, seen_from_two_places
 from scipy.stats import binom
+from selection import some_slow
 
 from algorithms.vision import (
     VisionStatus,
@@ -22,7 +23,9 @@ Array = np.ndarray[Any, Any]
 K = np.array([[800.0, 0, 320], [0, 800, 240], [0, 0, 1]])
 
 
-@pytest.mark.parametrize(("n_points", "trials"), [(8, 40), (12, 40), (20, 40), (100, 3), (2000, 1)])
+@pytest.mark.parametrize(
+    ("n_points", "trials"), some_slow([(8, 40), (12, 40), (100, 3), (2000, 1), (20, 40)], (20, 40))
+)
 def test_random_pairs_have_no_geometry(n_points: int, trials: int) -> None:
     rng = np.random.default_rng(n_points)
     for _ in range(trials):

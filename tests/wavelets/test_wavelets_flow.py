@@ -30,6 +30,7 @@ def test_known_motions(name: str, kind: str, bound: float) -> None:
     assert mean_error(flow.uv, motion) < bound
 
 
+@pytest.mark.slow
 def test_stereo_pair() -> None:
     """Half of the disparities within 0.16 pixels and 79 % within 1, occluded places included."""
     left, right, disparity = data.stereo_motorcycle()

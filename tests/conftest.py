@@ -1,0 +1,11 @@
+"""What holds for the whole run of tests."""
+
+from __future__ import annotations
+
+import gc
+
+
+def pytest_collection_finish() -> None:
+    """Leave what collection made out of later collections of garbage: a second each, and some tests ask for many."""
+    gc.collect()
+    gc.freeze()
