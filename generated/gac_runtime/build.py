@@ -36,6 +36,7 @@ from .names import (
     OTHER_FLAGS,
     RUNTIME,
     RUNTIME_FILES,
+    STANDALONE,
     digest,
     extension_name,
     extension_path,
@@ -100,7 +101,12 @@ def processors() -> int:
 
 
 def runtime_folder(c_file: Path) -> Path:
-    """The runtime that a module is compiled with: the one beside it, or the one that this file is part of."""
+    """The runtime that a module is compiled with: the one beside it, or the one that this file is part of.
+
+    For a C file that has the runtime in it that is its own folder, which has no other.
+    """
+    if STANDALONE in _read(c_file):
+        return c_file.parent
     beside = c_file.parent / RUNTIME
     return beside if (beside / RUNTIME_FILES[0]).is_file() else Path(__file__).parent
 
@@ -240,11 +246,12 @@ def build(targets: dict[Path, Path]) -> None:
         jobs.sort(key=lambda job: -job[0])
         commands = [_compile(compiler, source, part, runtime_folder(source)) for _, source, part in jobs]
         folders = {runtime_folder(source): folder for source, folder in scratch.items()}
+        shared = {runtime: folder for runtime, folder in folders.items() if (runtime / RUNTIME_FILES[0]).is_file()}
         with ThreadPoolExecutor(processors()) as threads:
             # The runtime comes first: every library waits for it.
             runtimes = {
                 runtime: [threads.submit(_runtime_object, compiler, runtime, half, folder) for half in ("f64", "f32")]
-                for runtime, folder in folders.items()
+                for runtime, folder in shared.items()
             }
             runs = list(threads.map(_run, commands))
         failures: list[BuildError] = []
@@ -255,7 +262,7 @@ def build(targets: dict[Path, Path]) -> None:
                     if job[1] == source:
                         _check(command, run, source)
                 objects = [part for _, owner, part in jobs if owner == source]
-                objects += [future.result() for future in runtimes[runtime_folder(source)]]
+                objects += [future.result() for future in runtimes.get(runtime_folder(source), [])]
                 link = [*compiler, "-shared", *map(str, objects), "-o", str(library), "-lm"]
                 _check(link, _run(link), source)
             except BuildError as error:

@@ -35,6 +35,10 @@ def digest(*texts: str) -> str:
     return hashlib.sha256("\0".join(texts).encode()).hexdigest()[:16]
 
 
+STANDALONE = "#define GAC_STANDALONE"
+"""A line of the C files that have the runtime in them."""
+
+
 def library_label(module: str, c_text: str) -> str:
     """What a module knows of the name of its library: its own name and a digest of its C text."""
     return f"{module}-{digest(c_text)}"
@@ -42,16 +46,20 @@ def library_label(module: str, c_text: str) -> str:
 
 @functools.cache
 def library_file(label: str, runtime: Path) -> str:
-    """The file name of the library of a module that is linked with the runtime in a folder."""
-    texts = [(runtime / name).read_text(encoding="utf-8") for name in RUNTIME_FILES]
+    """The file name of the library of a module; the runtime is in a folder, or else in the module."""
+    texts = [_text(runtime / name) for name in RUNTIME_FILES]
     return f"{label}-{digest(*texts, *FLAGS, *GCC_FLAGS, *OTHER_FLAGS)}.so"
 
 
 @functools.cache
 def extension_name() -> str:
     """The name of the extension as Python imports it."""
-    text = Path(__file__).with_name(EXTENSION_FILE).read_text(encoding="utf-8")
-    return f"calls_{digest(text, *EXTENSION_FLAGS)}"
+    return f"calls_{digest(_text(Path(__file__).with_name(EXTENSION_FILE)), *EXTENSION_FLAGS)}"
+
+
+def _text(path: Path) -> str:
+    """The text of a file; empty where there is none, as for a module with the whole runtime in it."""
+    return path.read_text(encoding="utf-8") if path.is_file() else ""
 
 
 def extension_path(folder: Path) -> Path:

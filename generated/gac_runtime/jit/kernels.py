@@ -10,9 +10,10 @@ from __future__ import annotations
 
 import functools
 import math
+import sys
 import zlib
 from collections.abc import Callable
-from pathlib import Path
+from importlib.abc import InspectLoader
 from types import FunctionType
 from typing import Any, NamedTuple
 
@@ -50,9 +51,15 @@ _scalar_names: dict[str, Any] = {}
 
 @functools.cache
 def _mark() -> str:
-    """A checksum of this package."""
-    texts = sorted(Path(__file__).parents[1].rglob("*.py"))
-    return f"{zlib.crc32(b''.join(text.read_bytes() for text in texts)):08x}"
+    """A checksum of what goes into machine code: the text of this package, and what functions mean."""
+    package = str(__package__)
+    names = [name for name in sys.modules if name.startswith(f"{package}.")]
+    texts = []
+    for name in (*sorted(names), f"{package.rpartition('.')[0]}.functions"):
+        spec = sys.modules[name].__spec__
+        assert spec is not None and isinstance(spec.loader, InspectLoader)
+        texts.append(spec.loader.get_source(name) or "")
+    return f"{zlib.crc32(''.join(texts).encode()):08x}"
 
 
 def _kept(decorate: Callable[..., Any], function: Any, **options: Any) -> Any:
