@@ -20,7 +20,7 @@ from .c_functions import has_turns, is_transcendental
 from .documentation import c_comment, stamp
 from .module import KernelSource, ModuleSource
 from .nesting import Nested, expression, nested
-from .printers import C
+from .printers import LIKE_A_MACRO, C
 
 POLICY = "contraction: -ffp-contract=off (every operation is rounded once)"
 
@@ -113,6 +113,8 @@ def _rendered(kernels: list[tuple[Program, tuple[Uniform, ...]]]) -> dict[str, l
     programs = [program for program, _ in kernels]
     forms = [(program, form) for program, uniform in kernels for form in usable_forms(program, uniform)]
     return {
+        # A kernel may have the name of a macro of C's headers, such as FLT_MAX, where the runtime does not use it.
+        "hidden": [program.name for program in programs if LIKE_A_MACRO.fullmatch(program.name)],
         "helpers": helper_lines(programs, forms),
         "kernels": ["\n".join(_kernel_and_loops(program, uniform)) for program, uniform in kernels],
     }

@@ -140,11 +140,12 @@ C_MACRO_NAMES = frozenset(
     REAL WORD NAME FUNCTION PRECISION INLINE ON_v3 ON_v4 HAS_v3 HAS_v4 NAMES_MACHINES LOOP LOOPS WIDTH WIDTHS CHOSEN
     FUSED RUN FMA ANY_ORDER NOT_UNROLLED LANES CHUNK SPAN TILE PADDED SHUFFLE VECTOR NAN INFINITY NULL WHERE SIGN
     SIGN_BIT SHIFT FRACTION_BITS BIAS LOG_0 LOG_1 LOG_INVERSE QUARTER_0 QUARTER_1 QUARTER_2 QUARTER_INVERSE M_E M_PI
+    DBL_MIN FLT_MIN
     """.split()  # noqa: SIM905
 )
-"""Macros of the headers: a kernel of such a name would be something else in C."""
+"""Macros of the headers that the runtime uses: a kernel of such a name would be something else in C."""
 
-_LIKE_A_MACRO = re.compile(r"[A-Z][A-Z0-9_]+")
+LIKE_A_MACRO = re.compile(r"[A-Z][A-Z0-9_]+")
 """Names that headers define, and options of the compiler: FLT_MAX, M_LOG2E, ONLY_F64."""
 
 _FUNCTIONS = frozenset({"fabs", *(op.value for op in Op), *(op.value.upper() for op in Op)})
@@ -165,7 +166,7 @@ class Names:
     def fresh(self, wanted: str) -> str:
         """A legal name that nothing else has."""
         name = re.sub(r"\W", "_", wanted, flags=re.ASCII)
-        if not name or name[0].isdigit() or name[0] == "_" or _LIKE_A_MACRO.fullmatch(name):
+        if not name or name[0].isdigit() or name[0] == "_" or LIKE_A_MACRO.fullmatch(name):
             name = f"v{name}"
         while name in RESERVED or name in self._taken:
             name += "_"

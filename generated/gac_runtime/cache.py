@@ -44,7 +44,8 @@ def cache_folder(part: str = "") -> Path:
         reason = refusal(each)
         if reason:
             expected = "a folder that you can write, and nobody else"
-            raise CacheError(str(each), reason, expected, "set GAC_CACHE to another one")
+            remedy = f"set GAC_CACHE to another one, or run `chmod 700 {each}` if you trust what is in it"
+            raise CacheError(str(each), reason, expected, remedy)
     return folder / part
 
 

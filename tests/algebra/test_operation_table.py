@@ -24,10 +24,9 @@ from gacompiler.frontend.expression import Expression, evaluate, node
 from gacompiler.frontend.kernel import Parameter
 from gacompiler.frontend.latex import latex_of
 from gacompiler.objects import VGA3 as OBJECTS
-from gacompiler.objects.arrays import SYMBOLS, MultivectorArray
+from gacompiler.objects.arrays import SYMBOLS, MultivectorArray, Scalar
 from gacompiler.objects.definitions import BINARY, UNARY
 from gacompiler.objects.methods import Operations
-from gacompiler.objects.scalars import Scalar
 from gacompiler.passes import lower, rewrite
 from gacompiler.symbolic import functions as symbolic_functions
 

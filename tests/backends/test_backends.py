@@ -33,6 +33,7 @@ from gacompiler.backends import (
     c_functions,
     c_header,
     c_source,
+    find_compiler,
     python_functions,
     python_source,
     runtime_files,
@@ -168,6 +169,8 @@ def test_kernels_may_not_share_a_name() -> None:
 def test_forced_backends(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     write(module_source("bare", SWAP), tmp_path)
     monkeypatch.delenv("GAC_BACKEND", raising=False)
+    assert load(tmp_path / "bare.py", "bare").backend == ("c" if find_compiler() else "numba")
+    monkeypatch.setenv("CC", "no-such-compiler")
     assert load(tmp_path / "bare.py", "bare").backend == "numba"
     monkeypatch.setenv("GAC_BACKEND", "c")
     with pytest.raises(ImportError, match="gac build"):

@@ -119,11 +119,20 @@ def test_names_that_functions_cannot_have() -> None:
     "name", ["double", "ONLY_F64", "FLT_MAX", "M_LOG2E", "NULL", "REAL", "memcpy", "out", "switch", "_x"]
 )
 def test_names_that_mean_something_in_c(name: str) -> None:
-    """Words and macros of C may name parameters and kernels: they are written otherwise."""
+    """Words and macros of C may name parameters and kernels, but for macros of the runtime, which only parameters may
+    have as names.
+    """
     made: dict[str, Any] = {}
     exec(f"def {name}({name}):\n    return {name} * {name} + 1", made)
-    function = gacompiler.compile(kernel(**{name: SCALAR})(made[name]), "c" if find_compiler() else "arrays")
-    assert function(3.0) == 10
+    exec(f"def named({name}):\n    return {name} * {name} + 1", made)
+    backend = "c" if find_compiler() else "arrays"
+    assert gacompiler.compile(kernel(**{name: SCALAR})(made["named"]), backend)(3.0) == 10
+    definition = kernel(**{name: SCALAR})(made[name])
+    if name in ("NULL", "REAL"):
+        with pytest.raises(GacError, match=f"{name} belongs to the headers of C"):
+            gacompiler.compile(definition, backend)
+    else:
+        assert gacompiler.compile(definition, backend)(3.0) == 10
 
 
 def test_floats_in_kernels_are_decimals() -> None:

@@ -24,9 +24,9 @@ from generated import pga3
 from generated.gac_runtime.extension import extension
 
 HIDE_EXTENSION = f"""
-import os
-exists = os.path.exists
-os.path.exists = lambda path: not os.path.basename(str(path)).startswith("{STEM}_") and exists(path)
+from pathlib import Path
+exists = Path.exists
+Path.exists = lambda path: not path.name.startswith("{STEM}_") and exists(path)
 """
 
 METHODS = (

@@ -529,8 +529,7 @@ def test_changes_of_a_form_in_the_text_are_found(name: str, ending: str, records
 def numbers_of_forms(text: str, ending: str) -> list[tuple[int, int]]:
     """Where the numbers and names in the tables and loops of forms stand, besides the statements."""
     heads = {
-        "c": r"^    static const struct form forms.*?;$|^static void NAME\(\w+_start_.*?^}$"
-        r"|^WIDE static void NAME\(\w+_(?:block|dense)_\w+\).*?^}$|^enum \{ PARTS.*?;$",
+        "c": r"^#define (?:PARTS|SAME)_\w+\(.*?[^\\]$|^GAC_(?:FORM|KERNEL_AND_FORMS)\(.*?\)$",
         "py": r"^_module\.form\(.*?^\)$",
     }[ending]
     found = []
@@ -563,10 +562,10 @@ def test_changes_around_a_form_in_the_text_are_found(name: str, ending: str, rec
         ("py", "_move_point_prepare_m, _move_point_apply_m", "_move_point_apply_m, _move_point_prepare_m"),
         ("py", "n_prepared=12", "n_prepared=11"),
         ("py", "21 mul, 18 add", "20 mul, 18 add"),
-        ("c", "args[0], c0a", "args[1], c0a"),
-        ("c", "PREPARED = 12", "PREPARED = 11"),
-        ("c", "NAME(move_point_start_m), ", "NULL, "),
-        ("c", "(prepared, x1, x2)", "(prepared, x2, x1)"),
+        ("c", "SAME_move_point_m(IN, NUMBER, OUT, AND) IN(0, 0,", "SAME_move_point_m(IN, NUMBER, OUT, AND) IN(1, 1,"),
+        ("c", "GAC_USE(move_point, m, DIRECT, 1, 3, 12)", "GAC_USE(move_point, m, DIRECT, 1, 3, 11)"),
+        ("c", "GAC_FORM(move_point, m, 0, PLAIN, PLAIN, DIRECT)", "GAC_FORM(move_point, m, 0, PLAIN, PLAIN, TILES)"),
+        ("c", "AND IN(1, 1, 3, 3, 1, 3) AND OUT(2, 2,", "AND IN(2, 2, 3, 3, 1, 3) AND OUT(1, 1,"),
     ],
 )
 def test_changes_of_how_a_form_is_called_are_found(ending: str, old: str, new: str, records: Records) -> None:

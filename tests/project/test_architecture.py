@@ -31,7 +31,7 @@ ALLOWED: dict[str, set[str]] = {
     "gac_runtime": {"gac_runtime", "numpy", "numba", "_cffi_backend"},
     "backends": {"backends", "errors", "ir", "gac_runtime", "jinja2"},
     "derivatives": {"errors", "algebra", "frontend", "passes"},
-    "cache_folder": {"errors"},
+    "cache_folder": {"errors", "gac_runtime.cache"},
     "load_time": set(),
     "generation": {
         *("generation", "errors", "algebra", "rings", "ir", "frontend", "passes", "cluscript", "backends"),
@@ -46,6 +46,7 @@ ALLOWED: dict[str, set[str]] = {
         *(
             "cache_folder",
             "gac_runtime.extension_file",
+            "gac_runtime.names",
             "gacompiler",
             "numpy",
             "scipy",
@@ -55,7 +56,18 @@ ALLOWED: dict[str, set[str]] = {
         ),
     },
     "cli": {
-        *("cli", "errors", "algebra", "frontend", "passes", "backends", "robots", "structure", "objects.recording"),
+        *(
+            "gac_runtime.names",
+            "cli",
+            "errors",
+            "algebra",
+            "frontend",
+            "passes",
+            "backends",
+            "robots",
+            "structure",
+            "objects.recording",
+        ),
         *("cache_folder", "generation", "inspect", "prove", "runtime", "__version__", "click", "rich"),
     },
     "__init__": {"load_time", "algebra", "frontend", "derivatives", "robots", "runtime", "scripts"},

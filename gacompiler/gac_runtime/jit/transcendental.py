@@ -153,7 +153,7 @@ def _acos_of(x: Term) -> Term:
     return large.chosen((x < 0).chosen(left, right), middle)
 
 
-_FORMULAS: dict[str, Callable[..., Term]] = {
+FORMULAS: dict[str, Callable[..., Term]] = {
     "sin": _sin_of,
     "cos": _cos_of,
     "exp": _exp_of,
@@ -210,4 +210,4 @@ def transcendental_functions(near: bool) -> dict[str, Any]:
 
         return intrinsic(noting if is_turn and near else two if name == "atan2" else one)
 
-    return {name: made(name, formula) for name, formula in _FORMULAS.items()}
+    return {name: made(name, formula) for name, formula in FORMULAS.items()}
