@@ -11,7 +11,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from .backends import build_extension, build_library, find_compiler, no_compiler
+from .backends import build_extension, build_module, find_compiler, no_compiler
 from .cache_folder import cache_folder, cache_part
 from .errors import BackendError, KernelError
 from .frontend.kernel import Kernel
@@ -86,7 +86,7 @@ def _folder(name: str, digest: str) -> Path:
 def _loaded(kernel: Kernel, digest: str, backend: str) -> Any:
     """The kernel of a module that the cache folder has."""
     folder = _folder(kernel.name, digest)
-    if backend == "c" and build_library(folder / f"{kernel.name}.c") is None:
+    if backend == "c" and build_module(folder / f"{kernel.name}.c") is None:
         raise BackendError("compile()", no_compiler(), remedy='use backend="numba"')
     # Calls are shorter with the extension, also those of kernels under numba.
     with contextlib.suppress(BackendError):

@@ -19,6 +19,7 @@ __all__ = [
     "build_extension",
     "build_libraries",
     "build_library",
+    "build_module",
     "compiler_flags",
     "find_compiler",
     "library_name",
@@ -45,11 +46,14 @@ def _raising(function: Callable[P, R]) -> Callable[P, R]:
 
 
 library_path = _raising(_build.library_path)
+build_module = _raising(_build.build_module)
 build_extension = _raising(_build.build_extension)
 
 
 @_raising
-def build_libraries(c_paths: Sequence[Path], *, force: bool = False) -> list[Path | None]:
+def build_libraries(
+    c_paths: Sequence[Path], *, force: bool = False, progress: Callable[[Path], None] = lambda library: None
+) -> list[Path | None]:
     """Compile C files whose libraries are not there, on all processors.
 
     Parameters
@@ -58,6 +62,8 @@ def build_libraries(c_paths: Sequence[Path], *, force: bool = False) -> list[Pat
         Generated C files; the header of each is beside it.
     force : bool
         Compile even if the library is there.
+    progress : callable
+        Called with each library that has been compiled.
 
     Returns
     -------
@@ -73,7 +79,7 @@ def build_libraries(c_paths: Sequence[Path], *, force: bool = False) -> list[Pat
     -----
     The extension that calls kernels is built beside them, if the headers of Python are there.
     """
-    return _build.build_modules(c_paths, force=force)
+    return _build.build_modules(c_paths, force=force, progress=progress)
 
 
 def build_library(c_path: Path, *, force: bool = False) -> Path | None:

@@ -7,9 +7,8 @@ from functools import partial
 from pathlib import Path
 
 import click
-from rich.console import Console
 
-from ..backends import build_library, no_compiler, runtime_files
+from ..backends import build_libraries, no_compiler, runtime_files
 from ..errors import SpecError
 from ..generation.cache import Cache
 from ..generation.checked_in import generated_folder
@@ -90,12 +89,10 @@ def generate(
     if in_c and not standalone:
         write(runtime_files(), folder)
     for spec, files in zip(found, in_c, strict=False):
-        changed = write(files, folder)
-        built = None if no_build else build_library(folder / f"{spec.name}.c")
-        state = f"{len(spec.kernels)} kernels" + (", unchanged" if not changed else "")
-        click.echo(f"{near(folder / spec.name)}.py .c .h: {state}" + (f", built {built.name}" if built else ""))
-    if in_c and not no_build and build_library(folder / f"{found[0].name}.c") is None:
-        click.echo(f"note: {no_compiler()}", err=True)
+        unchanged = "" if write(files, folder) else ", unchanged"
+        click.echo(f"{near(folder / spec.name)}.py .c .h: {len(spec.kernels)} kernels{unchanged}")
+    if in_c and not no_build:
+        _build([folder / f"{spec.name}.c" for spec in found])
 
 
 @command("gac build             the modules under generated/", "gac build out")
@@ -108,14 +105,21 @@ def build(folder: Path | None, force: bool) -> None:
     if not sources:
         raise SpecError(str(place), "no generated C file in it", remedy="run `gac generate` first")
     for source in sources:
-        if Console(stderr=True).is_terminal:
-            click.echo(f"{near(source)} ...", err=True)
         compileall.compile_file(source.with_suffix(".py"), quiet=2)  # reading the text is most of an import
-        library = build_library(source, force=force)
-        if library is None:
-            click.echo(f"note: {no_compiler()}", err=True)
-            return
-        click.echo(f"{near(source)}: {library.name}, {library.stat().st_size / 1e6:.2f} MB")
+    libraries = _build(sources, force)
+    click.echo(f"{near(place)}: {len(libraries)} libraries are current")
+
+
+def _build(sources: list[Path], force: bool = False) -> list[Path]:
+    """Compile what is not compiled, and report each library; a note where there is no compiler."""
+
+    def report(library: Path) -> None:
+        click.echo(f"built {near(library)}, {library.stat().st_size / 1e6:.2f} MB")
+
+    libraries = [library for library in build_libraries(sources, force=force, progress=report) if library is not None]
+    if len(libraries) < len(sources):
+        click.echo(f"note: {no_compiler()}", err=True)
+    return libraries
 
 
 @command(
@@ -149,10 +153,7 @@ def robot(
     write({path.name: text}, path.parent)
     spec = load_spec(path, f"gac robot {robot}")
     (files,) = rendered([spec], 1, cache)
-    write(files, output)
-    built = None if no_build else build_library(output / f"{module}.c")
-    click.echo(
-        f"{near(output / module)}.py .c .h: {len(spec.kernels)} kernels" + (f", built {built.name}" if built else "")
-    )
-    if built is None and not no_build:
-        click.echo(f"note: {no_compiler()}", err=True)
+    write(runtime_files() | files, output)
+    click.echo(f"{near(output / module)}.py .c .h: {len(spec.kernels)} kernels")
+    if not no_build:
+        _build([output / f"{module}.c"])

@@ -21,7 +21,8 @@ import sys
 import sysconfig
 import tempfile
 import threading
-from collections.abc import Iterator, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from pathlib import Path
@@ -45,6 +46,8 @@ from .names import (
 )
 
 COMPILERS = ("cc", "gcc", "clang")
+
+Progress = Callable[[Path], None]
 
 STEM = "calls"
 """The name of the extension; its file has a digest besides."""
@@ -207,7 +210,9 @@ def build_module(c_file: Path) -> Path | None:
     return target
 
 
-def build_modules(c_files: Sequence[Path], *, force: bool = False) -> list[Path | None]:
+def build_modules(
+    c_files: Sequence[Path], *, force: bool = False, progress: Progress = lambda library: None
+) -> list[Path | None]:
     """The libraries of many C files beside them, built on all processors where they are not there; see `build_module`.
 
     The extension that calls kernels is built beside them, if the headers of Python are there.
@@ -216,15 +221,22 @@ def build_modules(c_files: Sequence[Path], *, force: bool = False) -> list[Path 
     wanted = {source: target for source, target in zip(c_files, targets, strict=True) if force or not target.exists()}
     has_compiler = find_compiler() is not None
     if has_compiler and wanted:
-        build(wanted)
+        build(wanted, progress)
     if has_compiler:
         for folder in dict.fromkeys(source.parent for source in c_files):
             build_extension(folder)
     return [target if has_compiler or target.exists() else None for target in targets]
 
 
-def build(targets: dict[Path, Path]) -> None:
+def build(targets: dict[Path, Path], progress: Progress = lambda library: None) -> None:
     """Compile files in parallel, the longest first, link each with the runtime and move it to its place.
+
+    Parameters
+    ----------
+    targets : dict of Path to Path
+        The library of each file.
+    progress : callable
+        Called with each library when it is in its place.
 
     Raises
     ------
@@ -244,37 +256,47 @@ def build(targets: dict[Path, Path]) -> None:
             halves = ("f64", "f32") if can_be_halved and len(text) >= _SMALL else ("all",)
             jobs += [(len(text), source, scratch[source] / f"{half}.o") for half in halves]
         jobs.sort(key=lambda job: -job[0])
-        commands = [_compile(compiler, source, part, runtime_folder(source)) for _, source, part in jobs]
-        folders = {runtime_folder(source): folder for source, folder in scratch.items()}
-        shared = {runtime: folder for runtime, folder in folders.items() if (runtime / RUNTIME_FILES[0]).is_file()}
+        missing = Counter(source for _, source, _ in jobs)
+        failures: list[BuildError] = []
         with ThreadPoolExecutor(processors()) as threads:
             # The runtime comes first: every library waits for it.
-            runtimes = {
-                runtime: [threads.submit(_runtime_object, compiler, runtime, half, folder) for half in ("f64", "f32")]
-                for runtime, folder in shared.items()
-            }
-            runs = list(threads.map(_run, commands))
-        failures: list[BuildError] = []
-        for source, target in targets.items():
-            library = scratch[source] / "library.so"
-            try:
-                for command, run, job in zip(commands, runs, jobs, strict=True):
-                    if job[1] == source:
-                        _check(command, run, source)
-                objects = [part for _, owner, part in jobs if owner == source]
-                objects += [future.result() for future in runtimes.get(runtime_folder(source), [])]
-                link = [*compiler, "-shared", *map(str, objects), "-o", str(library), "-lm"]
-                _check(link, _run(link), source)
-            except BuildError as error:
-                failures.append(error)
-                continue
-            os.replace(library, target)
-            _remove_stale(target, rf"{re.escape(source.stem)}-[0-9a-f]{{16}}(-[0-9a-f]{{16}})?\.so")
+            runtimes = {}
+            for source, folder in scratch.items():
+                runtime = runtime_folder(source)
+                if runtime not in runtimes and (runtime / RUNTIME_FILES[0]).is_file():
+                    runtimes[runtime] = [
+                        threads.submit(_runtime_object, compiler, runtime, half, folder) for half in ("f64", "f32")
+                    ]
+            commands = [_compile(compiler, source, part, runtime_folder(source)) for _, source, part in jobs]
+            runs: dict[Path, list[tuple[list[str], subprocess.CompletedProcess[str]]]] = {}
+            for (_, source, _), command, run in zip(jobs, commands, threads.map(_run, commands), strict=True):
+                runs.setdefault(source, []).append((command, run))
+                missing[source] -= 1
+                if missing[source]:
+                    continue
+                try:
+                    for each in runs[source]:
+                        _check(*each, source)
+                    objects = [part for _, owner, part in jobs if owner == source]
+                    objects += [future.result() for future in runtimes.get(runtime_folder(source), [])]
+                    _link(compiler, objects, scratch[source] / "library.so", source)
+                except BuildError as error:
+                    failures.append(error)
+                    continue
+                target = targets[source]
+                os.replace(scratch[source] / "library.so", target)
+                _remove_stale(target, rf"{re.escape(source.stem)}-[0-9a-f]{{16}}(-[0-9a-f]{{16}})?\.so")
+                progress(target)
         if failures:
             raise failures[0]
     finally:
         for folder in scratch.values():
             shutil.rmtree(folder, ignore_errors=True)
+
+
+def _link(compiler: tuple[str, ...], objects: Sequence[Path], library: Path, source: Path) -> None:
+    command = [*compiler, "-shared", *map(str, objects), "-o", str(library), "-lm"]
+    _check(command, _run(command), source)
 
 
 def _compile(compiler: tuple[str, ...], source: Path, target: Path, runtime: Path) -> list[str]:
