@@ -735,7 +735,8 @@ typedef struct {
     Function function; /* On one element of doubles; NULL where only a loop does it. */
     Invoke invoke;
     Way ways[2]; /* Of doubles and of floats. */
-    Py_ssize_t most; /* Larger batches of one row may be worth threads, which are the module's. */
+    Py_ssize_t most; /* Larger batches of one row may be worth threads, */
+    PyObject *settings; /* of which a module says how many; borrowed, since the kernel holds its module. */
     Py_ssize_t patience; /* Larger batches let other threads of Python run meanwhile. */
     int n_inputs; /* 0 until the kernel can be run. */
     int n_outputs;
@@ -1003,6 +1004,15 @@ static inline PyObject *returned(PyObject **made, int n, int done)
     return tuple;
 }
 
+/* Whether batches run on one thread: as long as the module's `num_threads` is 1. */
+static int is_one_thread(const Call *call)
+{
+    if (call->settings == NULL)
+        return 0;
+    PyObject *number = PyDict_GetItemString(call->settings, "num_threads");
+    return number != NULL && PyLong_CheckExact(number) && PyLong_AsLong(number) == 1;
+}
+
 /* The results of a batch, row by row; NULL without an error where that is not all that there is to do. */
 static PyObject *call_on_batch(const Call *call, PyObject *const *args, PyObject *out)
 {
@@ -1021,7 +1031,7 @@ static PyObject *call_on_batch(const Call *call, PyObject *const *args, PyObject
         size *= batch.axes[k];
     if (size == 0 || (out != NULL && !take_out(&batch, call, args, out)))
         return NULL;
-    if (size > call->most) {
+    if (size > call->most && !is_one_thread(call)) {
         Rows rows;
         take_rows(&batch, n_inputs + (out != NULL), &rows);
         if (rows.n_axes < 2 || rows.lengths[0] > call->most)
@@ -1186,7 +1196,7 @@ static int read_shape(PyObject *tuple, Shape *shape)
 
 PyDoc_STRVAR(
     bind_doc,
-    "_bind(inputs, outputs, function, ways, most, patience)\n--\n\n"
+    "_bind(inputs, outputs, function, ways, most, patience, settings)\n--\n\n"
     "Run the kernel from its addresses on elements of these shapes from now on; False where it has too many.\n"
     "Ways are, for doubles and for floats, a loop, or a driver and its table; what is 0 is not there."
 );
@@ -1196,10 +1206,11 @@ static PyObject *call_bind(PyObject *self, PyObject *args)
     Call *call = (Call *)self;
     unsigned long long function, ways[2][3];
     Py_ssize_t most, patience;
-    PyObject *inputs, *outputs;
+    PyObject *inputs, *outputs, *settings = NULL;
     if (!PyArg_ParseTuple(
-            args, "O!O!K((KKK)(KKK))nn", &PyTuple_Type, &inputs, &PyTuple_Type, &outputs, &function, &ways[0][0],
-            &ways[0][1], &ways[0][2], &ways[1][0], &ways[1][1], &ways[1][2], &most, &patience
+            args, "O!O!K((KKK)(KKK))nn|O!", &PyTuple_Type, &inputs, &PyTuple_Type, &outputs, &function, &ways[0][0],
+            &ways[0][1], &ways[0][2], &ways[1][0], &ways[1][1], &ways[1][2], &most, &patience,
+            &PyDict_Type, &settings
         ))
         return NULL;
     const Py_ssize_t n_inputs = PyTuple_GET_SIZE(inputs), n_outputs = PyTuple_GET_SIZE(outputs);
@@ -1222,6 +1233,7 @@ static PyObject *call_bind(PyObject *self, PyObject *args)
     }
     call->n_outputs = (int)n_outputs;
     call->most = most;
+    call->settings = settings;
     call->patience = patience;
     for (size_t k = 0; k < sizeof(INVOKERS) / sizeof(INVOKERS[0]); k++)
         if (strcmp(INVOKERS[k].kinds, kinds) == 0) {

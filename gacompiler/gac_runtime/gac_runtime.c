@@ -358,7 +358,7 @@ static void GAC(move_part)(int back, REAL *x, intptr_t row, const struct gac_par
 }
 
 // The numbers of an element of a part, from the batch or back to it.
-static void GAC(move_element)(int back, REAL *x, const struct gac_part *part, char *a, const intptr_t *c)
+static INLINE void GAC(move_element)(int back, REAL *x, const struct gac_part *part, char *a, const intptr_t *c)
 {
     const intptr_t size = part->size, step = part->rank ? c[0] : 0;
     const int is_row = part->rank < 2;
@@ -409,11 +409,10 @@ static void GAC(each)(const struct gac_kernel *kernel, char **args, intptr_t n, 
     }
 }
 
-// Runs a loop over `n` elements as they lie, from the `first` on.
+// Runs a loop over `n` elements as they lie, from the `first` on; there is room in `starts` for where that is.
 static void GAC(run_from)(intptr_t first, intptr_t n, const struct gac_kernel *kernel, gac_loop *loop, char **args,
-    const intptr_t *steps, unsigned hoisted, REAL *prepared)
+    const intptr_t *steps, unsigned hoisted, REAL *prepared, char **starts)
 {
-    char *starts[kernel->n_parts];
     for (int p = 0; p < kernel->n_parts; ++p)
         starts[p] = gac_is_flagged(hoisted, p) ? (char *)prepared : args[p] + first * steps[p];
     loop(n, starts, steps + kernel->n_parts);
@@ -422,8 +421,8 @@ static void GAC(run_from)(intptr_t first, intptr_t n, const struct gac_kernel *k
 // Runs a loop over elements as they lie, `unit` at a time, and returns how many it did. Those before `head` are run
 // with some after them, and the last ones with some before them, which are run twice, unless arguments are replaced by
 // results.
-static intptr_t GAC(as_they_lie)(intptr_t unit, intptr_t head, const struct gac_kernel *kernel, gac_loop *loop,
-    char **args, intptr_t n, const intptr_t *steps, unsigned hoisted, REAL *prepared)
+static INLINE intptr_t GAC(as_they_lie)(intptr_t unit, intptr_t head, const struct gac_kernel *kernel, gac_loop *loop,
+    char **args, intptr_t n, const intptr_t *steps, unsigned hoisted, REAL *prepared, char **starts)
 {
     int twice = n > unit;
     for (int p = kernel->n_inputs; p < kernel->n_parts; ++p)
@@ -431,12 +430,12 @@ static intptr_t GAC(as_they_lie)(intptr_t unit, intptr_t head, const struct gac_
             twice = twice && args[p] != args[q];
     const intptr_t first = twice ? head : 0, whole = (n - first) & -unit;
     if (first)
-        GAC(run_from)(0, unit, kernel, loop, args, steps, hoisted, prepared);
+        GAC(run_from)(0, unit, kernel, loop, args, steps, hoisted, prepared, starts);
     if (whole)
-        GAC(run_from)(first, whole, kernel, loop, args, steps, hoisted, prepared);
+        GAC(run_from)(first, whole, kernel, loop, args, steps, hoisted, prepared, starts);
     if (!twice || first + whole == n)
         return first + whole;
-    GAC(run_from)(n - unit, unit, kernel, loop, args, steps, hoisted, prepared);
+    GAC(run_from)(n - unit, unit, kernel, loop, args, steps, hoisted, prepared, starts);
     return n;
 }
 
@@ -493,7 +492,7 @@ static INLINE void GAC(batch_in)(REAL *space, intptr_t n_space, REAL *prepared, 
         : at_unit_stride && !past && !kernel->repeats ? in_rows : NULL;
     if (at_once) {
         const intptr_t unit = at_once == in_order ? together : LANES, first = at_once == in_order ? 0 : head;
-        const intptr_t done = GAC(as_they_lie)(unit, first, kernel, at_once, args, n, steps, hoisted, prepared);
+        const intptr_t done = GAC(as_they_lie)(unit, first, kernel, at_once, args, n, steps, hoisted, prepared, rest);
         for (int p = 0; p < n_parts; ++p)
             rest[p] = args[p] + done * steps[p];
         args = rest, n -= done, head = 0;

@@ -54,8 +54,15 @@ class Settings(Protocol):
     def library(self) -> Library:
         """The compiled kernels."""
 
+    @property
+    def namespace(self) -> dict[str, Any]:
+        """Where the extension finds `num_threads`."""
+
     def ready_backend(self) -> str:
         """As `backend`, when a kernel is about to be run."""
+
+
+_DEFAULTS: dict[str, Any] = {"num_threads": default_threads()}
 
 
 class _UserSettings:
@@ -70,6 +77,10 @@ class _UserSettings:
     @property
     def num_threads(self) -> int:
         return default_threads()
+
+    @property
+    def namespace(self) -> dict[str, Any]:
+        return _DEFAULTS
 
 
 class _Documentation:
@@ -323,7 +334,7 @@ class Kernel(Call):  # type: ignore[misc]
             shapes, out_shapes = tuple(self.definition.shapes), tuple(self.definition.out_shapes)
             if extension is not None and shapes:
                 limits = (LEAST_WORK - 1) // self._work, _PATIENCE // self._work
-                self._bind(shapes, out_shapes, function, tuple(self._addresses), *limits)
+                self._bind(shapes, out_shapes, function, tuple(self._addresses), *limits, self._settings.namespace)
             self._loops[dtype] = loop
         return loop
 

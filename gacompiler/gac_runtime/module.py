@@ -50,7 +50,7 @@ class GeneratedModule:
                 f"{name} needs version {interface} of gac_runtime; {os.path.dirname(__file__)} is version {INTERFACE}; "
                 "write the modules of that folder again with `gac generate`"
             )
-        self._namespace = namespace
+        self.namespace = namespace
         self.kernels: list[str] = []
         families[name] = self._family = Family()
         file = Path(os.path.abspath(namespace["__file__"]))
@@ -61,12 +61,12 @@ class GeneratedModule:
     @property
     def backend(self) -> str:
         """What runs the kernels now: ``c``, ``numba`` or ``arrays``."""
-        return str(self._namespace["backend"])
+        return str(self.namespace["backend"])
 
     @property
     def num_threads(self) -> int:
         """How many threads share a large batch where a call does not say."""
-        return self._namespace["num_threads"]  # type: ignore[no-any-return]
+        return self.namespace["num_threads"]  # type: ignore[no-any-return]
 
     def ready_backend(self) -> str:
         """As `backend`; the library is built and opened where that is ``c``.
@@ -80,7 +80,7 @@ class GeneratedModule:
                 if os.environ.get("GAC_BACKEND", "") == "c":
                     raise ImportError(str(error)) from None
                 warnings.warn(f"{error}; kernels run on numba", RuntimeWarning, stacklevel=4)
-                self._namespace["backend"] = "numba"
+                self.namespace["backend"] = "numba"
         return self.backend
 
     def kernel(
@@ -155,8 +155,8 @@ class GeneratedModule:
         definition = kernel.definition
         words = definition.name.split("_")
         title = "".join(word.capitalize() if word.islower() else word for word in words) + "Results"
-        record = namedtuple(title, fields, module=self._namespace["__name__"])  # type: ignore[misc]
-        self._namespace[title] = record
+        record = namedtuple(title, fields, module=self.namespace["__name__"])  # type: ignore[misc]
+        self.namespace[title] = record
         constant = kernel.argument_names == ["nothing"]
 
         def function(*arguments: Any, **named: Any) -> Any:
@@ -164,7 +164,7 @@ class GeneratedModule:
             return record._make(found if len(fields) > 1 else [found])
 
         function.__name__ = function.__qualname__ = definition.name
-        function.__module__ = self._namespace["__name__"]
+        function.__module__ = self.namespace["__name__"]
         function.__doc__ = (kernel.__doc__ or "").replace(f"``{definition.name}.jit", f"``{definition.name}.kernel.jit")
         signature = inspect.signature(kernel)
         parameters = [each for each in signature.parameters.values() if not (constant and each.name == "nothing")]

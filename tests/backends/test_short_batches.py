@@ -258,10 +258,13 @@ def test_large_batches_are_the_module_s(fast: ModuleType, monkeypatch: pytest.Mo
     seen = []
     monkeypatch.setattr(fast.Kernel, "_in_python", lambda *arguments, **named: seen.append(len(arguments[2])))
     m, p = made(MOVE_POINT, (200_000,))
+    monkeypatch.setattr(fast, "num_threads", 2)
     fast.move_point(m, p)
     fast.move_point(m[:10], p[:10])
     fast.move_point(m[:10], p[:10], num_threads=2)
     assert seen == [200_000, 10]
+    monkeypatch.setattr(fast, "num_threads", 1)
+    assert fast.move_point(m, p) is not None and seen == [200_000, 10]
 
 
 @pytest.mark.parametrize("first", some_slow(["f4", "f8"], "f4"))
