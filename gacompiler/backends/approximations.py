@@ -2,7 +2,8 @@
 
 Each function is reduced to a short interval, where what remains after its first terms is a polynomial in ``z``. The
 coefficients interpolate at the nodes of Chebyshev, to 50 digits, and are then rounded; they are computed here and not
-copied, so that whoever doubts one can compute it again. `functions.c.jinja` and `runtime_transcendental.py` use them.
+copied, so that whoever doubts one can compute it again. `gac_runtime.h` and
+`gac_runtime/jit` have them as numbers, which a test compares with these.
 """
 
 from __future__ import annotations

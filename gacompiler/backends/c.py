@@ -13,6 +13,7 @@ from pathlib import Path
 
 import jinja2
 
+from ..gac_runtime.definition import INTERFACE
 from ..ir.program import Program
 from ..ir.uniform import Uniform
 from .c_batch import FEW, TILES, helper_lines, loop_text, named_parts, tile_line, usable_forms
@@ -29,7 +30,7 @@ _WIDTH = 116
 RUNTIME = "gac_runtime"
 """The folder of the runtime, beside the modules."""
 
-RUNTIME_INTERFACE = 1
+RUNTIME_INTERFACE = INTERFACE
 """The version of the runtime's interface that modules are written for, as in ``gac_runtime.h``."""
 
 

@@ -20,6 +20,9 @@ PARTS = {
     "modules": "of gacompiler.compile, with their libraries",
     "objects": "libraries of operations on numeric objects",
     "_build": "the extension that calls kernels",
+    "libraries": "of modules in folders that cannot be written",
+    "runtime": "the compiled runtime, which is linked into libraries",
+    "locks": "files that keep two processes from building the same",
 }
 """The folders in the cache folder, and what is in them."""
 

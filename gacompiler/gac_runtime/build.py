@@ -342,7 +342,9 @@ def build_extension(folder: Path) -> Path | None:
         None where this Python has no headers, or where there is no compiler.
     """
     include, target, compiler = Path(sysconfig.get_path("include")), extension_path(folder), find_compiler()
-    if compiler is None or sys.implementation.name != "cpython" or not (include / "Python.h").is_file():
+    source = Path(__file__).with_name(EXTENSION_FILE)
+    has_headers = sys.implementation.name == "cpython" and (include / "Python.h").is_file()
+    if compiler is None or not has_headers or not source.is_file():
         return None
     if target.exists():
         return target
@@ -353,7 +355,6 @@ def build_extension(folder: Path) -> Path | None:
         if known is not None and known.exists():
             shutil.copyfile(known, built)
         else:
-            source = Path(__file__).with_name(EXTENSION_FILE)
             undefined = ["-undefined", "dynamic_lookup"] if sys.platform == "darwin" else []
             options = [*EXTENSION_FLAGS, f"-DINIT=PyInit_{extension_name()}", f"-I{include}", "-shared", *undefined]
             command = [*compiler, *options, str(source), "-o", str(built)]

@@ -99,6 +99,6 @@ def result_names(count: int) -> list[str]:
 def shapes_in(signature: str) -> list[list[tuple[int, ...]]]:
     """The shapes in a signature that is known to be right."""
     return [
-        [tuple(int(size) for size in shape.split(",") if size) for shape in part[1:-1].split("),(")]
+        [tuple(int(size) for size in shape.split(",") if size) for shape in part[1:-1].split("),(")] if part else []
         for part in signature.split("->")
     ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 from pathlib import Path
 from typing import Any
@@ -64,9 +65,7 @@ class Library:
                 return
             path = self.find()
             if path is None:
-                from .build import build_module
-
-                path = build_module(self.c_file)
+                path = self._build()
             if path is None or not path.name.startswith(f"{self.label}-"):
                 found = "it is not what the module was generated with" if path else "no library and no C compiler"
                 raise RuntimeProblem(str(self.c_file), found, "the file of this module", "generate both again")
@@ -75,6 +74,16 @@ class Library:
             except OSError as error:
                 remedy = f"delete {path}, or set GAC_BACKEND=numba"
                 raise RuntimeProblem(str(path), str(error), "a library for this machine", remedy) from None
+
+    def _build(self) -> Path | None:
+        """Build the library, and the extension for the processes to come."""
+        from .build import build_extension, build_module
+
+        path = build_module(self.c_file)
+        if path is not None:
+            with contextlib.suppress(RuntimeProblem):
+                build_extension(self.c_file.parent if path.parent.name == FOLDER else cache_folder())
+        return path
 
     def address(self, function: str) -> int:
         """The address of a function; the library is open."""

@@ -10,6 +10,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from gacompiler.cli import main
+from gacompiler.cli.caching import PARTS
 from gacompiler.generation import compiling
 from gacompiler.generation.checked_in import generated_folder
 
@@ -142,9 +143,7 @@ def test_cache_is_shown_and_cleared(here: Path) -> None:
     data = json.loads(run("cache", "--json").output)
     assert data["parts"]["modules"] == data["parts"]["objects"] == {"files": 1, "bytes": 3}
     assert run("cache", "--clear").exit_code == 0
-    assert json.loads(run("cache", "--json").output)["parts"] == {
-        part: {"files": 0, "bytes": 0} for part in ("compilations", "modules", "objects", "_build")
-    }
+    assert json.loads(run("cache", "--json").output)["parts"] == {part: {"files": 0, "bytes": 0} for part in PARTS}
     assert (here / "cache" / "foreign").is_dir(), "what this package did not put there stays"
 
 

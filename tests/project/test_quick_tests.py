@@ -7,9 +7,9 @@ from functools import cache
 from pathlib import Path
 
 import pytest
-from gacompiler.generate import TARGETS
 
 from gacompiler.cli import main
+from gacompiler.generation.rendering import TARGETS
 from gacompiler.runtime import BACKENDS
 
 ROOT = Path(__file__).parents[2]
@@ -31,6 +31,7 @@ OF_BACKENDS = {
 
 OF_COMMANDS = {
     "generate": "cli/test_cli.py::test_generate_then_verify",
+    "cache": "cli/test_cache_command.py::test_cache_is_shown_and_cleared",
     "build": "cli/test_cli.py::test_build_compiles_what_was_generated",
     "check": "cli/test_cli.py::test_check_compares_and_proves",
     "show": "cli/test_cli.py::test_every_stage_is_shown",
