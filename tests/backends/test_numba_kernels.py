@@ -332,7 +332,7 @@ for kind in ("float64", "float32"):
             moved = bare.move_point(y if x.ndim == 2 else n[0], x)
             assert np.array_equal(moved, x) and moved.dtype == kind, (x, y)
 """
-    environment = {**os.environ, "GAC_CACHE": str(tmp_path / "nothing")}
+    environment = {**os.environ, "GAC_CACHE": str(tmp_path / "nothing"), "CC": "no-such-compiler"}
     arguments = [sys.executable, "-c", code if with_cffi else hide + code]
     done = subprocess.run(arguments, cwd=tmp_path, env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
