@@ -14,11 +14,11 @@ from typing import Any
 from zlib import crc32
 
 import numpy as np
-from generated.gac_runtime.extension import Call, extension
 from numba import carray, cfunc, njit, types
 from numba.extending import overload
 
 from generated import pga3
+from generated.gac_runtime.extension import Call, extension
 
 PATIENCE = 32
 """Calls that a pass waits for before it is compiled, which takes seconds, or half of one where numba has kept it."""

@@ -268,6 +268,7 @@ def test_random_calls_never_crash(fast: ModuleType, plain: ModuleType) -> None:
             assert found == outcome(getattr(plain, name), *arguments, **named), (name, arguments, named)
 
 
+@pytest.mark.slow
 @alone
 def test_nothing_leaks(fast: ModuleType) -> None:
     m, p = inputs(MOVE_POINT)

@@ -146,6 +146,7 @@ def element_by_element(library: ctypes.CDLL, call: Call, real: type) -> list[Arr
     return [array.astype(float) for array in found]
 
 
+@pytest.mark.slow
 @needs("gcc")
 def test_the_c_backend_gives_these_numbers(tmp_path: Path) -> None:
     libraries = {"kernels": build_library(write(modules()["kernels"], tmp_path))}

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from backend_programs import DISTANCE, SWAP, module_source, write
+from selection import some_slow
 
 from gacompiler.gac_runtime import build
 from gacompiler.gac_runtime.build import BuildError, build_module, build_modules, built_library, library_path
@@ -114,7 +115,7 @@ def test_a_library_goes_with_its_runtime(module: Path) -> None:
     library_file.cache_clear()
 
 
-@pytest.mark.parametrize("home", ["GAC_CACHE", "XDG_CACHE_HOME", "HOME"])
+@pytest.mark.parametrize("home", some_slow(["GAC_CACHE", "XDG_CACHE_HOME", "HOME"], "XDG_CACHE_HOME", "HOME"))
 def test_a_folder_that_is_not_ours_is_not_written(
     home: str, module: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -161,6 +162,7 @@ def test_a_cache_that_cannot_be_made(tmp_path: Path, monkeypatch: pytest.MonkeyP
         cache_folder()
 
 
+@pytest.mark.slow
 def test_without_a_usable_cache_modules_are_built_beside(module: Path, cache: Path) -> None:
     cache.mkdir()
     cache.chmod(0o777)
@@ -208,6 +210,7 @@ def started(module: Path) -> subprocess.Popen[str]:
     )
 
 
+@pytest.mark.slow
 def test_two_processes_build_it_once(module: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     calls = use_compiler(tmp_path, monkeypatch)
     processes = [started(module) for _ in range(3)]
@@ -216,6 +219,7 @@ def test_two_processes_build_it_once(module: Path, tmp_path: Path, monkeypatch: 
     assert compiled(calls) == ["bare.c", "gac_runtime.c", "gac_runtime.c"]
 
 
+@pytest.mark.slow
 def test_a_killed_build_leaves_nothing_that_is_loaded(
     module: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

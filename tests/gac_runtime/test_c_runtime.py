@@ -147,6 +147,7 @@ def loop_results(library: Path, module: str, n: int) -> list[bytes]:
     return found
 
 
+@pytest.mark.slow
 @needs_compiler
 def test_a_machine_without_known_vectors(tmp_path: Path) -> None:
     """What is compiled where the macros for x86-64 do not apply gives the same numbers."""
@@ -163,6 +164,7 @@ def test_a_machine_without_known_vectors(tmp_path: Path) -> None:
         assert loop_results(tmp_path / "plain.so", "kernels", n) == loop_results(library, "kernels", n)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not shutil.which("clang"), reason="no clang on the PATH")
 def test_clang_compiles_it(tmp_path: Path) -> None:
     write(module_source("kernels", MOVE_POINT, NORMALIZE, ALL_OPERATIONS), tmp_path)
@@ -213,6 +215,7 @@ int main(void)
 """
 
 
+@pytest.mark.slow
 @needs_compiler
 def test_a_c_program_with_standalone_modules(tmp_path: Path) -> None:
     """Two of them go together, since each has the runtime to itself."""

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 from backend_programs import MOVE_POINT, NORMALIZE, module_source, write
+from selection import some_slow
 
 from gacompiler.backends import find_compiler, runtime_files
 from gacompiler.gac_runtime.definition import INTERFACE
@@ -68,7 +69,7 @@ def inside(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("how", IMPORTS)
+@pytest.mark.parametrize("how", some_slow(IMPORTS, "as a member of its folder", "by its path"))
 @pytest.mark.parametrize("kind", ["beside", "inside"])
 def test_a_folder_works_where_the_compiler_is_not(kind: str, how: str, request: pytest.FixtureRequest) -> None:
     folder = request.getfixturevalue(kind)
@@ -76,6 +77,7 @@ def test_a_folder_works_where_the_compiler_is_not(kind: str, how: str, request: 
     checked(f"{IMPORTS[how]}; backends = {backends}{CALLS}", folder)
 
 
+@pytest.mark.slow
 def test_a_module_alone_is_one_file(inside: Path, tmp_path: Path) -> None:
     """Without its C file it runs on numba."""
     place = tmp_path / "out"
@@ -105,6 +107,7 @@ print(*sorted({name.partition("-")[0].partition("_")[0] for name in os.listdir("
     assert set(checked(code, place).split()) <= {"calls", "first"}
 
 
+@pytest.mark.slow
 def test_a_c_file_that_does_not_compile_is_reported_once(tmp_path: Path) -> None:
     if not find_compiler():
         pytest.skip("no C compiler")

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from selection import some_slow
 
 from gacompiler import kernel
 from gacompiler.algebra.catalog import CGA3, PGA3, VGA3
@@ -64,14 +65,10 @@ def nothing_is_compiled(monkeypatch: pytest.MonkeyPatch) -> Any:
     return lambda: monkeypatch.setattr(compiling, "compile_kernel", refuse)
 
 
-def stem(path: Path) -> str:
-    return path.stem
-
-
-@pytest.mark.parametrize("path", [path for path in own_specs() if path.stem in ("vga2", "hand_eye")], ids=stem)
-def test_what_is_kept_comes_back_equal(path: Path, cache: Cache, nothing_is_compiled: Any) -> None:
+@pytest.mark.parametrize("name", some_slow(["vga2", "hand_eye"], "hand_eye"))
+def test_what_is_kept_comes_back_equal(name: str, cache: Cache, nothing_is_compiled: Any) -> None:
     """Functions, branches, matrices, forms for uniform arguments: every field, and the types of numbers."""
-    spec = load_spec(path)
+    spec = load_spec(next(path for path in own_specs() if path.stem == name))
     first = compile_kernels(spec, cache=cache)
     assert [each.kernel for each in first] == list(spec.kernels)
     nothing_is_compiled()
@@ -262,6 +259,7 @@ print(n_compiled, before)
 """
 
 
+@pytest.mark.slow
 def test_a_changed_compiler_compiles_anew_and_a_changed_printer_prints_anew(cache: Cache, tmp_path: Path) -> None:
     spec_of(tmp_path)
     shutil.copytree(ROOT / "gacompiler", tmp_path / "copy" / "gacompiler", ignore=shutil.ignore_patterns("__pycache__"))

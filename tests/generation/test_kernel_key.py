@@ -181,6 +181,7 @@ def named_product(constant: Multivector) -> Callable[[Any], Any]:
     return product
 
 
+@pytest.mark.slow
 def test_all_kernels_of_the_package_have_descriptions_of_their_own() -> None:
     kernels = [each for path in own_specs() for each in load_spec(path).kernels]
     texts = {(each.name, described(each)) for each in kernels}
@@ -201,6 +202,7 @@ print(hashlib.sha256("".join(texts).encode()).hexdigest())
 """
 
 
+@pytest.mark.slow
 def test_descriptions_do_not_depend_on_the_process() -> None:
     """Else nothing would be found again: neither by the seed of hashes, nor by what else was traced before."""
     found = {

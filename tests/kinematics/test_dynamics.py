@@ -181,6 +181,7 @@ SPATIAL_BODIES = [
 ]
 
 
+@pytest.mark.slow
 def test_lagranges_equations_of_a_spatial_arm() -> None:
     truth = lagrange(SPATIAL, SPATIAL_BODIES)
     arm = Robot.from_dh(SPATIAL, bodies=SPATIAL_BODIES)

@@ -58,6 +58,7 @@ def largest(found: Any, expected: Any) -> float:
     return max(float(np.abs(a - b).max() / max(1.0, np.abs(b).max())) for a, b in pairs)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("change", CHANGES)
 @pytest.mark.parametrize("name", ["ur5", "panda"])
 def test_every_change_reaches_every_method(name: str, change: str) -> None:

@@ -627,6 +627,7 @@ for definition in definitions:
 """
 
 
+@pytest.mark.slow
 def test_programs_do_not_depend_on_hash_seeds() -> None:
     texts = []
     for seed in ("1", "4242"):

@@ -840,6 +840,7 @@ def test_conformal_meets(rng: np.random.Generator) -> None:
     close(cga3.distance_point_line(b, common), np.zeros(N), 1e-6)
 
 
+@pytest.mark.slow
 def test_conformal_versors(rng: np.random.Generator) -> None:
     matrices = poses(rng)
     x, y, z, w = rng.normal(size=(4, len(matrices), 3))

@@ -132,6 +132,7 @@ def told_apart(features: Any) -> float:
     return float(np.mean(right))
 
 
+@pytest.mark.slow
 def test_textures_are_told_apart() -> None:
     own = told_apart(lambda images: texture_features(images, 3))
     assert own >= 0.99
