@@ -267,6 +267,7 @@ def test_large_batches_are_the_module_s(fast: ModuleType, monkeypatch: pytest.Mo
     assert fast.move_point(m, p) is not None and seen == [200_000, 10]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("first", some_slow(["f4", "f8"], "f4"))
 def test_a_copied_type_is_bound_as_what_it_is(first: str, tmp_path: Path) -> None:
     """The first call of a kernel under numba may be with unpickled arrays, whose type only equals numpy's."""

@@ -121,6 +121,7 @@ def test_compiled() -> None:
     assert not np.isfinite(boost).all(), "the largest coefficient is above every double"
 
 
+@pytest.mark.slow
 def test_other_elements() -> None:
     """Anything without a closed form: even elements of conformal space, vectors with bivectors."""
     from scipy.linalg import expm

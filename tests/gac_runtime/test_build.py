@@ -84,6 +84,7 @@ def leftovers(folder: Path) -> list[Path]:
     return [path for path in folder.rglob(".*") if path.name != ".nothing"]
 
 
+@pytest.mark.slow
 def test_one_module_is_built_and_no_other(module: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     write(module_source("other", DISTANCE), module.parent)
     calls = use_compiler(tmp_path, monkeypatch)

@@ -63,6 +63,7 @@ def test_few_exact_points(n_points: int, thickness: float) -> None:
         assert max(camera_error(found.pose, turn, centre)) < 1e-6
 
 
+@pytest.mark.slow
 def test_random_pixels_are_no_image() -> None:
     rng = np.random.default_rng(4)
     for n_points, allowed in ((4, 4), (5, 1), (8, 0), (30, 0)):

@@ -157,6 +157,7 @@ def test_descriptions_hardly_change_under_shifts() -> None:
     assert changes["own"] < 0.5 * changes["real"], changes
 
 
+@pytest.mark.slow
 def test_brightness_and_contrast_of_textures() -> None:
     image = picture("gravel")[:64, :64]
     before, after = texture_features(image), texture_features(3 * image + 50)
