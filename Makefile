@@ -68,9 +68,12 @@ clean: ## Remove what was built and cached; .venv stays
 	rm -rf build dist *.egg-info .hypothesis .mypy_cache .pytest_cache .ruff_cache generated/_build
 	find gacompiler generated algorithms tests benchmarks -name __pycache__ -prune -exec rm -rf {} +
 
-# Older than the compiler, or than a generated file that somebody touched, or a file is missing: generate.
+# Older than the compiler, or than a generated file that somebody touched, or a file is missing: generate; but not where
+# git knows of no change, since what is checked in belongs together.
 build/.generated: $(COMPILER) $(wildcard $(MODULES)) $(if $(filter-out $(wildcard $(MODULES)),$(MODULES)),FORCE)
-	@$(MAKE) generated
+	@if git diff --quiet HEAD -- gacompiler generated 2>/dev/null \
+	    && test -z "$$(git ls-files --others --exclude-standard -- gacompiler generated)"; \
+	then mkdir -p build && touch $@; else $(MAKE) generated; fi
 
 .venv/.installed: pyproject.toml .ci/constraints.txt
 	@echo "Installing into .venv, a minute or two"
