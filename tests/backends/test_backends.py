@@ -46,7 +46,7 @@ from gacompiler.ir.interpret import interpret
 from gacompiler.ir.program import Program
 from gacompiler.ir.scalar import Op
 
-needs_compiler = pytest.mark.skipif(not shutil.which("gcc"), reason="no gcc on the PATH")
+needs_compiler = pytest.mark.skipif(not (find_compiler() and shutil.which("gcc")), reason="no gcc")
 
 ROOT = Path(__file__).parents[2]
 
