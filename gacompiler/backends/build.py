@@ -52,7 +52,11 @@ build_extension = _raising(_build.build_extension)
 
 @_raising
 def build_libraries(
-    c_paths: Sequence[Path], *, force: bool = False, progress: Callable[[Path], None] = lambda library: None
+    c_paths: Sequence[Path],
+    *,
+    force: bool = False,
+    portable: bool = False,
+    progress: Callable[[Path], None] = lambda library: None,
 ) -> list[Path | None]:
     """Compile C files whose libraries are not there, on all processors.
 
@@ -62,6 +66,8 @@ def build_libraries(
         Generated C files; the header of each is beside it.
     force : bool
         Compile even if the library is there.
+    portable : bool
+        Compile for every machine, with loops for each width of vectors, instead of for machines like this one.
     progress : callable
         Called with each library that has been compiled.
 
@@ -79,7 +85,7 @@ def build_libraries(
     -----
     The extension that calls kernels is built beside them, if the headers of Python are there.
     """
-    return _build.build_modules(c_paths, force=force, progress=progress)
+    return _build.build_modules(c_paths, force=force, portable=portable, progress=progress)
 
 
 def build_library(c_path: Path, *, force: bool = False) -> Path | None:

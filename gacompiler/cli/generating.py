@@ -95,28 +95,38 @@ def generate(
         _build([folder / f"{spec.name}.c" for spec in found])
 
 
-@command("gac build             the modules under generated/", "gac build out")
+@command(
+    "gac build             the modules under generated/",
+    "gac build out",
+    "gac build out --portable   to copy out/_build to machines with other processors",
+)
 @click.argument("folder", required=False, type=click.Path(path_type=Path))
 @click.option("--force", is_flag=True, help="Compile again even where a library is current.")
-def build(folder: Path | None, force: bool) -> None:
-    """Compile the C files of a folder of generated modules."""
+@click.option("--portable", is_flag=True, help="Compile for every processor, not only those like this one; slower.")
+def build(folder: Path | None, force: bool, portable: bool) -> None:
+    """Compile the C files of a folder of generated modules.
+
+    A library has the loops for the vectors of this machine (AVX2 or AVX-512). Where another kind of machine loads the
+    module it is built again for that one; a portable library has the loops of all, and every machine accepts it.
+    """
     place = folder or generated_folder()
     sources = sorted(place.glob("*.c"))
     if not sources:
         raise SpecError(str(place), "no generated C file in it", remedy="run `gac generate` first")
     for source in sources:
         compileall.compile_file(source.with_suffix(".py"), quiet=2)  # reading the text is most of an import
-    libraries = _build(sources, force)
+    libraries = _build(sources, force, portable)
     click.echo(f"{near(place)}: {len(libraries)} libraries are current")
 
 
-def _build(sources: list[Path], force: bool = False) -> list[Path]:
+def _build(sources: list[Path], force: bool = False, portable: bool = False) -> list[Path]:
     """Compile what is not compiled, and report each library; a note where there is no compiler."""
 
     def report(library: Path) -> None:
         click.echo(f"built {near(library)}, {library.stat().st_size / 1e6:.2f} MB")
 
-    libraries = [library for library in build_libraries(sources, force=force, progress=report) if library is not None]
+    built = build_libraries(sources, force=force, portable=portable, progress=report)
+    libraries = [library for library in built if library is not None]
     if len(libraries) < len(sources):
         click.echo(f"note: {no_compiler()}", err=True)
     return libraries

@@ -34,6 +34,7 @@ from .names import (
     FLAGS,
     FOLDER,
     GCC_FLAGS,
+    LEVEL_FLAGS,
     OTHER_FLAGS,
     RUNTIME,
     RUNTIME_FILES,
@@ -42,8 +43,10 @@ from .names import (
     extension_name,
     extension_path,
     library_file,
+    library_files,
     library_label,
 )
+from .processor import PORTABLE, machine_level
 
 COMPILERS = ("cc", "gcc", "clang")
 
@@ -126,14 +129,22 @@ def _read(path: Path) -> str:
         raise BuildError(str(path), error.strerror or str(error), "a generated C file") from error
 
 
-def library_name(module: str, c_text: str, runtime: Path | None = None) -> str:
+def library_name(module: str, c_text: str, runtime: Path | None = None, level: int = PORTABLE) -> str:
     """The file name of a library: it changes with the text, the runtime and the flags, so it is never stale."""
-    return library_file(library_label(module, c_text), runtime or Path(__file__).parent)
+    return library_file(library_label(module, c_text), runtime or Path(__file__).parent, level)
 
 
-def library_path(c_file: Path) -> Path:
-    """Where the library of a C file belongs, beside it."""
-    return c_file.parent / FOLDER / library_name(c_file.stem, _read(c_file), runtime_folder(c_file))
+def library_path(c_file: Path, level: int | None = None) -> Path:
+    """Where the library of a C file belongs, beside it; for this machine, or for those of a level."""
+    level = machine_level() if level is None else level
+    return c_file.parent / FOLDER / library_name(c_file.stem, _read(c_file), runtime_folder(c_file), level)
+
+
+def library_beside(c_file: Path) -> Path | None:
+    """The library beside a C file that this machine can load, if one is built."""
+    names = library_files(library_label(c_file.stem, _read(c_file)), runtime_folder(c_file))
+    places = (c_file.parent / FOLDER / name for name in names)
+    return next((path for path in places if path.exists()), None)
 
 
 def cached_path(c_file: Path) -> Path | None:
@@ -153,8 +164,8 @@ def cached_path(c_file: Path) -> Path | None:
 
 def built_library(c_file: Path) -> Path | None:
     """The library of a C file if it is built, beside the file or in the user's cache."""
-    beside = library_path(c_file)
-    if beside.exists():
+    beside = library_beside(c_file)
+    if beside is not None:
         return beside
     with contextlib.suppress(CacheError):
         cached = cached_path(c_file)
@@ -211,24 +222,32 @@ def build_module(c_file: Path) -> Path | None:
 
 
 def build_modules(
-    c_files: Sequence[Path], *, force: bool = False, progress: Progress = lambda library: None
+    c_files: Sequence[Path],
+    *,
+    force: bool = False,
+    portable: bool = False,
+    progress: Progress = lambda library: None,
 ) -> list[Path | None]:
     """The libraries of many C files beside them, built on all processors where they are not there; see `build_module`.
 
-    The extension that calls kernels is built beside them, if the headers of Python are there.
+    They are for machines like this one, or portable: then every machine accepts them. The extension that calls kernels
+    is built beside them, if the headers of Python are there.
     """
-    targets = [library_path(c_file) for c_file in c_files]
+    level = PORTABLE if portable else machine_level()
+    targets = [library_path(c_file, level) for c_file in c_files]
+    if not portable and not force:
+        targets = [library_beside(source) or target for source, target in zip(c_files, targets, strict=True)]
     wanted = {source: target for source, target in zip(c_files, targets, strict=True) if force or not target.exists()}
     has_compiler = find_compiler() is not None
     if has_compiler and wanted:
-        build(wanted, progress)
+        build(wanted, progress, level)
     if has_compiler:
         for folder in dict.fromkeys(source.parent for source in c_files):
             build_extension(folder)
     return [target if has_compiler or target.exists() else None for target in targets]
 
 
-def build(targets: dict[Path, Path], progress: Progress = lambda library: None) -> None:
+def build(targets: dict[Path, Path], progress: Progress = lambda library: None, level: int | None = None) -> None:
     """Compile files in parallel, the longest first, link each with the runtime and move it to its place.
 
     Parameters
@@ -237,6 +256,8 @@ def build(targets: dict[Path, Path], progress: Progress = lambda library: None) 
         The library of each file.
     progress : callable
         Called with each library when it is in its place.
+    level : int, optional
+        The level of the machines that the libraries are for: `PORTABLE`, or by default that of this machine.
 
     Raises
     ------
@@ -246,6 +267,7 @@ def build(targets: dict[Path, Path], progress: Progress = lambda library: None) 
     compiler = find_compiler()
     if compiler is None:
         raise BuildError("C compiler", no_compiler(), "one that can be run")
+    level = machine_level() if level is None else level
     scratch: dict[Path, Path] = {}
     try:
         jobs = []
@@ -265,9 +287,10 @@ def build(targets: dict[Path, Path], progress: Progress = lambda library: None) 
                 runtime = runtime_folder(source)
                 if runtime not in runtimes and (runtime / RUNTIME_FILES[0]).is_file():
                     runtimes[runtime] = [
-                        threads.submit(_runtime_object, compiler, runtime, half, folder) for half in ("f64", "f32")
+                        threads.submit(_runtime_object, compiler, level, runtime, half, folder)
+                        for half in ("f64", "f32")
                     ]
-            commands = [_compile(compiler, source, part, runtime_folder(source)) for _, source, part in jobs]
+            commands = [_compile(compiler, level, source, part, runtime_folder(source)) for _, source, part in jobs]
             runs: dict[Path, list[tuple[list[str], subprocess.CompletedProcess[str]]]] = {}
             for (_, source, _), command, run in zip(jobs, commands, threads.map(_run, commands), strict=True):
                 runs.setdefault(source, []).append((command, run))
@@ -285,7 +308,11 @@ def build(targets: dict[Path, Path], progress: Progress = lambda library: None) 
                     continue
                 target = targets[source]
                 os.replace(scratch[source] / "library.so", target)
-                _remove_stale(target, rf"{re.escape(source.stem)}-[0-9a-f]{{16}}(-[0-9a-f]{{16}})?\.so")
+                _remove_stale(
+                    target,
+                    rf"{re.escape(source.stem)}-[0-9a-f]{{16}}(-[0-9a-f]{{16}}(-v\d)?)?\.so",
+                    re.sub(r"(-v\d)?\.so$", "", target.name),
+                )
                 progress(target)
         if failures:
             raise failures[0]
@@ -299,16 +326,19 @@ def _link(compiler: tuple[str, ...], objects: Sequence[Path], library: Path, sou
     _check(command, _run(command), source)
 
 
-def _compile(compiler: tuple[str, ...], source: Path, target: Path, runtime: Path) -> list[str]:
+def _compile(compiler: tuple[str, ...], level: int, source: Path, target: Path, runtime: Path) -> list[str]:
     """The command that compiles a file for the precision that its target is named after, or for both."""
     only = f"-DONLY_{target.stem.rpartition('-')[2].upper()}"
     # "gac_runtime/gac_runtime.h" is found in the folder of the file, or else where this file's own package is.
-    return [*compiler, *compiler_flags(compiler), f"-I{runtime.parent}", only, "-c", str(source), "-o", str(target)]
+    flags = (*compiler_flags(compiler), *LEVEL_FLAGS[level])
+    return [*compiler, *flags, f"-I{runtime.parent}", only, "-c", str(source), "-o", str(target)]
 
 
-def _runtime_object(compiler: tuple[str, ...], runtime: Path, half: str, scratch: Path) -> Path:
+def _runtime_object(compiler: tuple[str, ...], level: int, runtime: Path, half: str, scratch: Path) -> Path:
     """The runtime for one precision, from the user's cache; or made there, or in `scratch` where there is no cache."""
-    key = digest(*_texts(runtime, RUNTIME_FILES), _version(compiler), *compiler, *compiler_flags(compiler))
+    key = digest(
+        *_texts(runtime, RUNTIME_FILES), _version(compiler), *compiler, *compiler_flags(compiler), *LEVEL_FLAGS[level]
+    )
     name = f"gac_runtime-{key}-{half}.o"
     try:
         folder = cache_folder("runtime")
@@ -319,7 +349,7 @@ def _runtime_object(compiler: tuple[str, ...], runtime: Path, half: str, scratch
         if not target.exists():
             own = _scratch(RUNTIME, folder)
             try:
-                command = _compile(compiler, runtime / RUNTIME_FILES[1], own / name, runtime)
+                command = _compile(compiler, level, runtime / RUNTIME_FILES[1], own / name, runtime)
                 _check(command, _run(command), runtime / RUNTIME_FILES[1])
                 os.replace(own / name, target)
             finally:
@@ -381,10 +411,14 @@ def _scratch(stem: str, folder: Path) -> Path:
         ) from error
 
 
-def _remove_stale(target: Path, pattern: str) -> None:
-    """Remove what an earlier text was built into; the names of all that is built from it match `pattern`."""
+def _remove_stale(target: Path, pattern: str, current: str | None = None) -> None:
+    """Remove what an earlier text was built into; the names of all that is built from it match `pattern`.
+
+    What begins with `current` is built from the same text, for other machines.
+    """
     for path in target.parent.iterdir():
-        if path != target and re.fullmatch(pattern, path.name):
+        is_current = path.name.startswith(current) if current else path == target
+        if not is_current and re.fullmatch(pattern, path.name):
             path.unlink(missing_ok=True)
 
 

@@ -60,7 +60,8 @@
 
 /* The widest vectors of the machine that runs the loops: on x86-64 a loop is compiled for AVX2 (v3) and for AVX-512
    (v4), and machines that have neither run one element after the other; elsewhere it is compiled once. Defining
-   GAC_ONE_WIDTH selects the latter everywhere. */
+   GAC_ONE_WIDTH selects the latter everywhere. Defining GAC_LEVEL as 1, 3 or 4 compiles for machines of that level of
+   x86-64 only, in two thirds of the time; from 3 on it needs compiler options for AVX2, FMA and BMI2. */
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(_WIN32) && !defined(GAC_ONE_WIDTH)
 #if __GNUC__ >= 12 && !defined(__clang__)
 #define ON_v3 __attribute__((target("arch=x86-64-v3")))
@@ -72,7 +73,7 @@
 #define ON_v3 __attribute__((target("avx2,fma,bmi2")))
 #define ON_v4 __attribute__((target("avx2,fma,bmi2,avx512f,avx512bw,avx512dq,avx512vl")))
 #define FINDS(feature) __builtin_cpu_supports(feature)
-#if defined(__AVX2__) && defined(__FMA__) && defined(__BMI2__)
+#if defined(__AVX2__) && defined(__FMA__) && defined(__BMI2__) && !defined(GAC_LEVEL)
 #define HAS_v3 1
 #else
 #define HAS_v3 (FINDS("avx2") && FINDS("fma") && FINDS("bmi2"))
@@ -80,12 +81,20 @@
 #define HAS_v4 (HAS_v3 && FINDS("avx512f") && FINDS("avx512bw") && FINDS("avx512dq") && FINDS("avx512vl"))
 #endif
 #endif
-#ifdef ON_v3
+
+/* A loop is a function that begins with GAC_HEAD, or with GAC_HEAD_v3 if wider vectors than those of AVX2 gain nothing.
+   After its body, LOOPS or LOOP compiles it for each width where there is more than one; WIDTHS or WIDTH names it in
+   tables, and CHOSEN is the place there of the one for this machine, -1 if there is none. */
+#define GAC_LOOP_HEAD(name) static void NAME(name)(intptr_t n, char **args, const intptr_t *strides)
+#define GAC_INLINE_HEAD(name) static INLINE void NAME(name)(intptr_t n, char **args, const intptr_t *strides)
+#if defined(ON_v3) && !defined(GAC_LEVEL)
 #define GAC_FOR(level, function, name)                                                      \
     ON_##level static void name(intptr_t n, char **args, const intptr_t *strides)            \
     {                                                                                       \
         function(n, args, strides);                                                         \
     }
+#define GAC_HEAD(name) GAC_INLINE_HEAD(name)
+#define GAC_HEAD_v3(name) GAC_INLINE_HEAD(name)
 #define LOOP(name) GAC_FOR(v3, NAME(name), NAME(name##_v3))
 #define LOOPS(name) GAC_FOR(v3, NAME(name), NAME(name##_v3)) GAC_FOR(v4, NAME(name), NAME(name##_v4))
 #define WIDTH(name) {NAME(name##_v3), NAME(name##_v3)}
@@ -94,15 +103,29 @@
 #else
 #define LOOP(name)
 #define LOOPS(name)
+#if defined(ON_v3) && GAC_LEVEL < 3
+#define GAC_HEAD(name) GAC_INLINE_HEAD(name)
+#define GAC_HEAD_v3(name) GAC_INLINE_HEAD(name)
+#define WIDTH(name) {NULL}
+#define WIDTHS(name) {NULL}
+#define CHOSEN -1
+#else
+#if defined(ON_v4) && GAC_LEVEL >= 4
+#define GAC_HEAD(name) ON_v4 GAC_LOOP_HEAD(name)
+#else
+#define GAC_HEAD(name) GAC_LOOP_HEAD(name)
+#endif
+#define GAC_HEAD_v3(name) GAC_LOOP_HEAD(name)
 #define WIDTH(name) {NAME(name)}
 #define WIDTHS(name) {NAME(name)}
 #define CHOSEN 0
+#endif
 #endif
 
 /* A plain function whose body is a function of its own, for loops, because it computes sines or other transcendental
    functions: these round products and sums together, which is an instruction of machines with AVX2 and a call on
    others. */
-#ifdef ON_v3
+#if defined(ON_v3) && !defined(GAC_LEVEL)
 #define FUSED(name, parameters, within) ON_v3 static void NAME(name##_v3) parameters { NAME(name##_within) within; }
 #define RUN(name, arguments, within)        \
     do {                                    \
@@ -402,7 +425,6 @@ static INLINE float gac_asin_polynomial_f32(float z)
     call;                                                                           \
     parts(GAC_NONE, GAC_NONE, GAC_STORE_##order, )
 
-#define GAC_HEAD(name) static INLINE void NAME(name)(intptr_t n, char **args, const intptr_t *strides)
 #define GAC_PREPARED(first) const REAL *prepared = (const REAL *)args[first];
 
 /* Rows: every component at unit stride over the elements of a block. */
@@ -469,7 +491,7 @@ static INLINE float gac_asin_polynomial_f32(float z)
 #define GAC_STORE_TILES(k, at, shape, size, ...) GAC(store_##size)((char *)(r##k + i), &step, x##k);
 #define GAC_WRITE_TILE(k, at, shape, size, ...) GAC(store_tile_##size)(a##k + first * (size), r##k, TILE);
 #define GAC_IN_TILES(name, parts, setup, call)                                      \
-    GAC_HEAD(name)                                                                  \
+    GAC_HEAD_v3(name)                                                               \
     {                                                                               \
         const intptr_t step = TILE * sizeof(REAL);                                  \
         (void)strides;                                                              \

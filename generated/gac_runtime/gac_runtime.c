@@ -5,11 +5,34 @@
 #ifndef REAL
 #include "gac_runtime.h"
 
-// Functions that are compiled for each kind of machine, and chosen from when they are loaded.
-#if defined(NAMES_MACHINES) && defined(__GLIBC__)
+// Functions that are compiled for each kind of machine, and chosen from when they are loaded; or for one kind.
+#if defined(ON_v4) && defined(GAC_LEVEL)
+#if GAC_LEVEL >= 4
+#define WIDE ON_v4
+#else
+#define WIDE
+#endif
+#elif defined(NAMES_MACHINES) && defined(__GLIBC__)
 #define WIDE __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
 #else
 #define WIDE
+#endif
+
+// Whether this machine has what a library for one kind of machine needs: who loads one asks first. So this function
+// itself runs anywhere.
+#if defined(ON_v4) && defined(GAC_LEVEL) && !defined(ONLY_F32)
+#if GAC_LEVEL >= 4
+#define RUNS_HERE HAS_v4
+#elif GAC_LEVEL == 3
+#define RUNS_HERE HAS_v3
+#else
+#define RUNS_HERE 1
+#endif
+int gac_runs_here(void);
+__attribute__((target("no-avx,no-bmi,no-bmi2"))) int gac_runs_here(void)
+{
+    return RUNS_HERE ? 1 : 0;
+}
 #endif
 
 // As many elements are run one after the other.
@@ -293,13 +316,13 @@ static INLINE void GAC(load_few)(REAL *x, const REAL *a, intptr_t size, intptr_t
 
 // Loops between rows and elements of each size.
 #define FEW_SPAN(size)                                                                                \
-    static INLINE void NAME(load_span_##size)(intptr_t n, char **args, const intptr_t *strides)        \
+    GAC_HEAD(load_span_##size)                                                                        \
     {                                                                                                 \
         (void)strides;                                                                                \
         GAC(load_few)((REAL *)args[0], (REAL *)args[1], size, SPAN, n);                               \
     }                                                                                                 \
     LOOPS(load_span_##size)                                                                           \
-    static INLINE void NAME(store_span_##size)(intptr_t n, char **args, const intptr_t *strides)       \
+    GAC_HEAD(store_span_##size)                                                                       \
     {                                                                                                 \
         (void)strides;                                                                                \
         GAC(store_few)((REAL *)args[1], (REAL *)args[0], size, SPAN, n);                              \
@@ -307,7 +330,7 @@ static INLINE void GAC(load_few)(REAL *x, const REAL *a, intptr_t size, intptr_t
     LOOPS(store_span_##size)
 #define SPAN_OF(size)                                                                                 \
     GAC_TILE(size)                                                                                    \
-    static INLINE void NAME(load_span_##size)(intptr_t n, char **args, const intptr_t *strides)        \
+    GAC_HEAD_v3(load_span_##size)                                                                     \
     {                                                                                                 \
         (void)strides;                                                                                \
         NOT_UNROLLED                                                                                  \
@@ -315,7 +338,7 @@ static INLINE void GAC(load_few)(REAL *x, const REAL *a, intptr_t size, intptr_t
             GAC(load_tile_##size)((REAL *)args[0] + i, SPAN, (REAL *)args[1] + i * size);             \
     }                                                                                                 \
     LOOP(load_span_##size)                                                                            \
-    static INLINE void NAME(store_span_##size)(intptr_t n, char **args, const intptr_t *strides)       \
+    GAC_HEAD_v3(store_span_##size)                                                                    \
     {                                                                                                 \
         (void)strides;                                                                                \
         NOT_UNROLLED                                                                                  \

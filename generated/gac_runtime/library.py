@@ -11,7 +11,7 @@ import numpy as np
 
 from .cache import CacheError, RuntimeProblem, cache_folder
 from .foreign import LOCK, Loop, foreign
-from .names import FOLDER, library_file
+from .names import FOLDER, library_files
 
 _SUFFIX = {4: "f32", 8: "f64"}
 
@@ -32,15 +32,19 @@ class Library:
         self._opened: Any = None
 
     def find(self) -> Path | None:
-        """The library where it is built: beside the module or in the user's cache."""
-        name = library_file(self.label, Path(__file__).parent)
-        beside = self.c_file.parent / FOLDER / name
-        if beside.exists():
-            return beside
+        """The library where it is built for this machine or all: beside the module or in the user's cache."""
+        names = library_files(self.label, Path(__file__).parent)
+        for name in names:
+            beside = self.c_file.parent / FOLDER / name
+            if beside.exists():
+                return beside
         try:
-            return next(iter(sorted(cache_folder("libraries").glob(f"{name.removesuffix('.so')}-*.so"))), None)
+            folder = cache_folder("libraries")
         except CacheError:
             return None
+        # A digest of the compiler follows, of hexadecimal digits: the "v" of a level is none.
+        cached = [path for name in names for path in sorted(folder.glob(f"{name.removesuffix('.so')}-[0-9a-f]*.so"))]
+        return next(iter(cached), None)
 
     def can_be_built(self) -> bool:
         """Whether there are its C file and a compiler."""
@@ -70,10 +74,18 @@ class Library:
                 found = "it is not what the module was generated with" if path else "no library and no C compiler"
                 raise RuntimeProblem(str(self.c_file), found, "the file of this module", "generate both again")
             try:
-                self._opened = ctypes.CDLL(str(path))
+                opened = ctypes.CDLL(str(path))
             except OSError as error:
                 remedy = f"delete {path}, or set GAC_BACKEND=numba"
                 raise RuntimeProblem(str(path), str(error), "a library for this machine", remedy) from None
+            # The name says which machines it is for; the library knows.
+            runs_here = getattr(opened, "gac_runs_here", None)
+            if runs_here is not None and not runs_here():
+                remedy = f"delete {path} and run `gac build --portable`, or set GAC_BACKEND=numba"
+                raise RuntimeProblem(
+                    str(path), "this processor lacks its instructions", "a library for this machine", remedy
+                )
+            self._opened = opened
 
     def _build(self) -> Path | None:
         """Build the library, and the extension for the processes to come."""

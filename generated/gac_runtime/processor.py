@@ -1,0 +1,45 @@
+"""The level of x86-64 of this machine: which vectors libraries that are built here are compiled for."""
+
+from __future__ import annotations
+
+import functools
+import platform
+import sys
+from pathlib import Path
+
+PORTABLE = 0
+"""The level of libraries that every machine accepts: they have loops for each level, and choose when they run."""
+
+_FACTS = Path("/proc/cpuinfo")
+
+_NEEDED = {
+    3: "avx avx2 f16c fma abm movbe bmi1 bmi2 popcnt cx16 lahf_lm pni ssse3 sse4_1 sse4_2",
+    4: "avx512f avx512bw avx512cd avx512dq avx512vl",
+}
+"""What a level needs besides the one before, in the words of Linux."""
+
+
+@functools.cache
+def machine_level() -> int:
+    """The level of this machine as ``GAC_LEVEL`` has it: 4 with AVX-512, 3 with AVX2, or 1; else `PORTABLE`.
+
+    It is known on Linux, for x86-64. Elsewhere libraries are portable.
+    """
+    if sys.platform != "linux" or platform.machine() != "x86_64":
+        return PORTABLE
+    try:
+        with _FACTS.open(encoding="ascii", errors="replace") as facts:
+            flags = next((line for line in facts if line.startswith("flags")), "")
+    except OSError:
+        return PORTABLE
+    return level_of(flags.partition(":")[2].split()) if flags else PORTABLE
+
+
+def level_of(flags: list[str]) -> int:
+    """The level of a processor with these flags."""
+    level = 1
+    for next_level, needed in _NEEDED.items():
+        if not set(needed.split()) <= set(flags):
+            break
+        level = next_level
+    return level
