@@ -17,8 +17,8 @@ RUNTIME_FILES = ("gac_runtime.h", "gac_runtime.c")
 EXTENSION_FILE = "extension.c"
 
 FLAGS = ("-std=c17", "-fPIC", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math")
-"""What every library is compiled with, whichever machines it is for. With -fno-trapping-math comparisons may be made where their branch is not taken; without, gcc makes no vectors of some
-loops."""
+"""What every library is compiled with, whichever machines it is for. With -fno-trapping-math comparisons may be made
+where their branch is not taken; without, gcc makes no vectors of some loops."""
 
 GCC_FLAGS = ("-O1", "-fexpensive-optimizations", "-ftree-loop-vectorize", "-fvect-cost-model=dynamic", "-fpeel-loops")
 """What vectorised straight-line code profits from: as fast as with -O3, and compiled in two thirds of the time. By the

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-import platform
+import os
 import sys
 from pathlib import Path
 
@@ -25,7 +25,7 @@ def machine_level() -> int:
 
     It is known on Linux, for x86-64. Elsewhere libraries are portable.
     """
-    if sys.platform != "linux" or platform.machine() != "x86_64":
+    if sys.platform != "linux" or os.uname().machine != "x86_64":
         return PORTABLE
     try:
         with _FACTS.open(encoding="ascii", errors="replace") as facts:

@@ -13,10 +13,11 @@ import pytest
 from backend_programs import DISTANCE, SWAP, module_source, write
 from selection import some_slow
 
-from gacompiler.gac_runtime import build
+from gacompiler.gac_runtime import build, names
 from gacompiler.gac_runtime.build import BuildError, build_module, build_modules, built_library, library_path
 from gacompiler.gac_runtime.cache import CacheError, cache_folder
 from gacompiler.gac_runtime.names import library_file
+from gacompiler.gac_runtime.processor import PORTABLE, level_of, machine_level
 
 pytestmark = pytest.mark.skipif(
     build.find_compiler() is None or os.name != "posix", reason="needs a C compiler, and a shell for its place"
@@ -268,3 +269,36 @@ def test_whether_modules_are_built(backend: str, wanted: bool, monkeypatch: pyte
 def test_a_file_that_is_not_there(tmp_path: Path, cache: Path) -> None:
     with pytest.raises(BuildError, match=r"missing\.c"):
         build_module(tmp_path / "missing.c")
+
+
+# Kinds of machines.
+
+
+@pytest.mark.parametrize(
+    ("flags", "level"),
+    [
+        ("fpu sse sse2", 1),
+        ("avx avx2 f16c fma abm movbe bmi1 bmi2 popcnt cx16 lahf_lm pni ssse3 sse4_1 sse4_2", 3),
+        ("avx512f avx512bw avx512cd avx512dq avx512vl avx2 fma", 1),
+    ],
+)
+def test_a_level_needs_those_below(flags: str, level: int) -> None:
+    assert level_of(flags.split()) == level
+
+
+@pytest.mark.skipif(machine_level() < 3, reason="a machine with vectors on which levels are known")
+def test_libraries_for_other_machines_lie_side_by_side(
+    module: Path, with_runtime: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    own = build_module(module)
+    assert own is not None and own.name.endswith(f"-v{machine_level()}.so")
+    for each in (build, names):
+        monkeypatch.setattr(each, "machine_level", lambda: 1)
+    assert built_library(module) is None
+    older = build_module(module)
+    assert older is not None and older.name.endswith("-v1.so") and own.exists()
+    (portable,) = build_modules([module], portable=True)
+    assert portable is not None and portable == library_path(module, PORTABLE)
+    older.unlink()
+    assert built_library(module) == portable and build_modules([module]) == [portable]
+    assert own.exists() and not older.exists()

@@ -19,6 +19,9 @@ from gacompiler.backends.build import build_library, compiler_flags, find_compil
 from gacompiler.backends.c import RUNTIME_INTERFACE
 from gacompiler.backends.c_batch import FEW, FLAGS, MOST_AXES, TILES
 from gacompiler.errors import BackendError
+from gacompiler.gac_runtime.build import build
+from gacompiler.gac_runtime.names import LEVEL_FLAGS
+from gacompiler.gac_runtime.processor import PORTABLE, machine_level
 from gacompiler.generation.files import write as write_files
 
 HEADER = runtime_files()["gac_runtime/gac_runtime.h"]
@@ -162,6 +165,23 @@ def test_a_machine_without_known_vectors(tmp_path: Path) -> None:
     assert run.returncode == 0, run.stderr[:2000]
     for n in (1, 2, 3, 40, 101):
         assert loop_results(tmp_path / "plain.so", "kernels", n) == loop_results(library, "kernels", n)
+
+
+@pytest.mark.slow
+@needs_compiler
+@pytest.mark.skipif(machine_level() < 3, reason="needs x86-64 with AVX2 on Linux")
+def test_libraries_for_each_kind_of_machine_compute_the_same(tmp_path: Path) -> None:
+    """Those of other levels than this machine's too, as far as it can run them, and the one for all."""
+    c_path = write(module_source("kernels", *PROGRAMS), tmp_path)
+    levels = [level for level in LEVEL_FLAGS if level <= machine_level()]
+    libraries = {level: tmp_path / f"level{level}.so" for level in levels}
+    for level, library in libraries.items():
+        build({c_path: library}, level=level)
+        runs_here = getattr(ctypes.CDLL(str(library)), "gac_runs_here", None)
+        assert runs_here is None if level == PORTABLE else runs_here() == 1
+    for n in (1, 2, 3, 40, 101):
+        portable, *others = (loop_results(library, "kernels", n) for library in libraries.values())
+        assert len(others) >= 2 and all(other == portable for other in others)
 
 
 @pytest.mark.slow
