@@ -15,7 +15,8 @@ from selection import some_slow
 
 from gacompiler.gac_runtime import build, names
 from gacompiler.gac_runtime.build import BuildError, build_module, build_modules, built_library, library_path
-from gacompiler.gac_runtime.cache import CacheError, cache_folder
+from gacompiler.gac_runtime.cache import CacheError, RuntimeProblem, cache_folder
+from gacompiler.gac_runtime.library import Library
 from gacompiler.gac_runtime.names import library_file
 from gacompiler.gac_runtime.processor import PORTABLE, level_of, machine_level
 
@@ -302,3 +303,16 @@ def test_libraries_for_other_machines_lie_side_by_side(
     older.unlink()
     assert built_library(module) == portable and build_modules([module]) == [portable]
     assert own.exists() and not older.exists()
+
+
+def test_a_library_that_needs_another_processor_is_refused(module: Path) -> None:
+    compiler = build.find_compiler()
+    assert compiler is not None
+    path = library_path(module)
+    path.parent.mkdir()
+    source = module.with_name("lacking.c")
+    source.write_text("int gac_runs_here(void);\nint gac_runs_here(void) { return 0; }\n")
+    subprocess.run([*compiler, "-shared", "-fPIC", str(source), "-o", str(path)], check=True)
+    label = names.library_label(module.stem, module.read_text())
+    with pytest.raises(RuntimeProblem, match=r"this processor lacks its instructions.*gac build --portable"):
+        Library(label, module).open()
