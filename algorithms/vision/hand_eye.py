@@ -25,6 +25,9 @@ radians, or of translations, by those of the motions, as where the two units of 
 _MEANT, _MEANT_SINGLE = 1e-12, 1e-5
 """Translations below this, in double and in single precision, may be rounding of others: they need not be of motors."""
 
+_STILL, _STILL_SINGLE = 1e-7, 1e-5
+"""Motions that turn by less, in radians, do not turn: far above the rounding of double and of single precision."""
+
 
 def hand_eye(a: ArrayLike, b: ArrayLike, refine: bool = True) -> HandEye:
     """The motor X with ``A X = X B`` in the least squares over all motions, rotation and translation at once.
@@ -60,12 +63,13 @@ def hand_eye(a: ArrayLike, b: ArrayLike, refine: bool = True) -> HandEye:
     -----
     Without noise the error of X is about 1e-15 times the first singular value over the sixth.
     """
-    one, two, leading, dtype = _two(a, b, "motions")
+    one, two, leading, dtype, still_below = _two(a, b, "motions")
     if one.shape[1] < 2 or not len(one):
         return _nothing(one, two, leading, dtype)
     closed = solver.closed(one, two)
     pairs = np.zeros(len(one), np.bool_) if closed is None else closed
-    suspect = _suspects_of_motions(one, two, pairs)
+    still = _still(one, two, still_below)
+    suspect = _suspects_of_motions(one, two, pairs) & ~still
     kept = {int(p): (one[p].copy(), two[p].copy()) for p in np.flatnonzero(suspect)}
     inliers = np.ones(one.shape[:2], np.bool_)
     reach = _reach(one, two)
@@ -78,7 +82,7 @@ def hand_eye(a: ArrayLike, b: ArrayLike, refine: bool = True) -> HandEye:
             part = solver.of_motions(hand[None, some], eye[None, some], pairs[p : p + 1] & refine, refine)
             for whole, left in zip(found, part, strict=True):
                 whole[p] = left[0]
-    found[1] = _tested(found[1], found[3], reach, agreed)
+    found[1] = _tested(found[1], found[3], reach, agreed, still)
     return HandEye(*(_shaped(each, leading, dtype) for each in (*found, inliers)))
 
 
@@ -121,14 +125,15 @@ def hand_eye_from_poses(a: ArrayLike, b: ArrayLike, refine: bool = True, noise: 
     """
     if noise not in ("either", "hand", "camera"):
         raise ValueError(f"noise: {noise!r}; expected 'either', 'hand' or 'camera'")
-    one, two, leading, dtype = _two(a, b, "poses")
+    one, two, leading, dtype, still_below = _two(a, b, "poses")
     n_poses = one.shape[1]
     if n_poses < 3 or not len(one):
         none = _nothing(one, two, leading, dtype)
         parts = none.motor, none.status, none.singular_values, none.residual, none.inliers
         return HandEyeOfPoses(*parts, none.motor.copy())
     hands, eyes = solver.between(one), solver.between(two)
-    suspect = agreement.suspect_poses(np.stack(kernels.screw_misfit(hands, eyes), -1), n_poses)
+    still = _still(hands, eyes, still_below)
+    suspect = agreement.suspect_poses(np.stack(kernels.screw_misfit(hands, eyes), -1), n_poses) & ~still
     kept = {int(p): (one[p].copy(), two[p].copy()) for p in np.flatnonzero(suspect)}
     inliers, agreed = np.ones((len(one), n_poses), np.bool_), np.ones(len(one), np.bool_)
     reach = _reach(hands, eyes)
@@ -141,7 +146,7 @@ def hand_eye_from_poses(a: ArrayLike, b: ArrayLike, refine: bool = True, noise: 
             part = solver.of_all_poses(one, two, solver.between(one), solver.between(two), refine, noise)
             for whole, left in zip(found, part, strict=True):
                 whole[p] = left[0]
-    found[1] = _tested(found[1], found[3], reach, agreed)
+    found[1] = _tested(found[1], found[3], reach, agreed, still)
     return HandEyeOfPoses(*(_shaped(each, leading, dtype) for each in (*found[:4], inliers, found[4])))
 
 
@@ -209,22 +214,37 @@ def _reach(one: Reals, two: Reals) -> Reals:
     return np.asarray(np.sqrt(2 * (squares[0] + squares[1]) / one.shape[1]))
 
 
-def _tested(status: Reals, residual: Reals, reach: Reals, agreed: Reals) -> Reals:
-    """The status, INCONSISTENT where no place agrees with most of the data or what remains is no noise."""
-    large = (residual[:, 0] > _CONTRADICTION) | (residual[:, 1] > _CONTRADICTION * reach) | ~agreed
+def _still(one: Reals, two: Reals, rounding: float) -> Reals:
+    """Which problems (p,) have motions (p, n, 8) of which none turns."""
+    still = np.empty(len(one), np.bool_)
+    loops.do_not_turn(one, two, rounding, still)
+    return still
+
+
+def _tested(status: Reals, residual: Reals, reach: Reals, agreed: Reals, still: Reals) -> Reals:
+    """The status, INCONSISTENT where no place agrees with most of the data or what remains is no noise.
+
+    Motions that do not turn have small angles, whatever was solved. Where angles are small the place is open, and with
+    it the translations that it leaves.
+    """
+    if still.any():
+        status = np.where(still, HandEyeStatus.SMALL_ANGLES, status)
+    far = (residual[:, 1] > _CONTRADICTION * reach) & (status != HandEyeStatus.SMALL_ANGLES)
+    large = ((residual[:, 0] > _CONTRADICTION) | far | ~agreed) & ~still
     if not large.any():
         return status
     open_ = np.isin(status, (HandEyeStatus.TOO_FEW, HandEyeStatus.NOT_FINITE, HandEyeStatus.AMBIGUOUS_SIGNS))
     return np.where(~open_ & large, HandEyeStatus.INCONSISTENT, status)
 
 
-def _two(a: ArrayLike, b: ArrayLike, what: str) -> tuple[Reals, Reals, tuple[int, ...], np.dtype[Any]]:
-    """Both in double precision, copied, with one axis of problems; and the axes and type of the caller's."""
+def _two(a: ArrayLike, b: ArrayLike, what: str) -> tuple[Reals, Reals, tuple[int, ...], np.dtype[Any], float]:
+    """Both in double precision, copied, with one axis of problems; the axes and type of the caller's; and `_STILL`."""
     one, two = real_array(a, "a", (-1, 8), "motors"), real_array(b, "b", (-1, 8), "motors")
     if one.shape[-2] != two.shape[-2]:
         raise ValueError(f"b: {two.shape[-2]} {what}; expected {one.shape[-2]}, as many as a has")
     dtype = one.dtype if one.dtype == two.dtype else np.dtype(np.float64)
-    rounding = _MEANT if one.dtype == two.dtype == np.float64 else _MEANT_SINGLE
+    double = one.dtype == two.dtype == np.float64
+    rounding, still_below = (_MEANT, _STILL) if double else (_MEANT_SINGLE, _STILL_SINGLE)
     if one.shape != two.shape:
         one, two = np.broadcast_arrays(one, two)
     shape = one.shape
@@ -236,7 +256,7 @@ def _two(a: ArrayLike, b: ArrayLike, what: str) -> tuple[Reals, Reals, tuple[int
         name, bad = ("a", bad) if bad < prod(shape[:-1]) else ("b", bad - prod(shape[:-1]))
         place = ", ".join(map(str, np.unravel_index(bad, shape[:-1])))
         raise ValueError(f"{name}[{place}]: not a unit motor; expected m ~m = 1; use pga3.normalize_motor({name})")
-    return one, two, shape[:-2], dtype
+    return one, two, shape[:-2], dtype, still_below
 
 
 def _shaped(array: Reals, leading: tuple[int, ...], dtype: np.dtype[Any]) -> Reals:

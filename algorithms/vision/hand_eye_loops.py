@@ -81,15 +81,33 @@ def same_motions(last: Any, motions: Any, bound: float, same: Any) -> bool:
 
 
 @njit(cache=True, error_model="numpy")
+def do_not_turn(one: Any, two: Any, rounding: float, still: Any) -> None:
+    """Whether no motion (p, n, 8) of either side turns by more than rounding, in radians: `still` (p,).
+
+    Nothing is solved for this, so that what rounding leaves of the axes of such motions decides nothing.
+    """
+    for p in range(one.shape[0]):
+        still[p] = True
+        for i in range(one.shape[1]):
+            for motions in (one, two):
+                square = 0.0
+                for k in range(1, 4):
+                    square += motions[p, i, k] ** 2
+                # A number that is not finite turns.
+                still[p] = still[p] and 4 * square <= rounding**2
+
+
+@njit(cache=True, error_model="numpy")
 def in_own_lengths(
-    a: Any, b: Any, half_turn: float, clear: Any, unit: Any, finite: Any, spread: Any
+    a: Any, b: Any, half_turn: float, same_axis: float, clear: Any, unit: Any, finite: Any, spread: Any, parallel: Any
 ) -> tuple[bool, bool]:
     """Motors, in place, in the unit of length in which coefficients with e0 have size 1, and b with the sign of a.
 
     ``A X = X B`` leaves the scalar and the pseudoscalar part alone; `clear` says which motions have these. A problem
     with a number that is not finite becomes that of no motion. `spread` (p,) is the sum of squares of what sines of
-    half the angles, along their axes, leave across the direction that they have in common. Returns whether all motions
-    are clear, and all problems finite.
+    half the angles, along their axes, leave across the direction that they have in common; `parallel` (p,) says where
+    this is no more than the part `same_axis` squared of all of them, or no motion of `a` turns by more than that.
+    Returns whether all motions are clear, and all problems finite.
     """
     n = a.shape[1]
     all_clear, all_finite = True, True
@@ -130,7 +148,9 @@ def in_own_lengths(
                 moments[j, k] = 0.0
                 for i in range(n):
                     moments[j, k] += a[p, i, 1 + j] * a[p, i, 1 + k]
-        spread[p] = moments[0, 0] + moments[1, 1] + moments[2, 2] - _largest(moments)
+        total = moments[0, 0] + moments[1, 1] + moments[2, 2]
+        spread[p] = total - _largest(moments)
+        parallel[p] = 4 * total <= n * same_axis**2 or spread[p] <= same_axis**2 * total
     return all_clear, all_finite
 
 
@@ -152,9 +172,10 @@ def null_space(equations: Any, used: Any, bound: float, first: Any, second: Any,
     """The last two of the singular vectors of equations (p, n, 8, 8), (p, 8) each, and all singular values, descending.
 
     From sums of products over all motions that are used; the equations of others are overwritten by zeros. Axes are
-    parallel where the sixth value is no more than the bound times the first.
+    parallel too where the sixth value is no more than the bound times the first. Then more than two vectors are
+    singular, and any of them may be the last; instead `first` is the one of `_least_translated`, and `second` is 0.
     """
-    table = np.empty((8, 8))
+    table, across, right = np.empty((8, 8)), np.empty((4, 4)), np.empty((4, 4))
     for p in range(equations.shape[0]):
         for i in range(equations.shape[1]):
             if not used[p, i]:
@@ -165,7 +186,41 @@ def null_space(equations: Any, used: Any, bound: float, first: Any, second: Any,
         for k in range(8):
             values[p, k] = np.sqrt(max(squares[7 - k], 0.0))
             first[p, k], second[p, k] = vectors[k, 0], vectors[k, 1]
-        parallel[p] = values[p, 5] <= bound * values[p, 0]
+        parallel[p] = parallel[p] or values[p, 5] <= bound * values[p, 0]
+        if parallel[p]:
+            _least_translated(table, across, right, first[p])
+            second[p] = 0.0
+
+
+@njit(cache=True, error_model="numpy")
+def _least_translated(table: Any, across: Any, right: Any, vector: Any) -> None:
+    """The `vector` (8,) with a unit rotational part that leaves the least squares, of products `table` (8, 8).
+
+    Of those that leave the same, one with a small translational part: damping makes it the only one. `across` and
+    `right` (4, 4) are room.
+    """
+    trace = 0.0
+    for k in range(8):
+        trace += table[k, k]
+    for j in range(4):
+        for k in range(4):
+            across[j, k] = table[4 + j, 4 + k]
+            right[j, k] = table[j, 4 + k]
+        across[j, j] += _DAMPING * trace + 1e-300
+    factor(across, 4)
+    for j in range(4):
+        substitute(across, 4, right[j])
+    for j in range(4):
+        for k in range(4):
+            across[j, k] = table[j, k]
+            for m in range(4):
+                across[j, k] -= table[j, 4 + m] * right[k, m]
+    _, vectors = np.linalg.eigh(across)
+    for k in range(4):
+        vector[k] = vectors[k, 0]
+        vector[4 + k] = 0.0
+        for j in range(4):
+            vector[4 + k] -= right[j, k] * vectors[j, 0]
 
 
 @njit(cache=True, error_model="numpy")

@@ -23,7 +23,8 @@ class HandEyeStatus(IntEnum):
     NOT_FINITE = 4
     """A coefficient is infinite or not a number."""
     SMALL_ANGLES = 5
-    """No motion turns by more than its noise: translations leave the place of the camera open."""
+    """No motion turns by more than its noise, or by more than 1e-7 radians (1e-5 in single precision), which is decided
+    before anything is solved: translations leave the place of the camera open."""
     INCONSISTENT = 6
     """The motions of hand and camera contradict each other: no place agrees with more than half of them, or what
     remains is above 0.3 radians or 0.3 of what motions translate by. Frames, their order or units may be mixed up."""
@@ -36,7 +37,7 @@ class HandEye:
     motor: Reals
     """(..., 8) X, with scalar part not negative; NaN where the status is TOO_FEW or NOT_FINITE."""
     status: Reals
-    """(...) int, a `HandEyeStatus` each. The motor is one of the solutions where axes are parallel."""
+    """(...) int, a `HandEyeStatus` each. The motor is one of the solutions where axes are parallel or angles small."""
     singular_values: Reals
     """(..., 8) Of the linear equations of motions that are not half turns, descending. The last two are what noise
     leaves; the sixth says how far from parallel the axes are. Values below 1e-8 of the first are rounding."""

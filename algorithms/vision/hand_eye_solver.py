@@ -25,7 +25,7 @@ Noise = Literal["either", "hand", "camera"]
 _HALF_TURN = 0.02
 """A motion is a half turn, for its sign, where the cosine of half its angle is below this."""
 _PARALLEL = 1e-7
-"""Axes are parallel where the sixth singular value is below this part of the first,"""
+"""Axes are parallel where they spread by less than this part, or the sixth singular value is below it of the first,"""
 _OPEN = 0.2
 """or noise leaves a rotation of the camera open by more radians than this."""
 _ABOVE_NOISE = 3.0
@@ -110,7 +110,8 @@ def refined(
 ) -> tuple[Reals, Reals, Reals]:
     """X and Z of poses (p, n, 8), and what they leave, from a first X; refined where its status is OK."""
     clear, unit, finite = np.empty(one.shape[:2], np.bool_), np.empty(len(one)), np.empty(len(one), np.bool_)
-    loops.in_own_lengths(one, two, _HALF_TURN, clear, unit, finite, np.empty(len(one)))
+    spread, parallel = np.empty(len(one)), np.empty(len(one), np.bool_)
+    loops.in_own_lengths(one, two, _HALF_TURN, _PARALLEL, clear, unit, finite, spread, parallel)
     x = np.where(finite[:, None], motor, np.eye(8)[0])
     x[:, 4:] /= unit[:, None]
     each = pga3.motor_product(pga3.motor_product(one, x[:, None]), pga3.motor_inverse(two))
@@ -150,7 +151,7 @@ def _solved(one: Reals, two: Reals, refine: bool) -> tuple[Reals, Reals, Reals, 
     count = len(one)
     clear, unit, finite = np.empty(one.shape[:2], np.bool_), np.empty(count), np.empty(count, np.bool_)
     (first, second, values), parallel, spread = np.empty((3, count, 8)), np.empty(count, np.bool_), np.empty(count)
-    all_clear, all_finite = loops.in_own_lengths(one, two, _HALF_TURN, clear, unit, finite, spread)
+    all_clear, all_finite = loops.in_own_lengths(one, two, _HALF_TURN, _PARALLEL, clear, unit, finite, spread, parallel)
     loops.null_space(called(pga3.motor_equation, one, two), clear, _PARALLEL, first, second, values, parallel)
     motor = called(kernels.null_motor, first, second)
     if not all_clear:
