@@ -233,7 +233,7 @@ class Dynamics(Differential):
         return found.reshape(*shape, self.n_joints)
 
     def kinetic_energy(self, q: ArrayLike, qd: ArrayLike) -> Reals:
-        """``qdᵀ H qd / 2`` (...), J.
+        """``qdᵀ H qd / 2`` (...), J; a number for one configuration.
 
         Parameters
         ----------
@@ -249,10 +249,12 @@ class Dynamics(Differential):
             return one  # type: ignore[no-any-return]
         shape, (flat, speeds) = self._together((q, "q"), (qd, "qd"))
         energy: Reals = np.einsum("bi,bij,bj->b", speeds, self.mass_matrix(flat), speeds) / 2
-        return energy.reshape(shape)
+        return energy.reshape(shape)[()]
 
     def potential_energy(self, q: ArrayLike) -> Reals:
         """The energy (...) of height, J; zero where all centres of mass are level with the base's origin.
+
+        It is a number for one configuration.
 
         Parameters
         ----------
@@ -273,7 +275,7 @@ class Dynamics(Differential):
             for motor, body in zip(motions(self, self._positions(flat[block])), self.bodies, strict=True):
                 centres = pga3.move_point(motor, body[1:4].astype(q.dtype))
                 found[block] -= centres @ (body[0] * self.free_fall).astype(q.dtype)
-        return found.reshape(q.shape[:-1])
+        return found.reshape(q.shape[:-1])[()]
 
     def simulate(
         self, q: ArrayLike, qd: ArrayLike, step: float, n_steps: int, torque: Torque | None = None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from algorithms.kinematics import (
     Robot,
     UnknownJointTypeError,
     passes,
+    single,
 )
 from gacompiler.gac_runtime.build import STEM
 from generated import pga3
@@ -79,6 +81,33 @@ def test_every_method_gives_what_a_batch_gives(robot: Robot) -> None:
             for mine, expected in pairs:
                 assert np.shape(mine) == expected.shape[1:]
                 assert np.abs(mine - expected[0]).max() < 1e-12 * max(1, np.abs(expected[0]).max()), name
+
+
+@pytest.mark.parametrize("kind", ["its own joints", "joints that follow others"])
+def test_energies_of_one_configuration_are_numbers_before_and_after_passes_are_compiled(
+    kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    robot = tree()
+    if kind == "joints that follow others":  # there are no passes for them
+        coupling = np.eye(6)
+        coupling[5] = coupling[4]
+        robot = replace(robot, coupling=coupling, limits=np.empty(0))
+    q = np.random.default_rng(5).uniform(-1, 1, robot.n_joints)
+    # As where nothing has called them yet, in this process or in what other tests did in it.
+    fresh = single.Passes(
+        *(passes.Pass(getattr(single, field.name), robot.n_joints) for field in fields(single.Passes))
+    )
+    for source in (single.potential_energy, single.kinetic_energy):
+        monkeypatch.setattr(source, "_compiled", None)
+        monkeypatch.setattr(source, "_calls", 0)
+    object.__setattr__(robot, "_passes", fresh)
+    for method, given in ((robot.potential_energy, (q,)), (robot.kinetic_energy, (q, q))):
+        found = [method(*given) for _ in range(passes.PATIENCE + 3)]
+        assert {type(each) for each in found} == {np.float64}
+        assert type(method(*(list(each) for each in given))) is np.float64
+        assert type(method(*(each.astype(np.float32) for each in given))) is np.float32
+        assert method(*(each[None] for each in given)).shape == (1,)
+    assert (single.potential_energy._compiled is not None) == (kind == "its own joints")
 
 
 def test_what_is_no_row_of_doubles_takes_the_other_way() -> None:
