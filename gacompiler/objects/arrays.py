@@ -421,7 +421,7 @@ class _Array(MultivectorArray):
     __add__, __radd__ = _forward("+"), _backward("+")
     __sub__, __rsub__ = _forward("-"), _backward("-")
     __truediv__, __rtruediv__ = _forward("/"), _backward("/")
-    __rshift__ = _forward(">>")
+    __rshift__, __rrshift__ = _forward(">>"), _backward(">>")
 
 
 class Scalar(ScalarMethods):

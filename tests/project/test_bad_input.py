@@ -44,6 +44,8 @@ CASES: list[tuple[str, Callable[[], Any], type[Exception], str]] = [
     ("no blade of that name", lambda: P.e45, AttributeError, "PGA3 no blade 'e45'"),
     ("a versor on text", lambda: M("x"), TypeError, "applied to multivectors; found str"),
     ("a number on a multivector", lambda: 2 >> P, TypeError, "only versors are applied; found int"),
+    ("a number on multivectors", lambda: 2 >> PGA3.point(np.ones((2, 3))), TypeError, "only versors are applied; found int"),
+    ("a list on multivectors", lambda: [1, 2] >> PGA3.point(np.ones((2, 3))), TypeError, "only versors are applied; found list"),
     ("a layout that does not hold it", lambda: M.as_layout(PGA3.POINT), LayoutError, "only"),
     ("kernel, too few", lambda: pga3.move_point(np.ones(7), np.ones(3)), ValueError, "m"),
     ("kernel, text", lambda: pga3.move_point(["a"] * 8, np.ones(3)), TypeError, "m"),
