@@ -8,8 +8,9 @@ import threading
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from .arrays import address_of, outer_offsets
-from .threads import in_threads
+from .arrays import address_of, coalesced, outer_offsets, steps_of
+from .definition import Definition, Shape
+from .threads import LEAST_WORK, in_threads
 
 LOCK = threading.RLock()
 """Held while something is compiled or loaded."""
@@ -49,6 +50,27 @@ def foreign() -> Any:
         else:
             _ffi = _Ctypes()
     return _ffi
+
+
+class StridedLoop:
+    """The loop of a kernel with pointers, lengths and strides, for arrays of any shape.
+
+    Parameters
+    ----------
+    definition : Definition
+    loop : callable
+    """
+
+    def __init__(self, definition: Definition, loop: Loop) -> None:
+        self.definition, self._loop, self._work = definition, loop, definition.work
+
+    def run_arrays(self, operands: Sequence[Any], targets: Sequence[Any], leading: Shape, n_threads: int) -> None:
+        """Fill the results of a batch of this shape, in so many threads where it is large."""
+        arrays, shapes = [*operands, *targets], [*self.definition.shapes, *self.definition.out_shapes]
+        steps = [steps_of(array, leading, shape) for array, shape in zip(arrays, shapes, strict=True)]
+        sizes, steps = coalesced(leading, steps)
+        threads = n_threads if math.prod(leading) * self._work >= LEAST_WORK else 1
+        run_over_batch(self._loop, arrays, sizes, steps, threads, self._work)
 
 
 def run_over_batch(

@@ -6,8 +6,7 @@ calls without it, come to `Kernel.call`.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Protocol
@@ -19,17 +18,15 @@ from .arrays import (
     as_array,
     as_returned,
     checked_outs,
-    coalesced,
     leading_shape,
     overlaps,
     parsed_signature,
-    steps_of,
     usable,
 )
 from .definition import Definition, Shape, result_names
 from .documentation import Facts, docstring, shape_text
 from .extension import Call, Signature, extension
-from .foreign import LOCK, Loop, run_over_batch
+from .foreign import LOCK, StridedLoop
 from .functions import evaluate, namespace_of, namespace_operands
 from .layout import Layout
 from .library import Library
@@ -63,6 +60,13 @@ class Settings(Protocol):
 
 
 _DEFAULTS: dict[str, Any] = {"num_threads": default_threads()}
+
+
+class _Loop(Protocol):
+    """What fills the results of a batch: `StridedLoop`, or the loop of `jit.plain`."""
+
+    def run_arrays(self, operands: Sequence[Any], targets: Sequence[Any], leading: Shape, n_threads: int) -> None:
+        """Fill the results of a batch of this shape, in at most so many threads."""
 
 
 class _UserSettings:
@@ -133,7 +137,7 @@ class Kernel(Call):  # type: ignore[misc]
         self._facts = facts
         self._settings: Settings = settings or _UserSettings()
         self._work = definition.work
-        self._loops: dict[Any, Loop] = {}
+        self._loops: dict[Any, _Loop] = {}
         self._addresses = [(0, 0, 0), (0, 0, 0)]
         self._jit: Any = None
 
@@ -288,32 +292,23 @@ class Kernel(Call):  # type: ignore[misc]
         """Fill `outs`; those that the caller has `given` may be arguments, or overlap with some."""
         if 0 in leading:
             return
-        shapes, out_shapes = self.definition.shapes, self.definition.out_shapes
         targets = outs
         if given:
             targets = list(outs)
             for k, target in enumerate(outs):
                 if not target.flags.aligned or any(np.may_share_memory(target, other) for other in outs[:k]):
                     targets[k] = np.empty(target.shape, dtype)
-            n_axes = [len(leading) + len(shape) for shape in shapes]
+            n_axes = [len(leading) + len(shape) for shape in self.definition.shapes]
             operands = [
                 operand.copy() if any(overlaps(operand, target, n) for target in targets) else operand
                 for operand, n in zip(operands, n_axes, strict=True)
             ]
-        arrays = [*operands, *targets]
-        steps = [steps_of(array, leading, shape) for array, shape in zip(arrays, (*shapes, *out_shapes), strict=True)]
-        sizes, steps = coalesced(leading, steps)
-        threads = n_threads if math.prod(leading) * self._work >= LEAST_WORK else 1
-        loop = self._loop(dtype)
-        if hasattr(loop, "run_arrays"):
-            loop.run_arrays(operands, targets, leading)
-        else:
-            run_over_batch(loop, arrays, sizes, steps, threads, self._work)
+        self._loop(dtype).run_arrays(operands, targets, leading, n_threads)
         for target, final in zip(targets, outs, strict=True):
             if target is not final:
                 final[...] = target
 
-    def _loop(self, dtype: np.dtype[Any]) -> Loop:
+    def _loop(self, dtype: np.dtype[Any]) -> _Loop:
         """The loop over batches of one type; from then on the extension runs it too."""
         loop = self._loops.get(dtype)
         if loop is not None:
@@ -324,7 +319,8 @@ class Kernel(Call):  # type: ignore[misc]
             function = 0
             if self._settings.ready_backend() == "c":
                 library = self._settings.library
-                loop, self._addresses[:] = library.loop(self.name, dtype), library.loop_addresses(self.name)
+                loop = StridedLoop(self.definition, library.loop(self.name, dtype))
+                self._addresses[:] = library.loop_addresses(self.name)
                 function = library.address(f"{self.name}_f64")
             else:
                 from .jit import Loops

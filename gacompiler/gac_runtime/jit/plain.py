@@ -48,8 +48,8 @@ class Loops:
         self._shapes, self._out_shapes = definition.shapes, definition.out_shapes
         self._run = _loop_over(scalar_kernel(definition), self._shapes, self._out_shapes)
 
-    def run_arrays(self, operands: Sequence[Any], targets: Sequence[Any], leading: Shape) -> None:
-        """Fill the results of a batch of this shape."""
+    def run_arrays(self, operands: Sequence[Any], targets: Sequence[Any], leading: Shape, n_threads: int) -> None:
+        """Fill the results of a batch of this shape, in one thread."""
         count = int(np.prod(leading))
         inputs = [
             np.ascontiguousarray(np.broadcast_to(operand, leading + shape)).reshape(count, -1)

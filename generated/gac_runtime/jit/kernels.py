@@ -22,7 +22,7 @@ import numpy as np
 
 from ..arrays import address_of
 from ..definition import Definition
-from ..foreign import LOCK, foreign
+from ..foreign import LOCK, StridedLoop, foreign
 from ..functions import OF_ANGLES, SCALAR_FUNCTIONS, bound
 from . import batches, llvm
 from .batches import DONE, FORM, N_FLAGS, lay_rows, move_block, move_part, move_rows, run_batch
@@ -115,15 +115,15 @@ def _numba_element(function: Callable[..., Any], near: bool) -> Any:
 
 def scalar_kernel(definition: Definition) -> Any:
     """What a kernel has for other functions under numba."""
-    apply = call_on_one(definition, _main_element(definition))
+    apply = call_on_one(definition, _element(definition, definition.function))
     chosen = bound(_numba_jit, {"__name__": __name__, "_apply": apply})
     chosen.__name__ = chosen.__qualname__ = definition.name
     return numba.njit(chosen, error_model="numpy", forceinline=True)
 
 
-def _main_element(definition: Definition) -> Element:
-    """The function of a kernel, generated or not."""
-    return (_element_of if definition.is_generated else _element_of_user)(definition.function)
+def _element(definition: Definition, function: Callable[..., Any]) -> Element:
+    """A function of a kernel, or of one of its forms, generated or not."""
+    return (_element_of if definition.is_generated else _element_of_user)(function)
 
 
 _elements: dict[tuple[Callable[..., Any], bool], Element] = {}
@@ -191,10 +191,8 @@ class _Steps(NamedTuple):
     apply: Callable[..., Any]
 
 
-class Loops:
+class Loops(StridedLoop):
     """The loops of a kernel over batches of one type, compiled when they are first needed.
-
-    Called with pointers to places, lengths and strides, as the loop of a kernel in C is.
 
     Attributes
     ----------
@@ -208,7 +206,8 @@ class Loops:
         table = [len(names), len(shapes), sum(map(len, shapes))]
         for shape in shapes:
             table += [math.prod(shape), len(shape), *shape]
-        self._definition, self._dtype, self._first_form = definition, dtype, len(table)
+        super().__init__(definition, self._run_batch)
+        self._dtype, self._first_form = dtype, len(table)
         flagged = names[:N_FLAGS]
         forms = [form for form in definition.forms if all(name in flagged for name in form.same)]
         self._steps = [_Steps(form.same, form.least, form.n_prepared, form.prepare, form.apply) for form in forms]
@@ -220,22 +219,22 @@ class Loops:
         self._compiled: list[Any] = [function]
         self.addresses = 0, function.address, address_of(self._table)
 
-    def __call__(self, starts: Any, dimensions: Any, steps: Any) -> None:
+    def _run_batch(self, starts: Any, dimensions: Any, steps: Any) -> None:
         table = foreign().cast("void *", address_of(self._table))
         while (missing := self._driver(table, starts, dimensions, steps)) != DONE:
             if missing == 0:
-                raise MemoryError(f"{self._definition.name}: no memory for blocks of elements")
+                raise MemoryError(f"{self.definition.name}: no memory for blocks of elements")
             self._compile(missing)
 
     def _compile(self, place: int) -> None:
         with LOCK:
             if self._table[place]:
                 return
-            definition, real = self._definition, numba.from_dtype(self._dtype)
+            definition, real = self.definition, numba.from_dtype(self._dtype)
             which, entry = divmod(place - self._first_form, FORM)
             step, dense = self._steps[which], entry == FORM - 1
             fixed = tuple(k for k, (name, _) in enumerate(definition.inputs) if name in step.same)
-            exact = _element_of(step.apply) if definition.is_generated else _element_of_user(step.apply)
+            exact = _element(definition, step.apply)
             near = _element_of(step.apply, near=True) if definition.is_generated and _has_angles(step.apply) else None
             prepare = (_element_of(step.prepare), step.n_prepared) if step.prepare else None
             loop = Loop(definition.shapes, definition.out_shapes, real, exact, near, fixed, prepare, dense)
