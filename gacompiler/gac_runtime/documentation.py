@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from .definition import Definition, Shape
@@ -35,7 +35,7 @@ def docstring(definition: Definition, layouts: Mapping[str, Layout], facts: Fact
     for name, shape in definition.outputs:
         lines += [f"{name} : array, {shape_text(shape)}", *_described(layouts.get(name))]
     lines += ["", "Notes", "-----"]
-    forms = [form_sentence(form.same, form.least, form.once, form.each) for form in definition.forms]
+    forms = [(form.same, form.least, form.once, form.each) for form in definition.forms]
     for sentence in sentences(facts, forms):
         lines += textwrap.wrap(sentence, _WIDTH, break_on_hyphens=False)
     names = ", ".join(name for name, _ in definition.inputs)
@@ -46,19 +46,22 @@ def _summary(definition: Definition) -> list[str]:
     return inspect.cleandoc(definition.function.__doc__ or definition.name).splitlines()
 
 
-def sentences(facts: Facts, forms: Sequence[str]) -> list[str]:
-    """What is assumed, what it costs, also in its forms, and how accurate it is, a sentence each."""
+def sentences(facts: Facts, forms: Iterable[tuple[Sequence[str], int, str, str]]) -> list[str]:
+    """What is assumed, what it costs, also in its forms, and how accurate it is, a sentence each.
+
+    Forms are by the fields `same`, `least`, `once` and `each` of `Form`.
+    """
     found = []
     if facts.assumes:
         found.append(f"Assumes {', '.join(f'``{relation}``' for relation in facts.assumes)}.")
-    found += [f"Costs {facts.cost}.", *forms]
+    found += [f"Costs {facts.cost}.", *(_form_sentence(*form) for form in forms)]
     if facts.error:
         ulp, _, inputs = facts.error.partition(", ")
         found.append(f"Error: {ulp} of the largest coefficient, {inputs.replace(' ', ' random ')}.")
     return found
 
 
-def form_sentence(same: Sequence[str], least: int, once: str, each: str) -> str:
+def _form_sentence(same: Sequence[str], least: int, once: str, each: str) -> str:
     """What a form costs."""
     names = " and ".join(f"`{name}`" for name in same)
     verb = "is" if len(same) == 1 else "are"
