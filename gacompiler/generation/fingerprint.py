@@ -15,7 +15,7 @@ from ..load_time import LOADED
 
 PROGRAM_SOURCES = (
     *("errors.py", "algebra", "rings", "structure", "frontend", "ir", "passes", "generation"),
-    *("backends/module.py", "backends/operators.py"),
+    "backends/module.py",
 )
 """What decides which program a kernel gets, and how it is kept."""
 TEXT_SOURCES = (*PROGRAM_SOURCES, "backends", "gac_runtime")

@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 from ..algebra.layout import Layout
+from ..algebra.operations import Operation
 from ..backends.module import KernelSource, LayoutText
-from ..backends.operators import OPERATORS, python_operator
 from ..passes.accuracy import measured_error
 from ..passes.record import Compilation
 from ..passes.single_operation import single_operation
 from ..rings.polynomial import PolynomialRing
+
+_WITH_OPERATORS = {
+    1: (Operation.REVERSE, Operation.NEGATE),
+    2: (
+        Operation.GEOMETRIC_PRODUCT, Operation.OUTER_PRODUCT, Operation.REGRESSIVE_PRODUCT, Operation.ADD,
+        Operation.SUBTRACT, Operation.SANDWICH,
+    ),
+}  # fmt: skip
+"""By number of operands: the operations that values of generated modules have an operator for."""
 
 
 def layout_text(layout: Layout, proved: bool = True) -> LayoutText:
@@ -49,7 +58,7 @@ def kernel_source(record: Compilation) -> KernelSource:
     ]
     relations = [f"{p.name} ~{p.name} = 1" for p in kernel.parameters if p.layout.unit]
     relations += [f"the relations of {p.layout.name} on {p.name}" for p in kernel.parameters if p.layout.user_relations]
-    operation = single_operation(record, OPERATORS)
+    operation = single_operation(record, _WITH_OPERATORS)
     return KernelSource(
         record.program,
         kernel.summary,
@@ -57,10 +66,15 @@ def kernel_source(record: Compilation) -> KernelSource:
         record.cost,
         tuple(relations),
         record.uniform,
-        python_operator(*operation) if operation else None,
+        (_operator(Operation(operation[0])), operation[1]) if operation else None,
         kernel.result_names,
         _rounding_error(record),
     )
+
+
+def _operator(operation: Operation) -> str:
+    """How values write it: as kernels do, or by a call where these have a function for it."""
+    return operation.row.operator or operation.row.object_operators[-1]
 
 
 def _rounding_error(record: Compilation) -> str:
