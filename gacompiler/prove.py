@@ -139,8 +139,10 @@ def _error_of(run: Any, record: Compiled) -> float:
         for a in program.arguments
     ]
     found = run(*arrays)
+    # Without arguments there is no batch: every point has the same result.
     results = [
-        np.asarray(result).reshape(len(points), -1) for result in (found if isinstance(found, tuple) else (found,))
+        np.broadcast_to(values, (len(points), *result.shape)).reshape(len(points), -1)
+        for values, result in zip(found if isinstance(found, tuple) else (found,), program.results, strict=True)
     ]
     tape, worst = Tape(program), 0.0
     for k in range(len(points)):

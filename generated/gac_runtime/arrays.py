@@ -151,9 +151,9 @@ def as_returned(results: list[Any]) -> Any:
 
 
 def parsed_signature(signature: str) -> list[list[tuple[int, ...]]] | None:
-    """The shapes of arguments and of results in ``(8),(3,3),()->(3)``; None if it is no such text."""
+    """The shapes of arguments, of which there may be none, and of results in ``(8),(3,3),()->(3)``; else None."""
     shape = r"\((?:[1-9]\d*(?:,[1-9]\d*)*)?\)"
     text = signature.replace(" ", "")
-    if not re.fullmatch(f"{shape}(?:,{shape})*->{shape}(?:,{shape})*", text):
+    if not re.fullmatch(f"(?:{shape}(?:,{shape})*)?->{shape}(?:,{shape})*", text):
         return None
     return [[tuple(map(int, re.findall(r"\d+", one))) for one in re.findall(shape, part)] for part in text.split("->")]
