@@ -21,6 +21,8 @@ STEPS = 30
 """The most Gauss-Newton steps."""
 _DEGENERATE = 1e-10
 """Points are on a line, or in a plane, where their spread across it is less than this part of that along it."""
+ROUNDING = 8 * float(np.finfo(np.float64).eps)
+"""Points are the same where they spread by less than this part of how far they are from the origin."""
 _METRIC = np.array([[1.0, 0, 0, 0, 0], [0, 1, 0, 0, 0], [0, 0, 1, 0, 0], [0, 0, 0, 0, -1], [0, 0, 0, -1, 0]])
 """Inner products of e1 e2 e3 e0 einf; its own inverse."""
 
@@ -157,12 +159,18 @@ def enough_points(points: ArrayLike, least: int) -> Reals:
 
 
 def _spread(points: ArrayLike, least: int) -> tuple[Reals, Reals, Reals, Reals]:
-    """The points, their centroid, the mean squares along three orthogonal directions, rising, and these as columns."""
+    """The points, their centroid, the mean squares along three orthogonal directions, rising, and these as columns.
+
+    Mean squares that may be rounding of the coordinates are 0.
+    """
     places = enough_points(points, least)
     centre = places.mean(-2)
     rows: Reals = np.asarray(np.linalg.qr(places - centre[..., None, :], mode="r"))
     _, roots, axes = np.linalg.svd(np.concatenate([rows, np.zeros_like(rows)], -2)[..., :4, :], full_matrices=False)
-    return places, centre, roots[..., ::-1] ** 2 / places.shape[-2], np.swapaxes(axes[..., ::-1, :], -1, -2)
+    values = roots[..., ::-1] ** 2 / places.shape[-2]
+    least = ROUNDING**2 * (places**2).sum(-1).mean(-1)
+    values = np.where(values > least[..., None], values, 0)
+    return places, centre, values, np.swapaxes(axes[..., ::-1, :], -1, -2)
 
 
 def _scaled(places: Reals, middle: Reals, values: Reals, least: Reals) -> tuple[Reals, Reals, Reals]:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from generated import cga3
 
 from ..arguments import Reals
-from .fits import axis_after, axis_frame, descend, enough_points, off_cylinder, seen_along
+from .fits import ROUNDING, axis_after, axis_frame, descend, enough_points, off_cylinder, seen_along
 
 DIRECTIONS = 400
 """How many directions of an axis are tried, evenly over half of a sphere."""
@@ -136,7 +136,7 @@ def _one(
     middle = places.mean(0)
     size = np.sqrt(((places - middle) ** 2).sum(-1).mean())
     spread = np.linalg.svd(places - middle, compute_uv=False)
-    if not spread[2] > _DEGENERATE * spread[0]:
+    if not spread[2] > max(_DEGENERATE * spread[0], ROUNDING * np.linalg.norm(places)):
         return np.zeros(7), 0.0, False
     scaled = (places - middle) / size
     frames = axis_frame(_directions())

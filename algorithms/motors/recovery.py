@@ -144,8 +144,8 @@ def motor_from_points(a: ArrayLike, b: ArrayLike, weights: ArrayLike | None = No
         As `rotor_from_vectors` does.
     """
     one, two, share = _pairs(a, b, weights)
-    start, end = (np.einsum("...n,...ni->...i", share, points) for points in (one, two))
-    fit = rotor_from_vectors(one - start[..., None, :], two - end[..., None, :], share)
+    (start, inner), (end, outer) = _about_centroid(one, share), _about_centroid(two, share)
+    fit = rotor_from_vectors(inner, outer, share)
     turned = pga3.move_direction(_motor(fit.rotor), start)
     motor = pga3.motor_from_rotor_translation(fit.rotor, end - turned)
     off = two - pga3.move_point(motor[..., None, :], one)
@@ -289,7 +289,8 @@ def _both(pair: tuple[ArrayLike, ArrayLike], name: str, size: int) -> tuple[Real
 def _directions(name: str, one: Reals, two: Reals) -> tuple[Reals, Reals]:
     """Vectors of objects, and of what they should become."""
     if name == "points":
-        return one - one.mean(-2, keepdims=True), two - two.mean(-2, keepdims=True)
+        share = np.full(one.shape[-2], 1 / max(one.shape[-2], 1))
+        return _about_centroid(one, share)[1], _about_centroid(two, share)[1]
     parts = pga3.line_to_direction_moment if name == "lines" else pga3.plane_to_normal
     return parts(one)[0], parts(two)[0]
 

@@ -164,3 +164,26 @@ def test_cylinders_and_cones_in_batches_and_through_flat_points(fit: Callable[..
     for size in UNITS:
         flat = size * points[0] * [1, 1, 1e-11]
         assert not fit(flat).determined
+
+
+@pytest.mark.parametrize("size", UNITS)
+@pytest.mark.parametrize("far", [1.0, 1e5])
+@pytest.mark.parametrize(
+    "fit",
+    [
+        *(fit_plane, fit_line, fit_circle, fit_sphere, fit_cylinder, fit_cone),
+        *(lambda points: motor_from_points(points, -points), lambda points: similarity_from_points(points, -points)),
+        lambda points: motor_from_objects(points=(points, -points)),
+    ],
+)
+def test_rounding_of_the_same_points_determines_nothing(fit: Callable[..., Any], far: float, size: float) -> None:
+    """And of points on a line nothing but the line: their coordinates differ by the last digit."""
+    rng = np.random.default_rng(7)
+    same = size * far * np.ones((20, 10, 3))
+    straight = same + size * np.linspace(-1, 1, 10)[:, None] * [0.3, -0.5, 0.8]
+    for exact in (same, straight):
+        points = exact * (1 + np.finfo(float).eps * rng.integers(-1, 2, exact.shape))
+        for given in (exact, points):
+            assert (fit(given).determined == (fit is fit_line and exact is straight)).all()
+            for k in range(0, 20, 5):
+                assert fit(given[k]).determined == (fit is fit_line and exact is straight)
