@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from generated import projective2
 
 from ..arguments import Reals, real_array
-from .normalization import homogeneous
+from .normalization import homogeneous, rounding
 from .status import VisionStatus
 
 _SINGULAR = 1e-11
@@ -66,6 +66,8 @@ def conic_through_points(points: ArrayLike) -> ConicThroughPoints:
     with np.errstate(all="ignore"):
         places, matrix = _normalized(array)
         usable = np.asarray(is_finite & np.isfinite(places).all((-2, -1)))
+        if array.shape[-1] == 2:
+            usable &= np.ptp(array, axis=-2).max(-1) > rounding(array)
         places = np.where(usable[..., None, None], places, 0.0)
         x, y, w = np.moveaxis(places, -1, 0)
         equations = np.stack([x * x, x * y, y * y, x * w, y * w, w * w], -1)

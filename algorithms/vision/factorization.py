@@ -21,6 +21,8 @@ from .two_views import epipoles
 _PAIRS = 6
 """So many pairs of views, those with the most common points, are tried as a first one."""
 _ROUNDS = 100
+_SAME = 1e-6
+"""Points of a view, of size 1, are the same where they spread by less: far above rounding, far below noise."""
 _PATIENCE = (4.0, 2.0, 1.0, 1.0, 1.0)
 """How many times farther off than usual observations may be, each time that it is decided which of them are wrong:
 the first cameras are less exact than the last."""
@@ -144,6 +146,8 @@ def _first_pair(image: Reals, seen: Reals, common: Reals) -> tuple[Reals, Reals]
         both = seen[i] & seen[j]
         if both.sum() < 8:
             break
+        if min(np.ptp(image[v, both], axis=0).max() for v in (i, j)) <= _SAME:
+            continue
         both[both] = majority_of_pair(image[i, both], image[j, both])
         if both.sum() < 8:
             continue

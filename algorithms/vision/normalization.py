@@ -17,12 +17,18 @@ def similarity(points: Reals, scale: Reals | None = None) -> Reals:
     if scale is None:
         centred = points - mean[..., None, :]
         spread = np.sqrt(np.einsum("...nd,...nd->...", centred, centred) / (n * dimension))
-        scale = 1 / np.where(spread > 0, spread, 1)
+        # Rounding of points that are the same is no size: it stays as small as it is.
+        scale = 1 / np.where(spread > rounding(points), spread, np.fmax(np.abs(mean).max(-1), 1))
     matrix = np.zeros((*points.shape[:-2], dimension + 1, dimension + 1), points.dtype)
     matrix[..., range(dimension), range(dimension)] = scale[..., None]
     matrix[..., :-1, -1] = -scale[..., None] * mean
     matrix[..., -1, -1] = 1
     return matrix
+
+
+def rounding(points: Reals) -> Reals:
+    """By how much rounding may move points (..., n, d) that are the same: a spread below it is none."""
+    return np.asarray(8 * np.finfo(points.dtype).eps * np.abs(points).max((-2, -1), initial=0))
 
 
 def normalized(points: Reals, scale: Reals | None = None) -> tuple[Reals, Reals]:
@@ -54,9 +60,13 @@ def extents(points: Reals) -> tuple[Reals, Reals]:
 
 
 def flatness(points: Reals) -> Reals:
-    """The least singular value of centred points (..., n, d) by the largest: 0 on a line in 2D, on a plane in 3D."""
+    """The least singular value of centred points (..., n, d) by the largest: 0 on a line in 2D, on a plane in 3D.
+
+    And of points that are the same, to rounding.
+    """
     small, large = extents(points)
-    return np.asarray(small / np.maximum(large, np.finfo(float).tiny))
+    differ = large > rounding(points) * np.sqrt(points.shape[-2])
+    return np.asarray(np.where(differ, small / np.maximum(large, np.finfo(float).tiny), 0))
 
 
 def three_on_a_line(quads: Reals, least: float = 1e-3) -> Reals:

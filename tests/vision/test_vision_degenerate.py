@@ -404,3 +404,25 @@ def test_repeated_points_and_planes_but_for_one_point_where_noise_is_known(n_poi
     exact = seen_twice(rng, points, 1.5, 0.0)
     assert refused(exact) == 1.0
     assert refused(exact[..., np.arange(n_points) % 6, :]) == 1.0
+
+
+@pytest.mark.parametrize("far", [1.0, 1e4])
+@pytest.mark.parametrize(
+    ("name", "call"),
+    [
+        ("fundamental_matrix", lambda x: vision.fundamental_matrix(*x[:2])),
+        ("homography", lambda x: vision.homography(*x[:2])),
+        ("trifocal_tensor", lambda x: vision.trifocal_tensor(*x[:3])),
+        ("factorize", lambda x: vision.factorize(x)),
+        ("conic_through_points", lambda x: vision.conic_through_points(x[0][:5])),
+    ],
+)
+def test_rounding_of_the_same_pixel_determines_nothing(name: str, call: Callable[[Any], Any], far: float) -> None:
+    rng = np.random.default_rng(33)
+    for k in range(100):
+        pixels = [far * x * (1 + np.finfo(float).eps * rng.integers(-1, 2, x.shape) * (k > 0)) for x in SAME]
+        try:
+            status = call(pixels).status
+        except DegenerateError as error:
+            status = error.status
+        assert status == VisionStatus.DEGENERATE, name
