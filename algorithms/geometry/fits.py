@@ -168,8 +168,8 @@ def _spread(points: ArrayLike, least: int) -> tuple[Reals, Reals, Reals, Reals]:
     rows: Reals = np.asarray(np.linalg.qr(places - centre[..., None, :], mode="r"))
     _, roots, axes = np.linalg.svd(np.concatenate([rows, np.zeros_like(rows)], -2)[..., :4, :], full_matrices=False)
     values = roots[..., ::-1] ** 2 / places.shape[-2]
-    least = ROUNDING**2 * (places**2).sum(-1).mean(-1)
-    values = np.where(values > least[..., None], values, 0)
+    rounding = ROUNDING**2 * np.mean(np.sum(places**2, -1), -1)
+    values = np.where(values > rounding[..., None], values, 0)
     return places, centre, values, np.swapaxes(axes[..., ::-1, :], -1, -2)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..algebra.layout import Layout
-from ..algebra.operations import Operation
+from ..algebra.operations import BY_NAME, Operation
 from ..backends.module import KernelSource, LayoutText
 from ..passes.accuracy import measured_error
 from ..passes.record import Compilation
@@ -66,7 +66,7 @@ def kernel_source(record: Compilation) -> KernelSource:
         record.cost,
         tuple(relations),
         record.uniform,
-        (_operator(Operation(operation[0])), operation[1]) if operation else None,
+        (_operator(BY_NAME[operation[0]]), operation[1]) if operation else None,
         kernel.result_names,
         _rounding_error(record),
     )
