@@ -52,6 +52,12 @@ PACKAGES: dict[str, tuple[str, tuple[str, ...]]] = {
     ),
     "passes": ("gacompiler/passes", ("test_passes", "test_optimiser", "test_prove", "test_uniform", "test_why")),
     "algebra": ("gacompiler/algebra", ("test_algebra", "test_factorization", "test_layouts", "test_identities")),
+    "backends": ("gacompiler/backends", ("test_backends", "test_targets", "test_values", "test_no_arguments")),
+    "gac_runtime": (
+        "generated/gac_runtime",  # what the tests of generated modules run
+        ("test_one_call", "test_kernel_calls", "test_backend_calls", "test_no_arguments", "test_values"),
+    ),
+    "generation": ("gacompiler/generation", ("test_generate", "test_kernel_key", "test_compile_cache")),
     "motors": ("algorithms/motors", ("test_motors", "test_determined")),
     "subspaces": ("algorithms/subspaces", ("test_subspaces", "test_subspaces_bivectors", "test_subspaces_versors")),
     "geometry": ("algorithms/geometry", ("test_geometry", "test_geometry_rounds", "test_determined")),
