@@ -15,6 +15,7 @@ from gacompiler.objects import CGA3, PGA2, PGA3, VGA3
 from generated import cga3, pga3
 
 M, P, C = PGA3.motor([0, 0, 1], 1.0), PGA3.point(1, 2, 3), CGA3.point(1, 2, 3)
+TWO_POINTS = PGA3.point(np.ones((2, 3)))
 SKEW = PGA3.e12 + 2 * PGA3.e03
 E3, E4 = Blade(np.ones(3), 3, 1), Blade(np.ones(4), 4, 1)
 NO_BLADE = Blade([1.0, 0, 0, 0, 0, 1.0], 4, 2)
@@ -44,8 +45,8 @@ CASES: list[tuple[str, Callable[[], Any], type[Exception], str]] = [
     ("no blade of that name", lambda: P.e45, AttributeError, "PGA3 no blade 'e45'"),
     ("a versor on text", lambda: M("x"), TypeError, "applied to multivectors; found str"),
     ("a number on a multivector", lambda: 2 >> P, TypeError, "only versors are applied; found int"),
-    ("a number on multivectors", lambda: 2 >> PGA3.point(np.ones((2, 3))), TypeError, "only versors are applied; found int"),
-    ("a list on multivectors", lambda: [1, 2] >> PGA3.point(np.ones((2, 3))), TypeError, "only versors are applied; found list"),
+    ("a number on multivectors", lambda: 2 >> TWO_POINTS, TypeError, "only versors .*; found int"),
+    ("a list on multivectors", lambda: [1, 2] >> TWO_POINTS, TypeError, "only versors .*; found list"),
     ("a layout that does not hold it", lambda: M.as_layout(PGA3.POINT), LayoutError, "only"),
     ("kernel, too few", lambda: pga3.move_point(np.ones(7), np.ones(3)), ValueError, "m"),
     ("kernel, text", lambda: pga3.move_point(["a"] * 8, np.ones(3)), TypeError, "m"),
