@@ -233,11 +233,13 @@ def wedge_vectors(blade: Blade, vectors: Floats, scale: Floats) -> Blade:
 
 
 def flat(array: Floats, shape: tuple[int, ...], axes: int) -> Floats:
-    """One leading axis instead of `shape`, contiguous."""
-    if array.shape[: array.ndim - axes] == shape and len(shape) == 1:
-        return np.ascontiguousarray(array)
-    last = array.shape[array.ndim - axes :]
-    return np.ascontiguousarray(np.broadcast_to(array, shape + last).reshape(int(np.prod(shape)), *last))
+    """One leading axis instead of `shape`, contiguous and read-only: numba compiles a loop for each kind of array."""
+    if array.shape[: array.ndim - axes] != shape or len(shape) != 1:
+        last = array.shape[array.ndim - axes :]
+        array = np.broadcast_to(array, shape + last).reshape(int(np.prod(shape)), *last)
+    found = np.ascontiguousarray(array).view()
+    found.flags.writeable = False
+    return found
 
 
 def check_pair(a: object, b: object) -> None:
@@ -308,6 +310,7 @@ def factors_and_defects(
     short = checked and tables.blade_table_terms(n, grade) <= tables.MOST_TERMS
     relations = tables.blade_table(n, grade) if short else tables.blade_table(1, 0)
     fields = (relations.pivot, relations.target, relations.first, relations.left, relations.right, relations.sign)
+    coefficients = flat(coefficients, coefficients.shape[:1], 1)
     loops.factor_batch(coefficients, table.place, table.sign, orthonormal, fields, vectors, scale, error)
     if checked and not short:
         nonzero = scale != 0
