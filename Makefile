@@ -5,6 +5,9 @@ BIN := .venv/bin
 export PIP_CONSTRAINT := .ci/constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
+# Tests start some hundred processes, which load the compiler from bytecode in half the time.
+unexport PYTHONDONTWRITEBYTECODE
+
 # What generated/ is made of, and what is made.
 SPECS := $(filter-out %/__init__.py,$(wildcard gacompiler/specs/*.py))
 MODULES := $(foreach end,py c h,$(SPECS:gacompiler/specs/%.py=generated/%.$(end)))
