@@ -120,12 +120,13 @@ def test_a_library_goes_with_its_runtime(module: Path) -> None:
 
 @pytest.mark.parametrize("home", some_slow(["GAC_CACHE", "XDG_CACHE_HOME", "HOME"], "XDG_CACHE_HOME", "HOME"))
 def test_a_folder_that_is_not_ours_is_not_written(
-    home: str, module: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    home: str, module: Path, runtime_objects: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for name in ("GAC_CACHE", "XDG_CACHE_HOME"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv(home, str(tmp_path / "own"))
     module.parent.chmod(0o777)
+    shutil.copytree(runtime_objects, cache_folder() / "runtime")
     library = build_module(module)
     places = {"GAC_CACHE": "own", "XDG_CACHE_HOME": "own/gacompiler", "HOME": "own/.cache/gacompiler"}
     folder = tmp_path / places[home]
@@ -134,7 +135,7 @@ def test_a_folder_that_is_not_ours_is_not_written(
     assert not library_path(module).exists() and build_module(module) == library
 
 
-def test_a_cache_that_others_can_write_is_refused(module: Path, cache: Path) -> None:
+def test_a_cache_that_others_can_write_is_refused(module: Path, runtime_objects: Path, cache: Path) -> None:
     module.parent.chmod(0o777)
     cache.mkdir()
     for mode in (0o777, 0o770, 0o1777):
@@ -144,6 +145,7 @@ def test_a_cache_that_others_can_write_is_refused(module: Path, cache: Path) -> 
         assert len(str(error.value).splitlines()) == 1
         assert not list(cache.iterdir()) and built_library(module) is None
     cache.chmod(0o700)
+    shutil.copytree(runtime_objects, cache / "runtime")
     library = build_module(module)
     assert library is not None
     # What lies there is not used once others can write to it.

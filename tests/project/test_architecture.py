@@ -6,6 +6,7 @@ import ast
 import subprocess
 import sys
 from collections.abc import Iterator, Mapping
+from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
@@ -97,6 +98,12 @@ def modules(folder: str) -> list[Path]:
     return sorted((ROOT / folder).rglob("*.py"))
 
 
+@cache
+def tree_of(path: Path) -> ast.Module:
+    """A file of the project, read once for all tests."""
+    return ast.parse(path.read_text())
+
+
 def relative(path: Path) -> str:
     return str(path.relative_to(ROOT / path.relative_to(ROOT).parts[0]))
 
@@ -106,16 +113,21 @@ def statements(parent: ast.AST, later: bool = False) -> Iterator[tuple[ast.AST, 
     for node in ast.iter_child_nodes(parent):
         if not isinstance(node, (ast.stmt, ast.excepthandler, ast.match_case)):
             continue
-        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
+        if isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING":
             continue
         yield node, later
         yield from statements(node, later or isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)))
 
 
-def imports(path: Path) -> Iterator[tuple[str, bool]]:
+@cache
+def imports(path: Path) -> tuple[tuple[str, bool], ...]:
     """Full names of what a file imports, and whether that happens when it is loaded."""
+    return tuple(_imports(path))
+
+
+def _imports(path: Path) -> Iterator[tuple[str, bool]]:
     package = list(path.relative_to(ROOT).with_suffix("").parts[:-1])
-    for node, later in statements(ast.parse(path.read_text())):
+    for node, later in statements(tree_of(path)):
         if isinstance(node, ast.Import):
             for alias in node.names:
                 yield alias.name, not later
@@ -177,7 +189,7 @@ def test_every_package_and_file_is_in_the_table() -> None:
 def test_one_file_of_the_compiler_imports_algorithms() -> None:
     found = {
         module
-        for module, others in graph_of(ROOT, "gacompiler", "algorithms").items()
+        for module, others in graph_of_the_project().items()
         if module.startswith("gacompiler") and any(other.startswith("algorithms") for other in others)
     }
     assert found == {"gacompiler.robots.descriptions"}
@@ -194,7 +206,7 @@ def graph_of(root: Path, *folders: str) -> dict[str, set[str]]:
     for module, path in paths.items():
         package = path.relative_to(root).parts[:-1]
         found = graph[module] = set()
-        for node in ast.walk(ast.parse(path.read_text())):
+        for node in ast.walk(tree_of(path) if root == ROOT else ast.parse(path.read_text())):
             if isinstance(node, ast.Import):
                 found |= {alias.name for alias in node.names}
             elif isinstance(node, ast.ImportFrom):
@@ -215,8 +227,14 @@ def circle(graph: Mapping[str, set[str]]) -> list[str]:
     return []
 
 
+@cache
+def graph_of_the_project() -> dict[str, set[str]]:
+    """`graph_of` the compiler and the algorithms, read once for all tests."""
+    return graph_of(ROOT, "gacompiler", "algorithms")
+
+
 def test_nothing_imports_in_a_circle() -> None:
-    graph = graph_of(ROOT, "gacompiler", "algorithms")
+    graph = graph_of_the_project()
     assert circle(graph) and set(circle(graph)) <= MUTUAL, " <- ".join(circle(graph))
     joined = {module: set(others) for module, others in graph.items() if module not in MUTUAL}
     for others in joined.values():
@@ -274,7 +292,7 @@ def test_files_are_short() -> None:
     for path in source_files():
         text = path.read_text()
         if len(text.splitlines()) > LINES:
-            docstring = ast.get_docstring(ast.parse(text)) or ""
+            docstring = ast.get_docstring(tree_of(path)) or ""
             assert "lines" in docstring or "one file" in docstring, (
                 f"{path.relative_to(ROOT)} says no reason for its length"
             )
@@ -282,7 +300,7 @@ def test_files_are_short() -> None:
 
 @pytest.mark.parametrize("path", source_files(), ids=lambda path: str(path.relative_to(ROOT)))
 def test_everything_public_is_documented(path: Path) -> None:
-    tree = ast.parse(path.read_text())
+    tree = tree_of(path)
     if tree.body:
         assert ast.get_docstring(tree), f"{path.name} has no docstring"
 
@@ -300,7 +318,7 @@ def test_nothing_printed_comes_from_a_set() -> None:
     """Text must never depend on the order of a set: no loop or comprehension in what prints iterates over one."""
     for folder in ("gacompiler/backends", "gacompiler/ir", "gacompiler/passes"):
         for path in modules(folder):
-            for node in ast.walk(ast.parse(path.read_text())):
+            for node in ast.walk(tree_of(path)):
                 over = node.iter if isinstance(node, (ast.For, ast.comprehension)) else None
                 literal = isinstance(over, (ast.Set, ast.SetComp))
                 called = (

@@ -1,7 +1,11 @@
-"""The checked-in specs against truth that is not geometric algebra: matrices, scipy rotations, vector formulas."""
+"""What the specs compile to against truth that is not geometric algebra: matrices, scipy rotations, vector formulas.
+
+The programs are read from the generated modules, which ``gac check --prove`` compares with the specs.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from fractions import Fraction
 from functools import cache
 from importlib import import_module
@@ -17,8 +21,11 @@ from scipy.spatial.transform import Rotation
 
 import gacompiler.specs
 from gacompiler import Kernel
+from gacompiler.backends import python_programs
+from gacompiler.backends.readers import Read
+from gacompiler.generation.checked_in import generated_folder
 from gacompiler.ir.interpret import interpret
-from gacompiler.passes.pipeline import Compilation, compile_kernel
+from gacompiler.runtime import load_module
 
 FOLDER = Path(gacompiler.specs.__file__).parent
 MODULES = sorted(path.stem for path in FOLDER.glob("*.py") if path.stem != "__init__")
@@ -28,8 +35,15 @@ HALF_TURN = np.pi * np.vstack([np.eye(3), -np.eye(3), [[0.6, 0.8, 0], [0, -0.6, 
 
 
 @cache
-def record(module: str, name: str) -> Compilation:
-    return compile_kernel(getattr(import_module(f"gacompiler.specs.{module}"), name))
+def programs(module: str) -> Mapping[str, Read]:
+    """The programs that are checked in; ``gac check`` says that they are what the spec gives."""
+    return python_programs((generated_folder() / f"{module}.py").read_text())
+
+
+def blades_of(module: str, name: str) -> tuple[str, ...]:
+    """Names of the coefficients of a kernel's first result."""
+    loaded = load_module(generated_folder() / f"{module}.py", f"_{module}_in_specs", "arrays")
+    return tuple(getattr(loaded, name).layouts["out"].blades)
 
 
 class Spec:
@@ -40,7 +54,7 @@ class Spec:
 
     def __getattr__(self, name: str) -> Any:
         def run(*arrays: Any) -> Any:
-            program = record(self._module, name).program
+            program = programs(self._module)[name].program
             inputs, batch = {}, ()
             for argument, given in zip(program.arguments, arrays, strict=True):
                 array = np.asarray(given, dtype=float)
@@ -163,17 +177,16 @@ def test_products_of_all_pairs_of_basis_blades_are_those_of_an_independent_table
     spec = import_module(f"gacompiler.specs.{module}")
     if not hasattr(spec, "geometric_product"):
         pytest.skip("no full product")
-    compiled = record(module, "geometric_product")
-    layout = compiled.decision.layouts[0]
-    algebra, size = layout.algebra, layout.size
+    program, stored = programs(module)["geometric_product"].program, blades_of(module, "geometric_product")
+    algebra, size = spec.geometric_product.parameters[0].layout.algebra, len(stored)
     matrices = matrix_representation(algebra.gram)
-    blades = [signed_blade(matrices, algebra, name) for name in layout.blades]
+    blades = [signed_blade(matrices, algebra, name) for name in stored]
     basis = np.array([blade.ravel() for blade in blades]).T
     inverse = np.linalg.pinv(basis)
     for i in range(size):
         for j in range(size):
             a, b = [Fraction(k == i) for k in range(size)], [Fraction(k == j) for k in range(size)]
-            found = interpret(compiled.program, {"a": a, "b": b})["out"]
+            (found,) = interpret(program, {"a": a, "b": b}).values()
             expected = inverse @ (blades[i] @ blades[j]).ravel()
             close(np.array(found, dtype=float), expected, 1e-9)
 
@@ -496,7 +509,7 @@ def test_rates_of_change_are_derivatives(rng: np.random.Generator) -> None:
 
 def test_norms_of_pga3_elements() -> None:
     point = np.zeros(16)
-    layout = record("pga3", "reverse").decision.layouts[0].blades
+    layout = blades_of("pga3", "reverse")
     for name, value in (("e123", 2.0), ("e032", 3.0), ("e013", 4.0), ("e021", 12.0)):
         point[layout.index(name)] = value
     close(pga3.norm(point), 2, 0)
@@ -869,7 +882,7 @@ def test_conformal_versors(rng: np.random.Generator) -> None:
         dilator = cga3.dilator_from_scale(scale)
         close(cga3.dilate_point(dilator, x), scale * x, 1e-13)
         even = np.zeros(16)
-        blades = record("cga3", "even_reverse").decision.layouts[0].blades
+        blades = blades_of("cga3", "even_reverse")
         even[[blades.index("1"), blades.index("e0inf")]] = dilator
         scaled = cga3.transform_vector(even, cga3.embed_point(x))
         close(cga3.extract_point(scaled), scale * x, 1e-13)
