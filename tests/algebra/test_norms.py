@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from selection import some_slow
 
 import gacompiler as ga
 from gacompiler import jacobian, kernel
@@ -46,7 +47,9 @@ def elements(layout: Layout) -> list[list[Any]]:
 
 
 @pytest.mark.parametrize("layout", SMALL, ids=str)
-def test_every_layout_of_the_catalog(layout: Layout) -> None:
+@pytest.mark.parametrize("backend", some_slow(["arrays", "c"], "c"))
+def test_every_layout_of_the_catalog(backend: str, layout: Layout, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("GAC_BACKEND", backend)  # by C, each operation of each layout takes the compiler
     space = Space(layout.algebra)
     rows = elements(layout)
     squares = [exact_square(layout, row) for row in rows]

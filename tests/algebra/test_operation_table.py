@@ -183,6 +183,7 @@ assert (p | p).even_product(q) == 0
 """
 
 
+@pytest.mark.slow
 def test_a_product_is_one_row_and_a_line_for_each_kind_of_user(tmp_path: Path) -> None:
     """In a copy of the compiler: four files are touched, and nothing else has to know of it."""
     shutil.copytree(ROOT / "gacompiler", tmp_path / "gacompiler", ignore=shutil.ignore_patterns("__pycache__", "specs"))

@@ -265,6 +265,7 @@ def test_what_an_import_loads(modules: dict[str, ModuleType]) -> None:
     assert run.stdout.split() == (["c"] if "c" in modules else ["numba"])
 
 
+@pytest.mark.peers
 @pytest.mark.parametrize("namespace", ["jax.numpy", "torch"])
 def test_arrays_of_other_libraries(module: ModuleType, namespace: str) -> None:
     other = pytest.importorskip(namespace)

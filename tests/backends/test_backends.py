@@ -197,6 +197,7 @@ def test_c_compiles_without_warnings_and_vectorises(tmp_path: Path) -> None:
     assert subprocess.run(command, cwd=tmp_path, capture_output=True, text=True).stderr == ""
 
 
+@pytest.mark.slow
 @needs_compiler
 def test_a_c_program_without_python(tmp_path: Path) -> None:
     write(module_source("alone", MOVE_POINT, INTERPOLATE, NORMALIZE), tmp_path)

@@ -26,6 +26,7 @@ from target_drivers import Array, Call, Dialect, Found, size
 from gacompiler.backends import body_is_intact, build_library, library_path
 from gacompiler.backends.module import ModuleSource
 from gacompiler.cli import main
+from gacompiler.generation.cache import open_cache
 from gacompiler.generation.checked_in import generated_folder, own_specs
 from gacompiler.generation.compiling import compile_spec
 from gacompiler.generation.rendering import TARGETS, render, render_targets
@@ -47,7 +48,7 @@ def modules() -> dict[str, ModuleSource]:
     """Every operation and every shape by hand, and all kernels of two own specs."""
     own = {path.stem: path for path in own_specs()}
     return {"kernels": module_source("kernels", *PROGRAMS)} | {
-        name: compile_spec(load_spec(own[name])) for name in SPECS
+        name: compile_spec(load_spec(own[name]), cache=open_cache()) for name in SPECS
     }
 
 
@@ -159,8 +160,8 @@ def test_the_c_backend_gives_these_numbers(tmp_path: Path) -> None:
                 agree(call, element_by_element(in_c[call.module], call, real), drivers.interpreted(call, real), real)
 
 
-@needs("rustc")
-def test_rust(folder: Path) -> None:
+def check_rust(folder: Path, level: int) -> None:
+    """Compile at this level of optimisation, run, and compare."""
     (folder / "main.rs").write_text(drivers.rust_driver(by_element(), list(modules())))
     compiled(
         "rustc",
@@ -169,13 +170,25 @@ def test_rust(folder: Path) -> None:
         "-D",
         "warnings",
         "-C",
-        "opt-level=1",
+        f"opt-level={level}",
         "-o",
         folder / "in_rust",
         folder / "main.rs",
     )
     found = Found(drivers.run(by_element(), [str(folder / "in_rust")], folder))
     check(found, by_element(), (np.float64, np.float32))
+
+
+@needs("rustc")
+def test_rust(folder: Path) -> None:
+    """Without optimisation, which takes a sixth of the time, and with checks of overflow."""
+    check_rust(folder, 0)
+
+
+@pytest.mark.slow
+@needs("rustc")
+def test_optimised_rust(folder: Path) -> None:
+    check_rust(folder, 1)
 
 
 @needs("node")

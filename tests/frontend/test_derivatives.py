@@ -94,7 +94,7 @@ POLYNOMIAL: dict[str, tuple[Callable[..., Any], dict[str, Layout], str]] = {
 }
 
 
-@pytest.mark.parametrize("name", some_slow(POLYNOMIAL, "six", "boost", "null"))
+@pytest.mark.parametrize("name", some_slow(POLYNOMIAL, "six", "boost", "null", "move by point"))
 def test_jacobian_is_exact(name: str) -> None:
     function, parameters, wrt = POLYNOMIAL[name]
     definition = declare(function, parameters)
@@ -264,7 +264,7 @@ def weighted(weights: Sequence[Any], values: Sequence[Any]) -> Any:
     return sum(weight * value for weight, value in zip(weights, values, strict=True))
 
 
-@pytest.mark.parametrize("name", some_slow(SECOND, "interval", "boost", "join"))
+@pytest.mark.parametrize("name", some_slow(SECOND, "interval", "boost", "join", "sphere", "null", "motor"))
 def test_hessian_times_vector_is_exact_and_symmetric(name: str) -> None:
     function, parameters, wrt = SECOND[name]
     definition, random = declare(function, parameters), Random(11)
@@ -294,6 +294,7 @@ def test_hessian_times_vector_is_exact_and_symmetric(name: str) -> None:
     assert weighted(u, products[1]) == weighted(v, products[0])
 
 
+@pytest.mark.slow
 def test_hessian_of_an_inverse_is_exact() -> None:
     """The second derivative of ``1/a`` along u and v is ``1/a u 1/a v 1/a`` and the same with u and v exchanged."""
     definition, random = declare(inverse, {"a": STA.EVEN}), Random(4)

@@ -273,7 +273,7 @@ def symmetric_matrices(n: int, count: int) -> Iterator[tuple[str, np.ndarray]]:
     yield "tiny", (general + general.swapaxes(1, 2)) * 1e-70
 
 
-@pytest.mark.parametrize("n", [2, 3, 4])
+@pytest.mark.parametrize("n", some_slow([2, 3, 4], 4))
 def test_eigenvectors_of_many_matrices(n: int) -> None:
     for name, matrix in symmetric_matrices(n, N):
         values, vectors = eigen(n)(matrix)
@@ -285,7 +285,7 @@ def test_eigenvectors_of_many_matrices(n: int) -> None:
         assert (lack / norms).max() < 2e-15, name
 
 
-@pytest.mark.parametrize("n", [2, 3, 4])
+@pytest.mark.parametrize("n", some_slow([2, 3, 4], 4))
 def test_eigenvalues_to_forty_digits(n: int) -> None:
     for name, matrices in symmetric_matrices(n, 8):
         for matrix, values in zip(matrices, eigen(n)(matrices)[0], strict=True):
@@ -295,7 +295,7 @@ def test_eigenvalues_to_forty_digits(n: int) -> None:
             assert max(errors) <= 3e-15 * np.linalg.norm(matrix), name
 
 
-@pytest.mark.parametrize("n", [2, 3, 4])
+@pytest.mark.parametrize("n", some_slow([2, 3, 4], 4))
 def test_special_matrices_and_single_precision(n: int) -> None:
     for matrix in (np.zeros((n, n)), np.eye(n), -3 * np.eye(n)):
         values, vectors = eigen(n)(matrix)
@@ -422,7 +422,7 @@ def check_order(coefficients: np.ndarray, found: Any) -> None:
     np.testing.assert_array_equal(real[:, 1:][first[:, :-1]], real[:, :-1][first[:, :-1]])
 
 
-@pytest.mark.parametrize("degree", [2, 3, 4])
+@pytest.mark.parametrize("degree", some_slow([2, 3, 4], 4))
 def test_residuals_of_roots(degree: int) -> None:
     for name, coefficients in polynomials(degree):
         found = roots(degree)(coefficients)
@@ -430,7 +430,7 @@ def test_residuals_of_roots(degree: int) -> None:
         assert residuals(coefficients, found).max() < 2e-15, name
 
 
-@pytest.mark.parametrize("degree", [2, 3, 4])
+@pytest.mark.parametrize("degree", some_slow([2, 3, 4], 4))
 def test_residuals_of_difficult_roots(degree: int) -> None:
     for name, coefficients in difficult_polynomials(degree):
         found = roots(degree)(coefficients)
@@ -442,7 +442,7 @@ def test_residuals_of_difficult_roots(degree: int) -> None:
             assert np.quantile(errors, 0.99) < 5e-13, name
 
 
-@pytest.mark.parametrize("degree", [2, 3, 4])
+@pytest.mark.parametrize("degree", some_slow([2, 3, 4], 4))
 def test_roots_to_forty_digits(degree: int) -> None:
     numbers = random(degree)
     coefficients = numbers.standard_normal((40, degree + 1))

@@ -43,7 +43,7 @@ FOUR, FIVE, SPLIT, TWO_TIMES, SPACETIME, TWO_NULL = (
 )
 OTHERS = (FOUR, FIVE, SPLIT, TWO_TIMES, SPACETIME, TWO_NULL)
 UP_TO_FIVE = (*CATALOG, *OTHERS)
-LONG = (CGA3, STA, FIVE, SPLIT, TWO_TIMES, SPACETIME, TWO_NULL)
+LONG = (CGA2, FOUR, CGA3, STA, FIVE, SPLIT, TWO_TIMES, SPACETIME, TWO_NULL)
 """Their functions take seconds to compile, each."""
 PLANES: dict[Algebra, tuple[tuple[str, ...], ...]] = {
     VGA2: (("e12",),),
@@ -205,7 +205,7 @@ def test_functions_are_inverse_to_each_other(algebra: Algebra, rng: np.random.Ge
     assert difference(half, exponential(b / 2)).max() < 1e-14
 
 
-@pytest.mark.parametrize("algebra", some_slow(PLANES, CGA3, STA, SPLIT), ids=name_of)
+@pytest.mark.parametrize("algebra", some_slow(PLANES, CGA2, FOUR, CGA3, STA, SPLIT), ids=name_of)
 def test_hard_versors(algebra: Algebra, rng: np.random.Generator) -> None:
     """Nearly no motion, nearly half turns, equal angles, boosts, translations, null rotations, in moving frames.
 
@@ -254,7 +254,7 @@ def test_two_half_turns_at_once_have_no_logarithm() -> None:
         assert np.isnan(functions(FOUR)[1](np.eye(8)[-1])).any()
 
 
-@pytest.mark.parametrize("algebra", [VGA3, PGA3, STA, CGA2], ids=name_of)
+@pytest.mark.parametrize("algebra", some_slow([VGA3, PGA3, STA, CGA2], STA, CGA2), ids=name_of)
 def test_derivatives_are_those_of_the_series(algebra: Algebra, rng: np.random.Generator) -> None:
     """Along any tangent, at 0 and where squares vanish as well: a block of the exponential of a larger matrix."""
 
@@ -274,6 +274,7 @@ def test_derivatives_are_those_of_the_series(algebra: Algebra, rng: np.random.Ge
         assert difference(value, functions(algebra)[0](b)) < 1e-15
 
 
+@pytest.mark.slow
 def test_derivative_of_a_logarithm_undoes_that_of_the_exponential(rng: np.random.Generator) -> None:
     @kernel(b=STA.BIVECTOR)
     def both(b):  # type: ignore[no-untyped-def]
@@ -388,7 +389,7 @@ def powers(layout: Layout) -> Function:
     return ga.compile(part, backend="arrays")
 
 
-@pytest.mark.parametrize("algebra", some_slow([*CATALOG, FOUR], CGA3, STA), ids=name_of)
+@pytest.mark.parametrize("algebra", some_slow([*CATALOG, FOUR], CGA2, FOUR, CGA3, STA), ids=name_of)
 def test_power_is_a_part_of_the_way(algebra: Algebra, rng: np.random.Generator) -> None:
     exponential, _, _ = functions(algebra)
     b, t = 0.3 * rng.normal(size=(100, len(algebra.blades(2)))), rng.normal(size=100)
@@ -415,7 +416,7 @@ def test_large_powers_of_small_turns(algebra: Algebra, size: float, rng: np.rand
 
 
 @pytest.mark.parametrize("t", some_slow([0.5, 3.0, 1000.0], 3.0, 1000.0))
-@pytest.mark.parametrize("algebra", [VGA3, PGA2, PGA3], ids=name_of)
+@pytest.mark.parametrize("algebra", some_slow([VGA3, PGA2, PGA3], PGA2, PGA3), ids=name_of)
 def test_derivatives_of_parts_of_small_turns(algebra: Algebra, t: float, rng: np.random.Generator) -> None:
     """Those of ``exp(t b)`` along a change of `b`: derivatives of a quotient divide by the square of the sine."""
     unit = algebra.UNIT_EVEN
@@ -464,7 +465,9 @@ def test_powers_of_numbers_that_turn(number: Layout, rng: np.random.Generator) -
     assert nearly_real[0] == pytest.approx(2) and nearly_real[1] == pytest.approx(0.25e-200, abs=0)
 
 
-@pytest.mark.parametrize("number", [DOUBLE_NUMBERS.NUMBER, DUAL_NUMBERS.NUMBER], ids=str)
+@pytest.mark.parametrize(
+    "number", some_slow([DOUBLE_NUMBERS.NUMBER, DUAL_NUMBERS.NUMBER], DOUBLE_NUMBERS.NUMBER), ids=str
+)
 def test_powers_of_numbers_that_do_not_turn(number: Layout, rng: np.random.Generator) -> None:
     @kernel(a=number, t=SCALAR, returns=number)
     def by_logarithm(a, t):  # type: ignore[no-untyped-def]

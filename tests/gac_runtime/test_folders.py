@@ -70,7 +70,7 @@ def inside(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.parametrize("how", some_slow(IMPORTS, "as a member of its folder", "by its path"))
-@pytest.mark.parametrize("kind", ["beside", "inside"])
+@pytest.mark.parametrize("kind", some_slow(["beside", "inside"], "inside"))
 def test_a_folder_works_where_the_compiler_is_not(kind: str, how: str, request: pytest.FixtureRequest) -> None:
     folder = request.getfixturevalue(kind)
     backends = (["c"] if find_compiler() else []) + ["numba", "arrays"]

@@ -7,7 +7,6 @@ from collections.abc import Callable, Mapping
 from random import Random
 
 import pytest
-from selection import some_slow
 from text_mutations import Mutation, mutations
 
 from gacompiler import kernel, sandwich
@@ -47,7 +46,8 @@ def _same_program(text: str, readers: Callable[[str], Mapping[str, object]]) -> 
     return True
 
 
-@pytest.mark.parametrize("ending", some_slow(["py", "c"], "py"))
+@pytest.mark.slow
+@pytest.mark.parametrize("ending", ["py", "c"])
 def test_random_mutations_are_caught(records: Mapping[str, list[Compiled]], ending: str) -> None:
     """Mutations are made where every operation matters: in kernels without branches and even functions."""
     random = Random(2026)

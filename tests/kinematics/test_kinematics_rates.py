@@ -199,6 +199,7 @@ def test_models_cannot_be_changed() -> None:
         arm.name = "other"  # type: ignore[misc]
 
 
+@pytest.mark.slow
 def test_blocks_batches_and_single_configurations_agree() -> None:
     arm = replace(Robot.named("panda"), module=None)
     q, qd, _ = states(arm, 2100)

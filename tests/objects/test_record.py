@@ -111,11 +111,11 @@ def test_the_text_depends_on_the_program_alone(recorded: tuple[Path, dict[str, A
     [
         (None, "no such file"),
         ("x = 1\n", "used no kernel"),
-        ("def f():\n    return 1 / 0\nf()\n", r"program.py:2: ZeroDivisionError"),
         ("from gacompiler.objects import PGA3\nPGA3.point(1, 2)\n", "program.py:2: LayoutError: .*expected 3"),
-        ("def f(:\n", "SyntaxError"),
-        ("import sys\nsys.exit(3)\n", "status 3"),
-        ("import os\nos._exit(4)\n", "status 4"),
+        pytest.param("def f():\n    return 1 / 0\nf()\n", r"program.py:2: ZeroDivisionError", marks=pytest.mark.slow),
+        pytest.param("def f(:\n", "SyntaxError", marks=pytest.mark.slow),
+        pytest.param("import sys\nsys.exit(3)\n", "status 3", marks=pytest.mark.slow),
+        pytest.param("import os\nos._exit(4)\n", "status 4", marks=pytest.mark.slow),
     ],
 )
 def test_errors_say_what_is_wrong(program: str | None, message: str, tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from known import cga3, pga3
 from known_counts import COUNTS
+from selection import some_slow
 
 from gacompiler import Kernel
 from gacompiler.passes.pipeline import compile_kernel
@@ -15,7 +16,11 @@ def kernels() -> dict[str, Kernel]:
     return {v.name: v for module in (pga3, cga3) for v in vars(module).values() if isinstance(v, Kernel)}
 
 
-@pytest.mark.parametrize("name", list(COUNTS))
+SLOW = ("composed_motors_point", "nested_motors_point", "join_of_moved_points", "versor_vector", "sphere_4_points")
+"""Those that take more than half a second to compile."""
+
+
+@pytest.mark.parametrize("name", some_slow(COUNTS, *SLOW))
 def test_counts_are_those_recorded(name: str) -> None:
     published, reached = COUNTS[name]
     cost = compile_kernel(kernels()[name]).cost

@@ -194,7 +194,7 @@ def reflected(metric: np.ndarray, a: np.ndarray, x: np.ndarray) -> np.ndarray:
     return np.array((a @ metric @ a) * x - 2 * (a @ metric @ x) * a)
 
 
-@pytest.mark.parametrize("metric", some_slow(METRICS, "G(9,6) null", "G(9,6)", "G(8,8) null"))
+@pytest.mark.parametrize("metric", some_slow(METRICS, "G(9,6) null", "G(9,6)", "G(8,8) null", "G(8,2)", "G(8,2) null"))
 def test_two_reflections(metric: str) -> None:
     algebra = METRICS[metric]()
     vector, _ = typed(algebra)
@@ -205,7 +205,10 @@ def test_two_reflections(metric: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "metric", some_slow([metric for metric in METRICS if "G(6" in metric or "G(8,2" in metric], "G(8,2)")
+    "metric",
+    some_slow(
+        [metric for metric in METRICS if "G(6" in metric or "G(8,2" in metric], "G(8,2)", "G(6,3) null", "G(8,2) null"
+    ),
 )
 def test_a_rotor_from_two_vectors(metric: str) -> None:
     algebra = METRICS[metric]()

@@ -124,6 +124,7 @@ def from_specs() -> list[Kernel]:
 
 
 KERNELS = [*OWN, *from_specs()]
+NAMES = [definition.name for definition in KERNELS]
 Records = Mapping[str, Compilation]
 
 
@@ -236,7 +237,7 @@ def test_more_parts_than_a_word_has_bits_are_not_split() -> None:
         assert (split(program, ("x0",)) is None) == (n == MOST)
 
 
-@pytest.mark.parametrize("name", [definition.name for definition in KERNELS])
+@pytest.mark.parametrize("name", some_slow(NAMES, *(name for k, name in enumerate(NAMES) if k % 3)))
 def test_both_texts_are_read_back(name: str, records: Records) -> None:
     """With all forms, whatever the arguments are called."""
     record = records[name]
@@ -354,7 +355,7 @@ def test_batches_of_every_size(backend: str, dtype: type, records: Records, modu
             assert_same(function(*given), expected)
 
 
-@pytest.mark.parametrize("order", ORDERS)
+@pytest.mark.parametrize("order", some_slow(ORDERS, "Fortran", "negative", "read-only"))
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_batches_in_every_order(backend: str, order: str, records: Records, modules: Mapping[str, ModuleType]) -> None:
     """Of the arguments that change and of those that stay, however they stay."""
@@ -510,7 +511,7 @@ def is_found(compiled: Compiled, whole: Mapping[str, str], ending: str, changed:
 
 
 @pytest.mark.parametrize("ending", ["py", "c"])
-@pytest.mark.parametrize("name", ["move_point", "sampson_distance", "ambiguous"])
+@pytest.mark.parametrize("name", some_slow(["move_point", "sampson_distance", "ambiguous"], "sampson_distance"))
 def test_changes_of_a_form_in_the_text_are_found(name: str, ending: str, records: Records) -> None:
     """Changes of every kind, in the functions that prepare and apply."""
     record, random = records[name], Random(4)
@@ -541,7 +542,7 @@ def numbers_of_forms(text: str, ending: str) -> list[tuple[int, int]]:
 
 
 @pytest.mark.parametrize("ending", ["py", "c"])
-@pytest.mark.parametrize("name", ["move_point", "sampson_distance"])
+@pytest.mark.parametrize("name", some_slow(["move_point", "sampson_distance"], "sampson_distance"))
 def test_changes_around_a_form_in_the_text_are_found(name: str, ending: str, records: Records) -> None:
     """From how many elements on, which arguments stay, what is prepared from where: each number, one more."""
     record = records[name]

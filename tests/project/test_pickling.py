@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 import sympy
 from example_kernels import move_point
+from selection import some_slow
 
 import gacompiler as ga
 from gacompiler import calculus, read_cluscript, symbolic
@@ -134,7 +135,7 @@ def test_round_trip(name: str) -> None:
                 assert hash(other) == hash(value)
 
 
-@pytest.mark.parametrize("algebra", ALGEBRAS, ids=str)
+@pytest.mark.parametrize("algebra", some_slow(ALGEBRAS, catalog.CCGA), ids=str)
 def test_the_catalog_comes_back_as_itself(algebra: Algebra) -> None:
     space = Space(algebra)
     for touched in (False, True):

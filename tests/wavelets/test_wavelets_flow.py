@@ -137,7 +137,9 @@ def test_same_image() -> None:
 SIZES = [(37, 71), (8, 8), (1, 5), (130, 164), (9, 300)]
 
 
-@pytest.mark.parametrize(("dtype", "error"), [(np.float32, 2e-4), (np.float64, 1e-12)])
+@pytest.mark.parametrize(
+    ("dtype", "error"), [(np.float32, 2e-4), pytest.param(np.float64, 1e-12, marks=pytest.mark.slow)]
+)
 @pytest.mark.parametrize("size", SIZES)
 def test_filters_and_medians_are_those_of_scipy(size: tuple[int, int], dtype: type, error: float) -> None:
     """In parts of seven rows, with as many taps as there can be."""
