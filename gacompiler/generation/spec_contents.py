@@ -22,13 +22,16 @@ def imports_beside(path: Path, text: str) -> Iterator[None]:
     """Let a spec import what lies beside it.
 
     The files of definitions that it imports are forgotten again, so that the next spec has those of its own folder, and
-    as they are then.
+    as they are then. Bytecode is not kept: Python takes it for current where a file changes within a second and keeps
+    its length.
     """
-    folder, loaded = str(path.resolve().parent), set(sys.modules)
+    folder, loaded, keeps_none = str(path.resolve().parent), set(sys.modules), sys.dont_write_bytecode
     sys.path.insert(0, folder)
+    sys.dont_write_bytecode = True
     try:
         yield
     finally:
+        sys.dont_write_bytecode = keeps_none
         sys.path.remove(folder)
         files = {file.resolve() for file in _imported_files(path, text)}
         for name in [name for name in sys.modules if name not in loaded]:
