@@ -29,7 +29,17 @@ from .frontend.functions import power as power
 from .frontend.functions import sqrt as sqrt
 from .frontend.kernel import Kernel as Kernel
 from .frontend.kernel import array as array
+from .frontend.kernel import index as index
 from .frontend.kernel import kernel as kernel
+from .frontend.loops import accumulate as accumulate
+from .frontend.loops import each as each
+from .frontend.loops import fold as fold
+from .frontend.loops import gather as gather
+from .frontend.loops import iterate as iterate
+from .frontend.loops import least as least
+from .frontend.loops import scan as scan
+from .frontend.loops import scatter as scatter
+from .frontend.loops import total as total
 from .frontend.operations import *  # noqa: F403
 from .frontend.roots import cubic_roots as cubic_roots
 from .frontend.roots import quadratic_roots as quadratic_roots
@@ -38,10 +48,11 @@ from .frontend.roots import quartic_roots as quartic_roots
 if not TYPE_CHECKING:
     # Type checkers read no list that is computed; to them, `as` and `*` above say what is exported.
     __all__ = sorted([
-        "SCALAR", "Algebra", "Family", "Kernel", "Layout", "Multivector", "array", "compile", "cubic_roots",
-        "eigenvalues_symmetric", "eigenvectors_symmetric", "exp", "hessian_vector", "interpolate", "inverse_matrix",
-        "jacobian", "jvp", "kernel", "log", "matrix_determinant", "matrix_of", "power", "quadratic_roots",
-        "quartic_roots", "read_cluscript", "robots", "solve_linear", "solve_symmetric", "sqrt", "vjp",
+        "SCALAR", "Algebra", "Family", "Kernel", "Layout", "Multivector", "accumulate", "array", "compile",
+        "cubic_roots", "each", "eigenvalues_symmetric", "eigenvectors_symmetric", "exp", "fold", "gather",
+        "hessian_vector", "index", "interpolate", "inverse_matrix", "iterate", "jacobian", "jvp", "kernel", "least",
+        "log", "matrix_determinant", "matrix_of", "power", "quadratic_roots", "quartic_roots", "read_cluscript",
+        "robots", "scan", "scatter", "solve_linear", "solve_symmetric", "sqrt", "total", "vjp",
         *frontend.operations.__all__,
     ])  # fmt: skip
 

@@ -3,23 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from random import Random
 from typing import Any
 
 import numpy as np
 
-from .backends import Read, as_printed, body_is_intact, c_programs, python_programs
+from .backends import Read, body_is_intact, c_procedures, c_programs, python_procedures, python_programs
+from .backends.c_loop_names import named_in_c
 from .errors import ProofError
 from .frontend.kernel import trace
-from .generation.compiled import Compiled
+from .generation.compiled import Compiled, CompiledLoops
 from .ir.interpret import Tape
-from .ir.program import Program
+from .ir.procedure import Procedure
 from .ir.uniform import joined
 from .passes.accuracy import ERROR_POINTS, ulps, without_rounding
-from .passes.prove import Truth, disagreement, program_reader, read, truths
+from .passes.prove import Truth, truths
 from .passes.samples import sample
+from .program_text import difference_of_program
+from .prove_loops import error_of_loops, loops_difference, part_truths
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +61,9 @@ LARGEST_ERROR = 1e6
 """Ulp; a wrong sign in what runs gives 1e15."""
 
 
-def verify_module(folder: Path, name: str, records: Sequence[Compiled], module: Any = None) -> list[Verdict]:
+def verify_module(
+    folder: Path, name: str, records: Sequence[Compiled | CompiledLoops], module: Any = None
+) -> list[Verdict]:
     """Read a generated module's files back and compare every kernel with its definition.
 
     Where the imported `module` is given, what it computes is measured too.
@@ -72,10 +77,16 @@ def verify_module(folder: Path, name: str, records: Sequence[Compiled], module: 
     python, c = python_programs(texts[0]), c_programs(texts[1])
     edited = ["" if body_is_intact(text) else "was edited after generation" for text in texts]
     whole = [Verdict("(text)", edited[0], edited[1], float("nan"), "", 0, True)] if any(edited) else []
-    return whole + [
-        verify_kernel(record, python, c, getattr(module, record.kernel.name, None), getattr(module, "backend", ""))
-        for record in records
-    ]
+    python_loops, c_loops = python_procedures(texts[0]), c_procedures(texts[1])
+    backend = getattr(module, "backend", "")
+    verdicts = []
+    for record in records:
+        run = getattr(module, record.kernel.name, None)
+        if isinstance(record, CompiledLoops):
+            verdicts.append(verify_loops(record, python_loops, c_loops, run, backend))
+        else:
+            verdicts.append(verify_kernel(record, python, c, run, backend))
+    return whole + verdicts
 
 
 def verify_kernel(
@@ -99,35 +110,42 @@ def verify_kernel(
     )
 
 
+def verify_loops(
+    record: CompiledLoops,
+    python: Mapping[str, Procedure],
+    c: Mapping[str, Procedure],
+    run: Any = None,
+    backend: str = "",
+) -> Verdict:
+    """Compare one kernel with loops with its definition, and measure what `run` computes in double.
+
+    The loops in both texts are the compiled ones, and their programs the definitions of the straight-line parts at
+    exact points; the whole is the function written out for several lengths.
+    """
+    name, known = record.kernel.name, part_truths(record)
+    all_truths = [truth for each in known for truth in each]
+    return Verdict(
+        name,
+        loops_difference(python.get(name), record, known),
+        loops_difference(c.get(name), record, known, lambda procedure: named_in_c(procedure)[0]),
+        float("nan") if run is None else error_of_loops(run, record),
+        "" if run is None else backend,
+        len(all_truths),
+        all(truth.is_exact for truth in all_truths),
+    )
+
+
 def _difference(found: Read, record: Compiled, known: Sequence[Truth]) -> str:
     """How what was read differs from the definition, in the kernel itself or in one of its forms."""
     program, forms = record.source.program, record.source.uniform
-    difference = _from_program(found.program, program, known)
+    difference = difference_of_program(found.program, program, known)
     if not difference and len(found.forms) != len(forms):
         return f"has {len(found.forms)} forms, expected {len(forms)}"
     for form, own in zip(found.forms, forms, strict=False):
         if not difference:
-            difference = _from_program(joined(form, found.program), joined(own, program), known)
+            difference = difference_of_program(joined(form, found.program), joined(own, program), known)
             difference = difference and f"the form for the same {', '.join(form.same)}: {difference}"
     return difference
-
-
-def _from_program(text: Program, program: Program, known: Sequence[Truth]) -> str:
-    """How a text differs from the definition at these points.
-
-    Where it cannot hold the numbers of its program, the program is to be the definition, and the text the program with
-    its numbers rounded once.
-    """
-    printed = as_printed(program)
-    if printed == program:
-        return disagreement(program_reader(text), known)
-    difference = disagreement(program_reader(program), known)
-    if difference:
-        return difference
-    reader = program_reader(printed)
-    return disagreement(
-        program_reader(text), [replace(truth, results=(tuple(read(reader, truth)),)) for truth in known]
-    )
 
 
 def _error_of(run: Any, record: Compiled) -> float:

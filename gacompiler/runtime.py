@@ -94,8 +94,10 @@ def _loaded(kernel: Kernel, digest: str, backend: str) -> Any:
     module_name = _module_name(kernel.name, digest, backend)
     module = load_module(folder / f"{kernel.name}.py", module_name, backend)
     _definitions[module.__name__] = kernel
-    copyreg.pickle(module.Kernel, _reduced)
-    return getattr(module, kernel.name)
+    found = getattr(module, kernel.name)
+    for kind in {module.Kernel, type(found)}:
+        copyreg.pickle(kind, _reduced)
+    return found
 
 
 def _module_name(name: str, digest: str, backend: str) -> str:

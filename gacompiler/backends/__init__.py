@@ -17,7 +17,15 @@ from .documentation import body_is_intact
 from .module import KernelSource, LayoutText, ModuleSource
 from .printers import as_printed
 from .python import check_names, python_source, runtime_files, standalone_python_source, taken_names
-from .readers import Read, c_functions, c_programs, python_functions, python_programs
+from .python_loop_reader import python_procedures
+from .readers import (
+    Read,
+    c_functions,
+    c_procedures,
+    c_programs,
+    python_functions,
+    python_programs,
+)
 
 __all__ = [
     "KernelSource",
@@ -32,6 +40,7 @@ __all__ = [
     "build_module",
     "c_functions",
     "c_header",
+    "c_procedures",
     "c_programs",
     "c_source",
     "check_names",
@@ -40,6 +49,7 @@ __all__ = [
     "library_path",
     "no_compiler",
     "python_functions",
+    "python_procedures",
     "python_programs",
     "python_source",
     "runtime_files",

@@ -8,24 +8,42 @@ from __future__ import annotations
 
 import re
 import textwrap
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import jinja2
 
 from ..gac_runtime.definition import INTERFACE
+from ..ir.procedure import Procedure
 from ..ir.program import Program
+from ..ir.reserved import LIKE_A_MACRO
 from ..ir.uniform import Uniform
 from .c_batch import FEW, TILES, helper_lines, loop_text, named_parts, tile_line, usable_forms
 from .c_functions import has_turns, is_transcendental
-from .documentation import c_comment, stamp
+from .c_loops import (
+    c_parameters,
+    driver_line,
+    lane_lines,
+    lane_sizes,
+    list_lines,
+    loop_parts,
+    part_lines,
+    plain_lines,
+    work_lines,
+    work_prototype,
+)
+from .documentation import c_comment, c_loop_comment, stamp
 from .module import KernelSource, ModuleSource
 from .nesting import Nested, expression, nested
-from .printers import LIKE_A_MACRO, C
+from .printers import C
 
 POLICY = "contraction: -ffp-contract=off (every operation is rounded once)"
 
 _WIDTH = 116
+_KEPT = "\0"
+"""A blank at which no line ends."""
 
 RUNTIME = "gac_runtime"
 """The folder of the runtime, beside the modules."""
@@ -60,19 +78,21 @@ def c_source(module: ModuleSource) -> str:
     str
         C17 that needs only ``<math.h>`` and the header of `c_header`, beside it under the name of the module.
     """
-    return stamp(
-        c_body(module.name, [(kernel.program, kernel.uniform) for kernel in module.kernels]), module, "//", (POLICY,)
-    )
+    kernels = [(kernel.program, kernel.uniform) for kernel in module.kernels]
+    body = c_body(module.name, kernels, [loop.procedure for loop in module.loops])
+    return stamp(body, module, "//", (POLICY,))
 
 
-def c_body(name: str, kernels: list[tuple[Program, tuple[Uniform, ...]]]) -> str:
+def c_body(
+    name: str, kernels: Sequence[tuple[Program, tuple[Uniform, ...]]], procedures: Sequence[Procedure] = ()
+) -> str:
     """All of the ``.c`` below its header, a function of the programs alone: a reader checks a file against it."""
     template = environment().get_template("module.c.jinja")
     return template.render(
         name=name,
         runtime=RUNTIME,
         interface=RUNTIME_INTERFACE,
-        **_rendered(kernels),
+        **_rendered(name, kernels, procedures),
     )
 
 
@@ -82,13 +102,13 @@ def standalone_c_source(module: ModuleSource) -> str:
     driver = _runtime_parts("gac_runtime.c", "#include")
     kernels = [(kernel.program, kernel.uniform) for kernel in module.kernels]
     template = environment().get_template("standalone.c.jinja")
-    rendered = _rendered(kernels)
+    rendered = _rendered(module.name, kernels, [loop.procedure for loop in module.loops])
     # The driver makes these itself.
     tiles = {tile_line(size) for size in range(FEW + 1, TILES + 1)}
     rendered["helpers"] = [line for line in rendered["helpers"] if line not in tiles]
     body = template.render(
         name=module.name,
-        prototypes=[line for kernel in module.kernels for line in _prototypes(module.name, kernel)],
+        prototypes=[line for each in _described(module) for line in each["prototypes"]],
         shared=shared[0],
         shared_of_each=shared[1],
         driver=driver[0],
@@ -109,16 +129,34 @@ def _runtime_parts(name: str, start: str) -> tuple[str, str]:
     return for_both.rpartition("\n")[0].strip(), for_each.strip()
 
 
-def _rendered(kernels: list[tuple[Program, tuple[Uniform, ...]]]) -> dict[str, list[str]]:
+def _rendered(
+    module: str, kernels: Sequence[tuple[Program, tuple[Uniform, ...]]], procedures: Sequence[Procedure]
+) -> dict[str, list[str]]:
     """What both kinds of files have for each precision."""
     programs = [program for program, _ in kernels]
+    names = [*(program.name for program in programs), *(procedure.name for procedure in procedures)]
+    row_sizes = set().union(*map(lane_sizes, procedures))
     forms = [(program, form) for program, uniform in kernels for form in usable_forms(program, uniform)]
     return {
         # A kernel may have the name of a macro of C's headers, such as FLT_MAX, where the runtime does not use it.
-        "hidden": [program.name for program in programs if LIKE_A_MACRO.fullmatch(program.name)],
-        "helpers": helper_lines(programs, forms),
-        "kernels": ["\n".join(_kernel_and_loops(program, uniform)) for program, uniform in kernels],
+        "hidden": [name for name in names if LIKE_A_MACRO.fullmatch(name)],
+        "helpers": helper_lines(programs, forms, row_sizes),
+        "kernels": ["\n".join(_kernel_and_loops(program, uniform)) for program, uniform in kernels]
+        + ["\n".join(_procedure_lines(module, procedure)) for procedure in procedures],
     }
+
+
+def _procedure_lines(module: str, procedure: Procedure) -> list[str]:
+    """A kernel with loops: its tables, its straight-line parts, the loops over them, and what runs it over a batch."""
+    lines = [piece for line in list_lines(procedure) for piece in _list(line)]
+    lanes = part_lines(procedure)
+    for part in loop_parts(procedure):
+        lines += ["", *_wrapped(kernel_text(part, "static INLINE"))]
+        lines += [piece for line in lanes.get(part.name, []) for piece in _list(line)]
+    lines += ["", "#if PRECISION(1, 0)", *_wrapped(work_lines(module, procedure)), "#endif"]
+    for text in (plain_lines(procedure), lane_lines(procedure)):
+        lines += ["", *(piece for line in text for piece in _wrapped_at(r"(?<=,) ", line))] if text else []
+    return [*lines, "", driver_line(procedure)]
 
 
 def _kernel_and_loops(program: Program, uniform: tuple[Uniform, ...]) -> list[str]:
@@ -127,6 +165,18 @@ def _kernel_and_loops(program: Program, uniform: tuple[Uniform, ...]) -> list[st
         for part in named_parts(program, form):
             lines += ["", *_wrapped(kernel_text(part, "static INLINE"))]
     return [*lines, "", *(piece for line in loop_text(program, uniform) for piece in _macro(line))]
+
+
+def _list(line: str) -> list[str]:
+    """A line that defines a list, whose entries are not broken."""
+    lines = _wrapped_at(r" (?=AND |WORK\()", line)
+    return [f"{text} \\" if text is not lines[-1] else text for text in lines]
+
+
+def _wrapped_at(blank: str, line: str) -> list[str]:
+    """A line of C, continued at those blanks."""
+    parts = re.split(blank, line)
+    return [text.replace(_KEPT, " ") for text in _wrapped([" ".join(part.replace(" ", _KEPT) for part in parts)])]
 
 
 def _macro(line: str) -> list[str]:
@@ -138,12 +188,34 @@ def _macro(line: str) -> list[str]:
 
 def c_header(module: ModuleSource) -> str:
     """The ``.h`` of a module: prototypes in both precisions, with layouts and counts."""
-    kernels = [
+    summary = [line.rstrip() for line in module.summary.strip().splitlines()]
+    text = (
+        environment()
+        .get_template("module.h.jinja")
+        .render(name=module.name, summary=summary, kernels=_described(module), has_loops=bool(module.loops))
+    )
+    return stamp(text, module, "//", (POLICY,))
+
+
+def _described(module: ModuleSource) -> list[dict[str, Any]]:
+    """The comment and the prototypes of every kernel."""
+    found: list[dict[str, Any]] = [
         {"comment": c_comment(kernel), "prototypes": _prototypes(module.name, kernel)} for kernel in module.kernels
     ]
-    summary = [line.rstrip() for line in module.summary.strip().splitlines()]
-    text = environment().get_template("module.h.jinja").render(name=module.name, summary=summary, kernels=kernels)
-    return stamp(text, module, "//", (POLICY,))
+    return found + [
+        {"comment": c_loop_comment(loop), "prototypes": _loop_prototypes(module.name, loop.procedure)}
+        for loop in module.loops
+    ]
+
+
+def _loop_prototypes(module: str, procedure: Procedure) -> list[str]:
+    name, texts = f"{module}_{procedure.name}", []
+    for real, suffix in (("double", "f64"), ("float", "f32")):
+        texts.append(f"void {name}_{suffix}({', '.join(c_parameters(procedure, real))});")
+    texts.append(f"{work_prototype(module, procedure)};")
+    batch = "(const intptr_t *lengths, char **args, const intptr_t *steps, intptr_t count);"
+    texts += [f"int {name}_rows_{suffix}{batch}" for suffix in ("f64", "f32")]
+    return _wrapped(texts)
 
 
 def _prototypes(module: str, kernel: KernelSource) -> list[str]:

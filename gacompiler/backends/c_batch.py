@@ -85,9 +85,14 @@ def usable_forms(program: Program, forms: Sequence[Uniform]) -> list[Uniform]:
     return [form for form in forms if not late.intersection(form.same)]
 
 
-def helper_lines(programs: Sequence[Program], forms: Sequence[tuple[Program, Uniform]]) -> list[str]:
-    """What loads and stores elements of every shape, and tiles of those sizes that loops use, in a fixed order."""
-    shapes = {part.shape for program in programs for part in parts(program)}
+def helper_lines(
+    programs: Sequence[Program], forms: Sequence[tuple[Program, Uniform]], row_sizes: Collection[int] = ()
+) -> list[str]:
+    """What loads and stores elements of every shape, and tiles of those sizes that loops use, in a fixed order.
+
+    Rows of kernels with loops are elements, too.
+    """
+    shapes = {part.shape for program in programs for part in parts(program)} | {(size,) for size in row_sizes}
     sizes: set[int] = set()
     for program, form in [*((program, None) for program in programs), *forms]:
         dense = _dense(program, form)

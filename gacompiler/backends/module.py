@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ..ir.cost import Cost
+from ..ir.procedure import Procedure
 from ..ir.program import Program
 from ..ir.uniform import Uniform
 
@@ -68,6 +69,33 @@ class KernelSource:
 
 
 @dataclass(frozen=True, slots=True)
+class LoopSource:
+    """One kernel with loops, ready to print.
+
+    Attributes
+    ----------
+    procedure : Procedure
+    summary : str
+        The author's docstring, dedented.
+    layouts : tuple of (str, LayoutText)
+        Those of arguments and results by the names of their tables; index tables have none.
+    costs : tuple of (str, Cost)
+        Operations, and how often they run: ``""`` once, ``"n"`` for each row, ``"n*m"``.
+    relations : tuple of str
+        What the kernel assumes of its inputs, for readers.
+    error : str
+        The measured error, for readers.
+    """
+
+    procedure: Procedure
+    summary: str
+    layouts: tuple[tuple[str, LayoutText], ...]
+    costs: tuple[tuple[str, Cost], ...]
+    relations: tuple[str, ...] = ()
+    error: str = ""
+
+
+@dataclass(frozen=True, slots=True)
 class ModuleSource:
     """All kernels of one spec."""
 
@@ -78,3 +106,5 @@ class ModuleSource:
     """The command that makes it again."""
     spec_hash: str
     kernels: tuple[KernelSource, ...]
+    loops: tuple[LoopSource, ...] = ()
+    """Kernels with loops, which are printed behind the others."""

@@ -7,8 +7,6 @@ them binds.
 
 from __future__ import annotations
 
-import keyword
-import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -16,6 +14,9 @@ from typing import NamedTuple
 
 from ..errors import BackendError
 from ..ir.program import Operand, Program
+from ..ir.reserved import C_MACRO_NAMES as C_MACRO_NAMES
+from ..ir.reserved import RESERVED as RESERVED
+from ..ir.reserved import legal
 from ..ir.scalar import LEAVES, Op, Rational
 
 SUM, PRODUCT, SIGN, WHOLE = range(4)
@@ -126,36 +127,6 @@ C = Notation(str.upper, "(REAL)")
 """Functions are macros of the emitted file; constants take the type of the kernel, so nothing is computed in double."""
 
 
-_C_WORDS = frozenset(
-    """
-    asm auto bool break case char const constexpr continue default do double else enum extern false float for fortran
-    goto if inline int long nullptr register restrict return short signed sizeof static struct switch thread_local true
-    typedef typeof union unsigned void volatile while intptr_t uintptr_t linux unix i386
-    """.split()  # noqa: SIM905
-)
-"""Keywords and types. Functions of ``<math.h>`` are not here: a parameter may hide one, the macros may not."""
-
-C_MACRO_NAMES = frozenset(
-    """
-    REAL WORD NAME FUNCTION PRECISION INLINE ON_v3 ON_v4 HAS_v3 HAS_v4 NAMES_MACHINES LOOP LOOPS WIDTH WIDTHS CHOSEN
-    FUSED RUN FMA ANY_ORDER NOT_UNROLLED LANES CHUNK SPAN TILE PADDED SHUFFLE VECTOR NAN INFINITY NULL WHERE SIGN
-    SIGN_BIT SHIFT FRACTION_BITS BIAS LOG_0 LOG_1 LOG_INVERSE QUARTER_0 QUARTER_1 QUARTER_2 QUARTER_INVERSE M_E M_PI
-    DBL_MIN FLT_MIN
-    """.split()  # noqa: SIM905
-)
-"""Macros of the headers that the runtime uses: a kernel of such a name would be something else in C."""
-
-LIKE_A_MACRO = re.compile(r"[A-Z][A-Z0-9_]+")
-"""Names that headers define, and options of the compiler: FLT_MAX, M_LOG2E, ONLY_F64."""
-
-_FUNCTIONS = frozenset({"fabs", *(op.value for op in Op), *(op.value.upper() for op in Op)})
-
-RESERVED = (
-    _C_WORDS | C_MACRO_NAMES | {"far"} | _FUNCTIONS | {*keyword.kwlist, *keyword.softkwlist, "range", "len", "empty"}
-)
-"""Names that a variable of an emitted function cannot have, in any of the languages."""
-
-
 class Names:
     """The variables of one emitted function, in one language: legal, distinct, as near to the program's as possible."""
 
@@ -165,11 +136,9 @@ class Names:
 
     def fresh(self, wanted: str) -> str:
         """A legal name that nothing else has."""
-        name = re.sub(r"\W", "_", wanted, flags=re.ASCII)
-        if not name or name[0].isdigit() or name[0] == "_" or LIKE_A_MACRO.fullmatch(name):
-            name = f"v{name}"
-        while name in RESERVED or name in self._taken:
-            name += "_"
+        name = legal(wanted)
+        while name in self._taken:
+            name = legal(f"{name}_")
         self._taken.add(name)
         return name
 

@@ -16,9 +16,10 @@ from ..ir.uniform import Uniform
 from .c import c_source, environment, standalone_c_source
 from .c_batch import C_ENDINGS, FORM_PARTS, form_name
 from .documentation import stamp
-from .module import KernelSource, LayoutText, ModuleSource
+from .module import KernelSource, LayoutText, LoopSource, ModuleSource
 from .numba import function_text
 from .printers import C_MACRO_NAMES, Names
+from .python_loops import costs_text, kernel_names, loop_text
 from .values import class_text, combined_types, operator_lines, value_types
 
 PUBLIC = ("Kernel", "Layout", "Value", "backend", "kernels", "num_threads")
@@ -66,7 +67,7 @@ def standalone_python_source(module: ModuleSource) -> str:
 def _python_source(module: ModuleSource, imports: str, label: str) -> str:
     """The text with these imports of the runtime, and this label of its library."""
     check_names(module)
-    names = [kernel.program.name for kernel in module.kernels]
+    names = _names_of_kernels(module)
     types = value_types(module, {*taken_names(), *names})
     layouts = _layout_names(module, types)
     declared = [_layout(name, layout) for layout, name in layouts.items() if not layout.is_scalar]
@@ -79,7 +80,13 @@ def _python_source(module: ModuleSource, imports: str, label: str) -> str:
             interface=INTERFACE,
             library=label,
             layouts=declared,
-            kernels=["\n".join(_kernel(kernel, layouts)) for kernel in module.kernels],
+            kernels=[
+                "\n".join(lines)
+                for lines in (
+                    *(_kernel(kernel, layouts) for kernel in module.kernels),
+                    *(_loops(kernel, layouts) for kernel in module.loops),
+                )
+            ],
             types=["\n".join(class_text(name, layouts[layout])) for name, layout in types.values()],
             operators=_call("_module.operators", operator_lines(module, types), one_each=True),
             sums=", ".join(combined_types(types)),
@@ -87,6 +94,11 @@ def _python_source(module: ModuleSource, imports: str, label: str) -> str:
         )
     )
     return stamp(body, module, "#")
+
+
+def _names_of_kernels(module: ModuleSource) -> list[str]:
+    """The names of all kernels, those with loops behind the others."""
+    return [*(kernel.program.name for kernel in module.kernels), *(kernel.procedure.name for kernel in module.loops)]
 
 
 @cache
@@ -122,13 +134,24 @@ def check_names(module: ModuleSource) -> None:
                     "rename the kernel",
                 )
             taken[own] = f"kernel {name}"
+    for loops in module.loops:
+        for own in kernel_names(loops):
+            if own in taken:
+                raise BackendError(
+                    f"kernel {loops.procedure.name}",
+                    f"its name {own} belongs to {taken[own]}",
+                    "a name that is free",
+                    "rename the kernel",
+                )
+            taken[own] = f"kernel {loops.procedure.name}"
 
 
 def _layout_names(module: ModuleSource, types: Mapping[str, tuple[str, LayoutText]]) -> dict[LayoutText, str]:
     """The layouts of kernels and types, once each, under the names of variables."""
-    taken = {*taken_names(), *(kernel.program.name for kernel in module.kernels), *(name for name, _ in types.values())}
+    taken = {*taken_names(), *_names_of_kernels(module), *(name for name, _ in types.values())}
     names: dict[LayoutText, str] = {}
     of_kernels = [layout for kernel in module.kernels for _, layout in kernel.layouts]
+    of_kernels += [layout for loops in module.loops for _, layout in loops.layouts]
     for layout in (*of_kernels, *(layout for _, layout in types.values())):
         if layout in names:
             continue
@@ -174,6 +197,19 @@ def _kernel(kernel: KernelSource, layouts: Mapping[LayoutText, str]) -> list[str
     if kernel.result_names:
         lines += ["", "", *_call(f"{name} = _module.named", [name, _string(" ".join(kernel.result_names))])]
     return lines
+
+
+def _loops(kernel: LoopSource, layouts: Mapping[LayoutText, str]) -> list[str]:
+    """A kernel with loops: its parts, and the function on one element under what declares it."""
+    text, known = loop_text(kernel.procedure), dict(kernel.layouts)
+    lines = [line for part in text.parts for line in (*part, "", "")]
+    tables = (*kernel.procedure.parameters, *kernel.procedure.results)
+    found = [known.get(table.name) for table in tables]
+    parts = [_string(kernel.procedure.signature), *(layouts[layout] if layout else "None" for layout in found)]
+    parts += [f"cost={_string(costs_text(kernel.costs))}", *text.options]
+    parts += [f"assumes=({', '.join(map(_string, kernel.relations))},)"] if kernel.relations else []
+    parts += [f"error={_string(kernel.error)}"] if kernel.error else []
+    return [*lines, *_call("@_module.loops", parts), text.head, *_documentation(kernel.summary), *text.body]
 
 
 def form_text(program: Program, form: Uniform, names: Sequence[str] = ()) -> list[str]:

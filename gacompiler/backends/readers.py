@@ -3,6 +3,8 @@
 The readers accept exactly what the printers write. A statement that changed into another legal one gives another
 program, which the proof then finds to be different; anything else that changed (a loop, a load, a macro, a parameter)
 no longer is what the printers write for that program, and is an error that names the line.
+
+The readers of C and Python share statements and expressions, so they are one file.
 """
 
 from __future__ import annotations
@@ -11,21 +13,28 @@ import ast
 import re
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
+from functools import lru_cache
 from math import prod
 from typing import Any, NamedTuple, TypeVar
 
-from ..errors import BackendError
+from ..errors import BackendError, GacError
 from ..gac_runtime.definition import shapes_in
 from ..ir.cost import cost
 from ..ir.interpret import interpret
+from ..ir.procedure import Procedure
 from ..ir.program import Program
 from ..ir.scalar import ARITY, Op
 from ..ir.uniform import Uniform
 from .c import c_body
+from .c_loop_reader import START as LOOPS_START
+from .c_loop_reader import read_procedures
 from .nesting import Nested, Node, Shape, Tree, flattened
 from .numba import function_text
 from .printers import MACROS, PYTHON, C
 from .python import cost_text, form_text
+
+OF_LOOPS = ("_module.part", "_module.loops")
+"""What declares kernels with loops and their parts, which `python_loop_reader` reads."""
 
 Function = Callable[..., tuple[tuple[Any, ...], ...]]
 
@@ -77,9 +86,22 @@ def _function(program: Program, constant: Callable[[Fraction], Any]) -> Function
 
 
 def c_programs(text: str) -> dict[str, Read]:
-    """The programs that a ``.c`` file holds."""
+    """The programs that a ``.c`` file holds, those of kernels with loops left out."""
+    return _c_module(text)[0]
+
+
+def c_procedures(text: str) -> dict[str, Procedure]:
+    """The kernels with loops that a ``.c`` file holds, with the names that they have there."""
+    return _c_module(text)[1]
+
+
+@lru_cache(maxsize=4)
+def _c_module(text: str) -> tuple[dict[str, Read], dict[str, Procedure]]:
+    """The kernels of a ``.c`` file, and those with loops."""
     body = _body(text, "//")
-    lines = body.splitlines()
+    every = body.splitlines()
+    first = next((k for k, line in enumerate(every) if line.startswith(LOOPS_START)), len(every))
+    lines = every[:first]
     found: list[Read] = []
     include = re.search(r'^#include "(\w+)\.h"$', body, re.MULTILINE)
     if include is None:
@@ -95,8 +117,38 @@ def c_programs(text: str) -> dict[str, Read]:
             n_prepared = sum(statement.startswith(f"{prepare.parameters[-1]}[") for statement in prepare.statements)
             form = _form(found[-1].program, prepare, apply, n_prepared, _c_program)
             found[-1] = Read(found[-1].program, (*found[-1].forms, form))
-    _compare("C text", c_body(include[1], [(read.program, read.forms) for read in found]), body)
-    return {read.program.name: read for read in found}
+    try:
+        procedures = _c_procedures(every[first:])
+        expected = c_body(include[1], [(read.program, read.forms) for read in found], procedures)
+    except (LookupError, StopIteration, TypeError, ValueError) as error:
+        if isinstance(error, GacError) or first == len(every):
+            raise
+        # A text that was changed may say what no procedure can.
+        raise BackendError("C text", f"{type(error).__name__}: {error}", "a file that gacompiler writes") from error
+    _compare("C text", expected, body)
+    return {read.program.name: read for read in found}, {each.name: each for each in procedures}
+
+
+def _c_procedures(lines: list[str]) -> list[Procedure]:
+    """The kernels with loops, whose straight-line parts are functions, too."""
+    parts = {}
+    for k, line in enumerate(lines):
+        if line.startswith("static INLINE void NAME(") and not re.match(r".*_within\)\(intptr_t ", line):
+            function = _c_function(lines, k)
+            parts[function.name] = function
+
+    def part(name: str) -> _CFunction:
+        if name not in parts:
+            raise BackendError("C text", f"no function {name}", "a part of a kernel with loops")
+        return parts[name]
+
+    def program(name: str, shapes: Sequence[Shape], out_shapes: Sequence[Shape]) -> Program:
+        function = part(name)
+        if len(function.parameters) != len(shapes) + len(out_shapes):
+            raise BackendError(f"C text of {name}", f"called with {len(shapes) + len(out_shapes)} rows", "as declared")
+        return _c_program(function, shapes, out_shapes)
+
+    return read_procedures(lines, program, lambda name: part(name).n_inputs)
 
 
 def _index(lines: list[str], first: int, start: str) -> int:
@@ -113,6 +165,7 @@ class _CFunction(NamedTuple):
     name: str
     parameters: tuple[str, ...]
     statements: list[str]
+    n_inputs: int
 
 
 def _c_function(lines: list[str], k: int) -> _CFunction:
@@ -127,7 +180,9 @@ def _c_function(lines: list[str], k: int) -> _CFunction:
         text = statement.strip().removeprefix("const REAL ").replace("(REAL)", "")
         if not text.startswith("(void)"):
             statements += re.split(r", (?=\w+ = )", text)
-    return _CFunction(head[1], tuple(parameter.split("REAL ")[-1].lstrip("*") for parameter in parameters), statements)
+    names = tuple(parameter.split("REAL ")[-1].lstrip("*") for parameter in parameters)
+    n_inputs = sum(not parameter.startswith("REAL *") for parameter in parameters)
+    return _CFunction(head[1], names, statements, n_inputs)
 
 
 def _joined(lines: list[str]) -> str:
@@ -195,7 +250,7 @@ def _c_program(function: _CFunction, shapes: Sequence[Shape], out_shapes: Sequen
     return flattened(function.name, shapes, out_shapes, text)
 
 
-_Text = TypeVar("_Text", _CFunction, "_PythonFunction")
+_Text = TypeVar("_Text", _CFunction, "PythonFunction")
 
 
 def _form(
@@ -219,7 +274,7 @@ def _form(
     return Uniform(same, read(prepare, fixed, [prepared]), read(apply, [prepared, *changing], out_shapes))
 
 
-class _PythonFunction(NamedTuple):
+class PythonFunction(NamedTuple):
     """A function of a Python module."""
 
     name: str
@@ -230,10 +285,9 @@ class _PythonFunction(NamedTuple):
 
 def python_programs(text: str) -> dict[str, Read]:
     """The programs that a ``.py`` module holds."""
-    body = _body(text, "#")
-    lines, nodes = body.splitlines(), _parsed("Python text", body)
+    lines, nodes = python_statements(text)
     definitions = [node for node in nodes if isinstance(node, ast.FunctionDef)]
-    functions = {node.name: _python_function(lines, node) for node in definitions}
+    functions = {node.name: python_function(lines, node) for node in definitions}
     if len(functions) != len(definitions):
         raise BackendError("Python text", "two functions of one name", "a module that gacompiler writes")
     forms: dict[str, list[ast.Call]] = {}
@@ -245,16 +299,24 @@ def python_programs(text: str) -> dict[str, Read]:
     return {
         node.name: _python_read(lines, functions, node.name, node.decorator_list[0], forms.get(node.name, []))
         for node in definitions
-        if node.decorator_list and isinstance(node.decorator_list[0], ast.Call)
+        if node.decorator_list
+        and isinstance(node.decorator_list[0], ast.Call)
+        and ast.unparse(node.decorator_list[0].func) not in OF_LOOPS
     }
 
 
-def _python_function(lines: list[str], node: ast.FunctionDef) -> _PythonFunction:
+def python_statements(text: str) -> tuple[list[str], list[ast.stmt]]:
+    """The lines of a ``.py`` module below its header, and its statements."""
+    body = _body(text, "#")
+    return body.splitlines(), _parsed("Python text", body)
+
+
+def python_function(lines: list[str], node: ast.FunctionDef) -> PythonFunction:
     """A function without its docstring."""
     documented = isinstance(node.body[0], ast.Expr)
     statements = node.body[1:] if documented else node.body
     first = node.body[0].end_lineno if documented else node.lineno
-    return _PythonFunction(
+    return PythonFunction(
         node.name.removeprefix("_"),
         tuple(argument.arg for argument in node.args.args),
         statements,
@@ -264,14 +326,14 @@ def _python_function(lines: list[str], node: ast.FunctionDef) -> _PythonFunction
 
 def _python_read(
     lines: list[str],
-    functions: Mapping[str, _PythonFunction],
+    functions: Mapping[str, PythonFunction],
     name: str,
     decorator: ast.Call,
     forms: list[ast.Call],
 ) -> Read:
     """A kernel and its forms, whose shapes are in its decorator."""
     where = f"Python text of {name}"
-    program = _python_program(functions[name], *shapes_in(ast.literal_eval(decorator.args[0])))
+    program = python_program(functions[name], *shapes_in(ast.literal_eval(decorator.args[0])))
     options = {keyword.arg: keyword.value for keyword in decorator.keywords}
     _compare(where, cost_text(cost(program)), ast.literal_eval(options["cost"]))
     declared = ast.literal_eval(options["names"]).split() if "names" in options else []
@@ -283,7 +345,7 @@ def _python_read(
         prepare, apply = (functions[name] for name in names)
         match prepare.statements:
             case [*_, ast.Return(ast.Tuple(prepared))]:
-                read.append(_form(program, prepare, apply, len(prepared), _python_program))
+                read.append(_form(program, prepare, apply, len(prepared), python_program))
             case _:
                 raise BackendError(f"Python text of {prepare.name}", "no tuple of coefficients", "one at its end")
         found += [prepare, apply]
@@ -294,7 +356,7 @@ def _python_read(
     return Read(program, tuple(read))
 
 
-def _python_program(function: _PythonFunction, shapes: Sequence[Shape], out_shapes: Sequence[Shape]) -> Program:
+def python_program(function: PythonFunction, shapes: Sequence[Shape], out_shapes: Sequence[Shape]) -> Program:
     """The program of statements ``a, b = m``, ``t = a * b``, ``return t``, in that order."""
     where = f"Python text of {function.name}"
     if len(function.parameters) != len(shapes) or not function.statements:

@@ -14,6 +14,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import prod
 
+from ..errors import BackendError
 from ..ir.program import Operand, Program
 from ..ir.scalar import LEAVES, Op, Rational
 from .c import environment
@@ -149,7 +150,20 @@ def comment_lines(kernel: KernelSource) -> list[str]:
 
 
 def render_target(template: str, module: ModuleSource, note: str, **values: object) -> str:
-    """A template filled and stamped, its long lines continued."""
+    """A template filled and stamped, its long lines continued.
+
+    Raises
+    ------
+    BackendError
+        When the module has kernels with loops.
+    """
+    if module.loops:
+        raise BackendError(
+            f"kernel {module.loops[0].procedure.name}",
+            "it contains loops",
+            "a kernel without loops for this target",
+            "generate C or Python, or move kernels with loops into a spec of their own",
+        )
     summary = [line.rstrip().replace("*/", "* /") for line in module.summary.strip().splitlines()]
     text = environment().get_template(template).render(name=module.name, summary=summary, **values)
     return stamp("".join(f"{line}\n" for line in _wrapped(text.splitlines())), module, "//", (note,))

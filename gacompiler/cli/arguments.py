@@ -10,8 +10,7 @@ from ..errors import SpecError
 from ..frontend.kernel import Kernel
 from ..generation.cache import Cache
 from ..generation.checked_in import own_specs
-from ..generation.compiled import Compiled
-from ..generation.compiling import compile_kernels, render_spec, rendered_before
+from ..generation.compiling import AnyCompiled, compile_kernels, render_spec, rendered_before
 from ..generation.spec_files import Spec, load_spec
 from ..generation.workers import each_spec
 from .output import progress_bar
@@ -51,7 +50,7 @@ def find_kernel(target: str, algebra: str | None = None) -> Kernel:
     return kernels[name]
 
 
-def compiled_kernels(spec: Spec, cache: Cache | None) -> list[Compiled]:
+def compiled_kernels(spec: Spec, cache: Cache | None) -> list[AnyCompiled]:
     """Every kernel of a spec, compiled."""
     with progress_bar(len(spec.kernels)) as advance:
         return compile_kernels(spec, advance, cache)

@@ -16,8 +16,7 @@ from ..errors import StaleError
 from ..gac_runtime.names import RUNTIME
 from ..generation.cache import Cache
 from ..generation.checked_in import generated_folder, own_specs
-from ..generation.compiled import Compiled
-from ..generation.compiling import Progress, compile_kernels, source_of
+from ..generation.compiling import AnyCompiled, Progress, compile_kernels, source_of
 from ..generation.files import compare
 from ..generation.rendering import render
 from ..generation.spec_files import Spec
@@ -117,7 +116,7 @@ def _rendered_and_proved(
     return render(source_of(spec, compiled)), _verdicts(spec, compiled, folder)
 
 
-def _verdicts(spec: Spec, compiled: Sequence[Compiled], folder: Path) -> list[tuple[str, Verdict]]:
+def _verdicts(spec: Spec, compiled: Sequence[AnyCompiled], folder: Path) -> list[tuple[str, Verdict]]:
     """What is known of the files of a spec on disk, and of what runs, by module."""
     path = folder / f"{spec.name}.py"
     module = load_module(path, f"_gac_verify_{spec.name}") if path.is_file() else None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -11,11 +12,18 @@ from rich.console import Console
 
 from ..algebra.catalog import CATALOG, orthogonal
 from ..errors import SpecError
+from ..frontend.kernel import Parameter
+from ..frontend.rows import IndexOf, RowsOf
 from ..generation.cache import Cache
 from ..generation.checked_in import own_specs
+from ..generation.compiled import Compiled, CompiledLoops
 from ..generation.spec_files import load_spec
 from ..inspect import SHOWN, STAGES, described, latex, stage_text
 from ..inspect import why as why_text
+from ..inspect_loops import LOOP_STAGES, SHOWN_OF_LOOPS, loop_stage_text, refuse_latex
+from ..inspect_loops import why as why_of_loops
+from ..ir.procedure_cost import costs_as_dict, costs_text
+from ..passes.loops import compile_loops
 from ..passes.pipeline import compile_kernel
 from .arguments import compiled_kernels, find_kernel, find_spec
 from .framework import algebra_option, cache_option, command, json_option
@@ -29,25 +37,36 @@ from .output import print_table
     "gac show my_kernels.py:move_point --latex",
 )
 @click.argument("target", metavar="SPEC:KERNEL")
-@click.option("--stage", type=click.Choice(list(STAGES)), help="Only this stage.")
+@click.option("--stage", type=click.Choice(list(dict.fromkeys([*STAGES, *LOOP_STAGES]))), help="Only this stage.")
 @click.option("--why", is_flag=True, help="What each step of the program taken saves, and what was not tried.")
 @click.option("--latex", "as_latex", is_flag=True, help="The definition and the program as LaTeX.")
 @algebra_option
 def show(target: str, stage: str | None, why: bool, as_latex: bool, algebra: str | None) -> None:
     """Show how a kernel is made, stage by stage."""
-    record = compile_kernel(find_kernel(target, algebra))
-    if as_latex:
-        click.echo(latex(record))
-        return
+    kernel = find_kernel(target, algebra)
+    if kernel.has_loops:
+        loops = compile_loops(kernel)
+        if as_latex:
+            refuse_latex(loops)
+        explained = why_of_loops(loops) if why else ""
+        shown: tuple[str, ...] = SHOWN_OF_LOOPS
+        text = partial(loop_stage_text, loops)
+    else:
+        record = compile_kernel(kernel)
+        if as_latex:
+            click.echo(latex(record))
+            return
+        explained, shown = why_text(record) if why else "", SHOWN
+        text = partial(stage_text, record)
     if why:
-        click.echo(why_text(record))
+        click.echo(explained)
         return
-    chosen = (stage,) if stage else SHOWN
+    chosen = (stage,) if stage else shown
     console = Console(highlight=False, soft_wrap=True)
     for name in chosen:
         if len(chosen) > 1:
             console.print(f"[bold cyan]{name}[/]")
-        click.echo(stage_text(record, name) + ("\n" if len(chosen) > 1 else ""))
+        click.echo(text(name) + ("\n" if len(chosen) > 1 else ""))
 
 
 @command(
@@ -60,14 +79,18 @@ def show(target: str, stage: str | None, why: bool, as_latex: bool, algebra: str
 def cost(spec: str, as_json: bool, cache: Cache | None, algebra: str | None) -> None:
     """Count the operations of every kernel: mul, add, div, sqrt, call, choice, fma."""
     found = compiled_kernels(find_spec(spec, algebra), cache)
-    counts = {each.kernel.name: each.source.cost.as_dict() for each in found}
+    counts = {each.kernel.name: each.source.cost.as_dict() for each in found if isinstance(each, Compiled)}
+    loops = {each.kernel.name: each.source.costs for each in found if isinstance(each, CompiledLoops)}
     if as_json:
-        click.echo(json.dumps(counts, indent=2))
+        click.echo(json.dumps(counts | {name: costs_as_dict(costs) for name, costs in loops.items()}, indent=2))
         return
-    print_table(
-        ["kernel", "mul", "add", "div", "sqrt", "call", "choice", "fma"],
-        [[n, *map(str, c.values())] for n, c in counts.items()],
-    )
+    if counts:
+        print_table(
+            ["kernel", "mul", "add", "div", "sqrt", "call", "choice", "fma"],
+            [[n, *map(str, c.values())] for n, c in counts.items()],
+        )
+    if loops:
+        print_table(["kernel with loops", "operations"], [[name, costs_text(costs)] for name, costs in loops.items()])
 
 
 @command(
@@ -92,7 +115,7 @@ def list_(what: str | None, as_json: bool) -> None:
         rows = [
             [
                 k.name,
-                ", ".join(f"{p.name}: {p.layout}{list(p.outer_shape) or ''}" for p in k.parameters),
+                ", ".join(f"{p.name}: {_type(p)}" for p in k.parameters),
                 k.summary.split("\n")[0],
             ]
             for k in find_spec(what).kernels
@@ -107,6 +130,16 @@ def list_(what: str | None, as_json: bool) -> None:
         click.echo(json.dumps([dict(zip(header, row, strict=True)) for row in rows], indent=2))
     else:
         print_table(header, rows)
+
+
+def _type(parameter: Parameter) -> str:
+    """What a parameter is, in a few words: ``PGA3.POINT[3]``, ``PGA3.LINE[n]``, ``index n into m``."""
+    given = parameter.type
+    if isinstance(given, IndexOf):
+        return f"index {given.length}" + (f" into {given.into}" if given.into != given.length else "")
+    lengths = given.lengths if isinstance(given, RowsOf) else ()
+    shape = ", ".join([*lengths, *map(str, parameter.outer_shape)])
+    return f"{parameter.layout}[{shape}]" if shape else str(parameter.layout)
 
 
 @command(

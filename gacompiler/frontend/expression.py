@@ -20,6 +20,7 @@ from ..algebra.operations import Kind, Operation
 from ..errors import KernelError
 from ..ir.scalar import Graph
 from .latex import latex_of
+from .rows import Array
 
 
 class Expression(Immutable):
@@ -196,6 +197,8 @@ def lift(value: Any) -> Expression:
         return value
     if isinstance(value, Multivector):
         return Expression(Operation.CONSTANT, (), value.map(as_exact), value.algebra)
+    if isinstance(value, Array):
+        value.refuse()
     number = Graph().lift(value).value
     return Expression(Operation.CONSTANT, (), SCALARS.scalar(_int_if_whole(number)), SCALARS)
 

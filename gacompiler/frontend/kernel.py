@@ -7,86 +7,21 @@ import inspect
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from itertools import product
 from keyword import iskeyword
-from math import prod
 from typing import Any
 
 from ..algebra.immutable import Immutable
 from ..algebra.layout import Layout
 from ..algebra.operations import Operation
 from ..errors import GacError, KernelError
-from .expression import Expression, Input, lift
+from .expression import Expression, lift
+from .parameters import ArrayOf as ArrayOf
+from .parameters import Parameter as Parameter
+from .parameters import Type as Type
+from .parameters import array as array
+from .parameters import index as index
+from .rows import IndexOf, RowsOf
 from .traced import Traced
-
-
-@dataclass(frozen=True, slots=True)
-class ArrayOf:
-    """Several elements of one layout in an array of the given shape; in a kernel, nested tuples."""
-
-    layout: Layout
-    shape: tuple[int, ...]
-
-
-Type = Layout | ArrayOf
-
-
-def array(layout: Layout, *shape: int) -> ArrayOf:
-    """A parameter or result that is an array: ``array(SCALAR, 4, 4)`` is a matrix, ``array(POINT, 3)`` three points."""
-    if not shape or not all(isinstance(n, int) and n > 0 for n in shape):
-        raise KernelError("array()", f"shape {shape}", "positive sizes, as in array(SCALAR, 4, 4)")
-    return ArrayOf(layout, shape)
-
-
-@dataclass(frozen=True, slots=True)
-class Parameter:
-    """One argument of a kernel: an array of shape `shape`, blades last."""
-
-    name: str
-    type: Type
-
-    @property
-    def layout(self) -> Layout:
-        """The layout of each element."""
-        return self.type.layout if isinstance(self.type, ArrayOf) else self.type
-
-    @property
-    def outer_shape(self) -> tuple[int, ...]:
-        """Shape without the blade axis."""
-        return self.type.shape if isinstance(self.type, ArrayOf) else ()
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Core shape of the array."""
-        return self.outer_shape + (() if self.layout.is_scalar else (self.layout.size,))
-
-    @property
-    def components(self) -> tuple[str, ...]:
-        """Names of the entries, in C order."""
-        return tuple(name for names in self._elements() for name in names)
-
-    def _elements(self) -> list[tuple[str, ...]]:
-        found = []
-        for place in product(*map(range, self.outer_shape)):
-            stem = "_".join([self.name, *map(str, place)])
-            blades = [name.replace("^", "_") for name in self.layout.blades]
-            found.append((stem,) if self.layout.is_scalar else tuple(f"{stem}_{blade}" for blade in blades))
-        return found
-
-    def symbols(self) -> Any:
-        """What the kernel's function is called with: an expression, or nested tuples of them."""
-        elements = [
-            Expression(Operation.INPUT, (), Input(self.name, self.layout, names), self.layout.algebra)
-            for names in self._elements()
-        ]
-        return _nested(elements, self.outer_shape)
-
-
-def _nested(flat: list[Any], shape: tuple[int, ...]) -> Any:
-    if not shape:
-        return flat[0]
-    step = prod(shape[1:])
-    return tuple(_nested(flat[k * step : (k + 1) * step], shape[1:]) for k in range(shape[0]))
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +30,7 @@ class Kernel(Immutable):
 
     Kernels can be pickled. One that a module has by the name of its function comes back as that object. Any other (of a
     lambda, made inside a function, a derivative) comes back with its traced expressions in place of the function, which
-    give the same kernel.
+    give the same kernel; kernels with loops have none, and are pickled by name only.
     """
 
     name: str
@@ -124,10 +59,22 @@ class Kernel(Immutable):
         if isinstance(self.function, Traced):
             return type(self), tuple(getattr(self, name) for name in self.__dataclass_fields__)
         module, name = self.function.__module__, self.function.__qualname__
+        if self.has_loops:
+            if _found(module, name) is not self:
+                raise KernelError(
+                    self.where, "it contains loops, and its module does not have it by the name of its function",
+                    "a kernel that is defined in a module, outside of functions",
+                )  # fmt: skip
+            return _restored, (module, name, None)
         if _found(module, name) is not self:
             traced = self.traced()
             return type(traced), tuple(getattr(traced, name) for name in traced.__dataclass_fields__)
         return _restored, (module, name, self.traced() if module == "__main__" else None)
+
+    @property
+    def has_loops(self) -> bool:
+        """Whether it takes arrays whose lengths are known only when it runs."""
+        return any(parameter.has_rows for parameter in self.parameters)
 
     @property
     def where(self) -> str:
@@ -222,7 +169,7 @@ def kernel(*, returns: Any = None, **parameters: Any) -> Callable[[Callable[...,
         declared = tuple(Parameter(name, _type(where, name, given)) for name, given in parameters.items())
         seen: dict[str, str] = {}
         for parameter in declared:
-            for component in parameter.components:
+            for component in () if parameter.has_rows else parameter.components:
                 if component in seen:
                     raise KernelError(
                         where,
@@ -260,7 +207,7 @@ def _where(function: Callable[..., Any], name: str) -> str:
 
 
 def _type(where: str, name: str, given: Any) -> Type:
-    if isinstance(given, (Layout, ArrayOf)):
+    if isinstance(given, (Layout, ArrayOf, RowsOf, IndexOf)):
         return given
     if isinstance(given, tuple) and given and all(isinstance(each, Layout) for each in given):
         if len(set(given)) == 1:
@@ -274,7 +221,9 @@ def _type(where: str, name: str, given: Any) -> Type:
 
 
 def trace(definition: Kernel) -> Trace:
-    """Call the kernel's function on symbols."""
+    """Call the function of a kernel without loops on symbols."""
+    if definition.has_loops:
+        raise KernelError(definition.where, "it contains loops over arrays of any length", "a kernel without loops")
     value = _called(definition, [parameter.symbols() for parameter in definition.parameters])
     if value is None:
         raise KernelError(definition.where, "the function returns nothing", "an expression, or a tuple of them")
@@ -326,6 +275,8 @@ def _output(definition: Kernel, name: str, value: Any, pinned: Type | None) -> O
     if isinstance(pinned, ArrayOf):
         flat = _flatten(definition, name, value, pinned.shape)
         return Output(name, pinned.shape, tuple(map(lift, flat)), pinned.layout)
+    if isinstance(pinned, (RowsOf, IndexOf)):
+        raise KernelError(definition.where, f"{name} is an array over named lengths", "a parameter with such a length")
     if isinstance(value, (tuple, list)):
         raise KernelError(definition.where, f"{name} is a nested tuple", remedy="declare returns=array(layout, n, ...)")
     return Output(name, (), (lift(value),), pinned)

@@ -18,6 +18,7 @@ from ..algebra.operations import Operation
 from ..algebra.versors import SMALL_DIMENSION, conjugate_factors
 from ..errors import AlgebraError
 from .expression import Expression, lift, node
+from .rows import Array
 
 __all__ = [
     "absolute", "acos", "anticommutator", "assemble", "atan2", "clifford_conjugate", "coefficient", "commutator", "cos",
@@ -32,6 +33,9 @@ def apply(operation: Operation, *arguments: Any) -> Any:
     """`operation` on anything: an expression if any argument is one, else the value."""
     if any(isinstance(argument, Expression) for argument in arguments):
         return node(operation, *arguments)
+    for argument in arguments:
+        if isinstance(argument, Array):
+            argument.refuse()
     algebra = next((a.algebra for a in arguments if isinstance(a, Multivector)), None)
     if algebra is None:
         result = MEANINGS[operation](*(SCALARS.scalar(argument) for argument in arguments))

@@ -10,6 +10,8 @@ extension: Any = find_extension()
 """The extension; None where it is not built."""
 Call: Any = object if extension is None else extension.Call
 """What kernels inherit."""
+LoopCall: Any = object if extension is None else extension.LoopCall
+"""What kernels with loops inherit."""
 
 
 class Signature:

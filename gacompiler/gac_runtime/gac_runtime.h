@@ -38,7 +38,9 @@
 
 /* Functions of the runtime are not seen outside of the library that they are linked into; in a file that has the whole
    runtime in it, not outside of that. */
-#if defined(GAC_STANDALONE)
+#if defined(GAC_STANDALONE) && defined(__GNUC__)
+#define GAC_SHARED static __attribute__((unused))
+#elif defined(GAC_STANDALONE)
 #define GAC_SHARED static
 #elif defined(__GNUC__) && !defined(_WIN32)
 #define GAC_SHARED __attribute__((visibility("hidden")))
@@ -148,6 +150,10 @@
 #define SPAN 32
 #define TILE PRECISION(4, 8)
 
+/* Kernels with loops run as many elements side by side: a number of each fills a line of a cache. With more of them the
+   tables of a block leave the caches sooner. */
+#define NLANES PRECISION(8, 16)
+
 /* A vector of neighbours in memory, where the compiler transposes vectors of 32 bytes well. */
 #if defined(__has_builtin) && (defined(ON_v3) || defined(__clang__))
 #if __has_builtin(__builtin_shufflevector)
@@ -195,6 +201,29 @@ struct gac_kernel {
    order if there is a loop for it; everything else goes through rows, in blocks. */
 GAC_SHARED void gac_batch_f64(const struct gac_kernel *kernel, char **args, intptr_t n, const intptr_t *steps);
 GAC_SHARED void gac_batch_f32(const struct gac_kernel *kernel, char **args, intptr_t n, const intptr_t *steps);
+
+/* A table of a kernel with loops: an argument that every element has, one that a batch may share, an index table, a
+   result or work space; and how many numbers an element has of it. */
+struct gac_table {
+    enum { GAC_IS_IN, GAC_IS_SAME, GAC_IS_INDEX, GAC_IS_OUT, GAC_IS_WORK } kind;
+    intptr_t count;
+};
+
+/* A kernel with loops: its plain function and how that is called, the loops that take NLANES elements at a time, if it
+   has such, how many of its tables are arguments and results, how many there are, and whether it is `busy`. The loops are given where the
+   tables are, each number of an element beside those of the others, and at last a word that they set where an argument
+   of a sine or cosine was too large. */
+struct gac_procedure {
+    void (*one)(const intptr_t *lengths, char **args);
+    gac_loop *lanes[2];
+    int n_args, n_tables, busy;
+};
+
+/* Run a kernel with loops over a batch; 1 where there is no memory for it, else 0. */
+GAC_SHARED int gac_rows_f64(const struct gac_procedure *procedure, const struct gac_table *tables,
+    const intptr_t *lengths, char **args, const intptr_t *steps, intptr_t n);
+GAC_SHARED int gac_rows_f32(const struct gac_procedure *procedure, const struct gac_table *tables,
+    const intptr_t *lengths, char **args, const intptr_t *steps, intptr_t n);
 
 /* Words as wide as a number; a condition as a mask, because conditions that occur often would become branches. */
 #define WORD PRECISION(uint64_t, uint32_t)
@@ -640,6 +669,113 @@ static INLINE float gac_asin_polynomial_f32(float z)
         GAC(batch)(&kernel, args, dimensions[0], steps);                                                        \
     }
 
+/* Kernels with loops. A table of one element is its rows, one behind the other. In the loops over NLANES elements every
+   number is NLANES numbers, one for each element; tables that all elements share are as they are. Those loops call the
+   straight-line parts in the vectorised loops of GAC_IN_LANES(part, kind), which are made from the list of its arguments
+   and results,
+
+       #define PARTS_f_2(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND SAME(1, 6) AND NUMBER(2, 0) AND OUT(3, 8)
+
+   where each has its place and how many numbers it has; NUMBER is an argument that is one number, and has 1 behind its
+   place if all elements share it. */
+#define GAC_LANE_ROW(k, size) const REAL *a##k
+#define GAC_LANE_RESULT(k, size) REAL *a##k
+#define GAC_LANE_VARIABLE(k, size) REAL x##k[size];
+#define GAC_LANE_VARIABLE_NUMBER(k, is_same) REAL x##k[1];
+#define GAC_LANE_PASSED(k, size) x##k
+#define GAC_LANE_PASSED_NUMBER(k, is_same) x##k[0]
+#define GAC_LANE_LOAD(k, size) GAC(load_##size)(x##k, (const char *)(a##k + i), &step);
+#define GAC_LANE_LOAD_SAME(k, size) GAC(load_##size)(x##k, (const char *)a##k, &w);
+#define GAC_LANE_LOAD_NUMBER(k, is_same) x##k[0] = a##k[is_same ? 0 : i];
+#define GAC_LANE_STORE(k, size) GAC(store_##size)((char *)(a##k + i), &step, x##k);
+#define GAC_LANE_PASS(parts) parts(GAC_LANE_PASSED, GAC_LANE_PASSED, GAC_LANE_PASSED_NUMBER, GAC_LANE_PASSED, GAC_COMMA)
+#define GAC_LANES_PLAIN(f) GAC_LANES_OF(f, PARTS_##f, NAME(f)(GAC_LANE_PASS(PARTS_##f)))
+#define GAC_LANES_TURNS(f) GAC_LANES_OF(f, PARTS_##f, NAME(f)(GAC_LANE_PASS(PARTS_##f), &far))
+#define GAC_IN_LANES(f, kind) GAC_LANES_##kind(f)
+#define GAC_LANES_OF(f, parts, call)                                                                                \
+    GAC_HELPER WORD NAME(f##_lanes)(parts(GAC_LANE_ROW, GAC_LANE_ROW, GAC_LANE_ROW, GAC_LANE_RESULT, GAC_COMMA))    \
+    {                                                                                                               \
+        const intptr_t w = sizeof(REAL), step = NLANES * w;                                                          \
+        WORD far = 0;                                                                                               \
+        (void)w;                                                                                                    \
+        ANY_ORDER                                                                                                   \
+        for (intptr_t i = 0; i < NLANES; ++i) {                                                                      \
+            parts(GAC_LANE_VARIABLE, GAC_LANE_VARIABLE, GAC_LANE_VARIABLE_NUMBER, GAC_LANE_VARIABLE, )              \
+            parts(GAC_LANE_LOAD, GAC_LANE_LOAD_SAME, GAC_LANE_LOAD_NUMBER, GAC_NONE, )                              \
+            call;                                                                                                   \
+            parts(GAC_NONE, GAC_NONE, GAC_NONE, GAC_LANE_STORE, )                                                   \
+        }                                                                                                           \
+        return far;                                                                                                 \
+    }
+
+/* Statements of kernels with loops on `n` numbers; SPREAD and ADD_SPREAD have as many numbers for all of NLANES
+   elements. */
+#define COPY(n, from, to) GAC(copy)(n, from, to)
+#define SPREAD(n, from, to) GAC(spread)(n, from, to)
+#define ADD(n, from, to) GAC(add)(n, from, to)
+#define ADD_SPREAD(n, from, to) GAC(add_spread)(n, from, to)
+#define CLEAR(n, to) GAC(clear)(n, to)
+
+/* GAC_PROCEDURE(kernel, kind): what runs a kernel with loops over a batch, by its loops over NLANES elements or ALONE;
+   BUSY ones compute transcendental functions.
+   It is made from the lists of its lengths and tables,
+
+       #define TABLES_f(LENGTH, IN, NUMBER, SAME, INDEX, OUT, AND)
+           LENGTH(0, n) AND IN(0, q, scalar, 1, n) AND INDEX(1, parents, n, n) AND OUT(2, out, 2x4, 8, n)
+       #define WORK_f(WORK) WORK(3, sums, 8, 8, n)
+
+   where each has its place, its name, the shape of its rows and how many numbers and rows that is; an index table has
+   the number of its rows and the length of what it refers to. */
+#define GAC_LENGTH(k, name) const intptr_t name = gac_lengths[k];
+#define GAC_LENGTH_UNUSED(k, name) (void)name;
+#define GAC_LENGTH_PASSED(k, name) gac_lengths[k]
+#define GAC_ARRAY_PASSED(k, ...) (const REAL *)gac_args[k]
+#define GAC_VALUE_PASSED(k, ...) *(const REAL *)gac_args[k]
+#define GAC_INDEX_PASSED(k, ...) (const int64_t *)gac_args[k]
+#define GAC_OUT_PASSED(k, ...) (REAL *)gac_args[k]
+#define GAC_WORK_PASSED(k, ...) , (REAL *)gac_args[k]
+#define GAC_TABLE_IN(k, name, shape, size, rows) {GAC_IS_IN, (size) * (rows)},
+#define GAC_TABLE_NUMBER(k, name) {GAC_IS_IN, 1},
+#define GAC_TABLE_SAME(k, name, shape, size, rows) {GAC_IS_SAME, (size) * (rows)},
+#define GAC_TABLE_INDEX(k, name, rows, into) {GAC_IS_INDEX, rows},
+#define GAC_TABLE_OUT(k, name, shape, size, rows) {GAC_IS_OUT, (size) * (rows)},
+#define GAC_TABLE_WORK(k, name, shape, size, rows) {GAC_IS_WORK, (size) * (rows)},
+#define GAC_ONE_MORE(...) + 1
+#define GAC_COUNTED(list) list(GAC_NONE, GAC_ONE_MORE, GAC_ONE_MORE, GAC_ONE_MORE, GAC_ONE_MORE, GAC_ONE_MORE, )
+#define GAC_PROCEDURE_ALONE(f)
+#define GAC_PROCEDURE_LANES(f)                                                                                      \
+    static INLINE void NAME(f##_tables)(intptr_t gac_last, char **gac_args, const intptr_t *gac_lengths)            \
+    {                                                                                                               \
+        *(WORD *)gac_args[gac_last] = NAME(f##_lanes)(TABLES_##f(GAC_LENGTH_PASSED, GAC_ARRAY_PASSED,               \
+            GAC_ARRAY_PASSED, GAC_ARRAY_PASSED, GAC_INDEX_PASSED, GAC_OUT_PASSED, GAC_COMMA)                        \
+            WORK_##f(GAC_WORK_PASSED));                                                                             \
+    }                                                                                                               \
+    LOOPS(f##_tables)
+#define GAC_LOOPS_ALONE(f) {NULL}
+#define GAC_LOOPS_LANES(f) WIDTHS(f##_tables)
+#define GAC_PROCEDURE_BUSY(f) GAC_PROCEDURE_LANES(f)
+#define GAC_LOOPS_BUSY(f) GAC_LOOPS_LANES(f)
+#define GAC_IS_BUSY_ALONE 0
+#define GAC_IS_BUSY_LANES 0
+#define GAC_PROCEDURE(f, kind)                                                                                      \
+    GAC_PROCEDURE_##kind(f)                                                                                         \
+    static void NAME(f##_call)(const intptr_t *gac_lengths, char **gac_args)                                        \
+    {                                                                                                               \
+        enum { n_args = GAC_COUNTED(TABLES_##f) };                                                                  \
+        NAME(f)(TABLES_##f(GAC_LENGTH_PASSED, GAC_ARRAY_PASSED, GAC_VALUE_PASSED, GAC_ARRAY_PASSED, GAC_INDEX_PASSED, \
+            GAC_OUT_PASSED, GAC_COMMA), (REAL *)gac_args[n_args]);                                                  \
+    }                                                                                                               \
+    int NAME(f##_rows)(const intptr_t *gac_lengths, char **gac_args, const intptr_t *gac_steps, intptr_t gac_n)     \
+    {                                                                                                               \
+        TABLES_##f(GAC_LENGTH, GAC_NONE, GAC_NONE, GAC_NONE, GAC_NONE, GAC_NONE, )                                  \
+        TABLES_##f(GAC_LENGTH_UNUSED, GAC_NONE, GAC_NONE, GAC_NONE, GAC_NONE, GAC_NONE, )                           \
+        const struct gac_table gac_tables[] = {TABLES_##f(GAC_NONE, GAC_TABLE_IN, GAC_TABLE_NUMBER, GAC_TABLE_SAME, \
+            GAC_TABLE_INDEX, GAC_TABLE_OUT, ) WORK_##f(GAC_TABLE_WORK)};                                            \
+        static const struct gac_procedure gac_procedure = {NAME(f##_call), GAC_LOOPS_##kind(f),                    \
+            GAC_COUNTED(TABLES_##f), GAC_COUNTED(TABLES_##f) WORK_##f(GAC_ONE_MORE), GAC_IS_BUSY_##kind};           \
+        return GAC(rows)(&gac_procedure, gac_tables, gac_lengths, gac_args, gac_steps, gac_n);                      \
+    }
+
 /* GAC_TILE(n): a tile of TILE elements of `n` numbers in C order, to rows and back, for `n` up to GAC_TILE_NUMBERS.
    Most vectors are read in halves, the lower from the first half of the elements and the upper from as far on in the
    others: then both halves need the same permutation, which stays within halves, where processors permute fastest. Four
@@ -982,6 +1118,41 @@ static INLINE REAL GAC(acos)(REAL x)
     const REAL middle = QUARTER_0 - (s - (QUARTER_1 - more));
     const REAL right = 2 * (s + more), left = 2 * QUARTER_0 - (right - 2 * QUARTER_1);
     return GAC(select)(large, GAC(select)(WHERE(x < 0), left, right), middle);
+}
+
+/* Statements of kernels with loops. */
+static INLINE void GAC(copy)(intptr_t n, const REAL *from, REAL *to)
+{
+    ANY_ORDER
+    for (intptr_t i = 0; i < n; ++i)
+        to[i] = from[i];
+}
+
+static INLINE void GAC(add)(intptr_t n, const REAL *from, REAL *to)
+{
+    ANY_ORDER
+    for (intptr_t i = 0; i < n; ++i)
+        to[i] += from[i];
+}
+
+static INLINE void GAC(clear)(intptr_t n, REAL *to)
+{
+    for (intptr_t i = 0; i < n; ++i)
+        to[i] = 0;
+}
+
+static INLINE void GAC(spread)(intptr_t n, const REAL *from, REAL *to)
+{
+    for (intptr_t k = 0; k < n; ++k)
+        for (intptr_t i = 0; i < NLANES; ++i)
+            to[NLANES * k + i] = from[k];
+}
+
+static INLINE void GAC(add_spread)(intptr_t n, const REAL *from, REAL *to)
+{
+    for (intptr_t k = 0; k < n; ++k)
+        for (intptr_t i = 0; i < NLANES; ++i)
+            to[NLANES * k + i] += from[k];
 }
 
 /* A component of a part without axes. */

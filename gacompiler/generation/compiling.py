@@ -11,18 +11,24 @@ from collections.abc import Callable, Sequence
 from ..backends.module import ModuleSource
 from ..errors import GacError
 from ..frontend.kernel import Kernel, trace
+from ..frontend.loop_trace import trace_loops
+from ..passes.inference import LayoutInference
+from ..passes.loops import compile_loops
 from ..passes.pipeline import compile_kernel
 from .cache import Cache, key_of
-from .compiled import Compiled
+from .compiled import Compiled, CompiledLoops
 from .fingerprint import PROGRAM_SOURCES, TEXT_SOURCES, fingerprint
-from .kernel_key import NotDescribed, description
+from .kernel_key import NotDescribed, description, loops_description
 from .plain import packed, unpacked
+from .plain_loops import packed_loops, unpacked_loops
 from .rendering import render
 from .spec_files import Spec
 
 Progress = Callable[[str], None]
 """Called with the name of each kernel before it is compiled."""
 
+
+AnyCompiled = Compiled | CompiledLoops
 
 Keys = Sequence[str | None]
 """What the kernels of a spec are kept under; None for those that are not kept."""
@@ -33,14 +39,18 @@ def compile_definition(kernel: Kernel, cache: Cache | None = None) -> Compiled:
     return _compiled(kernel, _kernel_key(kernel) if cache else None, cache)
 
 
-def compile_kernels(spec: Spec, progress: Progress = lambda name: None, cache: Cache | None = None) -> list[Compiled]:
+def compile_kernels(
+    spec: Spec, progress: Progress = lambda name: None, cache: Cache | None = None
+) -> list[AnyCompiled]:
     """Compile every kernel of a spec, or take what the cache has of it."""
     return _all_compiled(spec, _keys(spec, cache), progress, cache)
 
 
-def source_of(spec: Spec, compiled: Sequence[Compiled]) -> ModuleSource:
+def source_of(spec: Spec, compiled: Sequence[Compiled | CompiledLoops]) -> ModuleSource:
     """What is printed of a spec, from its compiled kernels."""
-    return ModuleSource(spec.name, spec.summary, spec.command, spec.digest, tuple(each.source for each in compiled))
+    kernels = tuple(each.source for each in compiled if isinstance(each, Compiled))
+    loops = tuple(each.source for each in compiled if isinstance(each, CompiledLoops))
+    return ModuleSource(spec.name, spec.summary, spec.command, spec.digest, kernels, loops)
 
 
 def compile_spec(spec: Spec, progress: Progress = lambda name: None, cache: Cache | None = None) -> ModuleSource:
@@ -67,11 +77,11 @@ def rendered_before(spec: Spec, cache: Cache | None) -> dict[str, str] | None:
     return _known_text(spec, _text_key(spec, _keys(spec, cache)), cache)
 
 
-def _all_compiled(spec: Spec, keys: Keys, progress: Progress, cache: Cache | None) -> list[Compiled]:
-    found = []
+def _all_compiled(spec: Spec, keys: Keys, progress: Progress, cache: Cache | None) -> list[AnyCompiled]:
+    found: list[AnyCompiled] = []
     for kernel, key in zip(spec.kernels, keys, strict=True):
         progress(f"{spec.name}.{kernel.name}")
-        found.append(_compiled(kernel, key, cache))
+        found.append(_loops_compiled(kernel, key, cache) if kernel.has_loops else _compiled(kernel, key, cache))
     if cache:
         cache.prune()
     return found
@@ -90,14 +100,32 @@ def _compiled(kernel: Kernel, key: str | None, cache: Cache | None) -> Compiled:
     return compiled
 
 
+def _loops_compiled(kernel: Kernel, key: str | None, cache: Cache | None) -> CompiledLoops:
+    traced = trace_loops(kernel, LayoutInference())
+    known = cache.get(key) if cache and key else None
+    if known is not None:
+        try:
+            return unpacked_loops(kernel, traced, known)
+        except (GacError, LookupError, TypeError, ValueError):
+            pass  # no kernel, whoever wrote it
+    compiled = CompiledLoops.of(compile_loops(kernel, traced))
+    if cache and key:
+        cache.put(key, packed_loops(compiled))
+    return compiled
+
+
 def _keys(spec: Spec, cache: Cache | None) -> Keys:
     return [_kernel_key(kernel) if cache else None for kernel in spec.kernels]
 
 
 def _kernel_key(kernel: Kernel) -> str | None:
     compiler = fingerprint(PROGRAM_SOURCES)
+    if compiler is None:
+        return None
     try:
-        return compiler and key_of("program", compiler, description(trace(kernel)))
+        if kernel.has_loops:
+            return key_of("procedure", compiler, loops_description(trace_loops(kernel, LayoutInference())))
+        return key_of("program", compiler, description(trace(kernel)))
     except (GacError, NotDescribed):
         return None  # if the kernel is wrong, compiling it says how
 

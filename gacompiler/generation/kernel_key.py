@@ -8,6 +8,7 @@ layout are described by what they give on variables.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from fractions import Fraction
 from functools import cache
 from typing import Any
@@ -17,6 +18,11 @@ from ..algebra.layout import Layout
 from ..algebra.multivector import Multivector
 from ..frontend.expression import Expression, Input, topological
 from ..frontend.kernel import Trace
+from ..frontend.kernel import trace as trace_kernel
+from ..frontend.loop_trace import LoopTrace
+from ..frontend.recorded import Compute, Recorded, computes
+from ..frontend.rows import IndexOf
+from ..ir.procedure import Loop, Repeat
 from ..rings.polynomial import Polynomial, PolynomialRing
 
 
@@ -33,6 +39,20 @@ def description(trace: Trace) -> str:
         When a constant is no rational number, or a function of a layout gives no polynomial.
     """
     return _Writer().kernel(trace)
+
+
+def loops_description(trace: LoopTrace) -> str:
+    """A text of a kernel with loops that is the same for those that are compiled alike, and for no others.
+
+    Raises
+    ------
+    NotDescribed
+        As `description` does.
+    """
+    writer = _Writer()
+    texts = [writer.loops(trace)]
+    texts += [description(trace_kernel(part.kernel)) for part in computes(trace.statements)]
+    return "\n\n".join(texts)
 
 
 class _Writer:
@@ -61,6 +81,26 @@ class _Writer:
         ]
         about = (definition.name, definition.summary, definition.result_names)
         return "\n".join([*map(repr, [about, parameters, outputs, *nodes]), *self._numbers])
+
+    def loops(self, trace: LoopTrace) -> str:
+        """All of a kernel with loops but its straight-line parts."""
+        definition = trace.kernel
+        parameters = [
+            (p.name, p.type) if isinstance(p.type, IndexOf) else (p.name, p.outer_shape, self._layout(p.layout))
+            for p in definition.parameters
+        ]
+        records = [(r.table, [(leaf.start, self._layout(leaf.layout)) for leaf in r.leaves]) for r in trace.records]
+        results = [name for name, _ in trace.results]
+        about = (definition.name, definition.summary, parameters, records, trace.indices, results)
+        return "\n".join([repr(about), *map(self._statement, trace.statements), *self._numbers])
+
+    def _statement(self, statement: Recorded) -> str:
+        if isinstance(statement, (Loop, Repeat)):
+            return repr((replace(statement, body=()), [self._statement(each) for each in statement.body]))  # type: ignore[arg-type]
+        if not isinstance(statement, Compute):
+            return repr(statement)
+        sources = [(source.place, source.leaf.start) for source in statement.sources]
+        return repr((sources, statement.names, [(place, leaf.start) for place, leaf in statement.targets]))
 
     def _node(self, expression: Expression, arguments: list[int]) -> tuple[Any, ...]:
         data = expression.data

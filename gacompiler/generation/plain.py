@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
 
@@ -20,13 +21,13 @@ def packed(compiled: Compiled) -> dict[str, Any]:
     """All of a compiled kernel but its definition."""
     source = compiled.source
     return {
-        "program": _packed_program(source.program),
-        "uniform": [[form.same, _packed_program(form.prepare), _packed_program(form.apply)] for form in source.uniform],
-        "layouts": [[name, _packed_layout(layout)] for name, layout in source.layouts],
+        "program": packed_program(source.program),
+        "uniform": [[form.same, packed_program(form.prepare), packed_program(form.apply)] for form in source.uniform],
+        "layouts": [[name, packed_layout(layout)] for name, layout in source.layouts],
         "relations": source.relations,
         "operator": source.operator,
         "error": source.error,
-        "slots": [[[slot.expression, slot.blade, slot.sign] for slot in slots] for slots in compiled.slots],
+        "slots": packed_slots(compiled.slots),
     }
 
 
@@ -38,23 +39,24 @@ def unpacked(kernel: Kernel, data: Any) -> Compiled:
     GacError, LookupError, TypeError, ValueError
         When the data is of another form.
     """
-    program = _program(data["program"])
+    program = program_of(data["program"])
     operator = data["operator"]
     source = KernelSource(
         program,
         kernel.summary,
-        tuple((name, _layout(layout)) for name, layout in data["layouts"]),
+        tuple((name, layout_of(layout)) for name, layout in data["layouts"]),
         cost(program),
         tuple(data["relations"]),
-        tuple(Uniform(tuple(same), _program(prepare), _program(apply)) for same, prepare, apply in data["uniform"]),
+        tuple(Uniform(tuple(same), program_of(prepare), program_of(apply)) for same, prepare, apply in data["uniform"]),
         operator and (operator[0], tuple(operator[1])),
         kernel.result_names,
         data["error"],
     )
-    return Compiled(kernel, source, tuple(tuple(Slot(*slot) for slot in slots) for slots in data["slots"]))
+    return Compiled(kernel, source, slots_of(data["slots"]))
 
 
-def _packed_program(program: Program) -> list[Any]:
+def packed_program(program: Program) -> list[Any]:
+    """A program as plain data."""
     return [
         program.name,
         [[argument.name, argument.shape, argument.components] for argument in program.arguments],
@@ -63,7 +65,8 @@ def _packed_program(program: Program) -> list[Any]:
     ]
 
 
-def _program(data: Any) -> Program:
+def program_of(data: Any) -> Program:
+    """The program that `packed_program` gave."""
     name, arguments, lines, results = data
     return verify(
         Program(
@@ -83,10 +86,22 @@ def _operand(data: Any) -> Operand:
     return data if isinstance(data, str) else Fraction(*data)
 
 
-def _packed_layout(layout: LayoutText) -> list[Any]:
+def packed_layout(layout: LayoutText) -> list[Any]:
+    """A layout as plain data."""
     return [layout.name, layout.blades, layout.fixed, layout.unit, layout.related, layout.implied]
 
 
-def _layout(data: Any) -> LayoutText:
+def layout_of(data: Any) -> LayoutText:
+    """The layout that `packed_layout` gave."""
     name, blades, fixed, unit, related, implied = data
     return LayoutText(name, tuple(blades), tuple(map(tuple, fixed)), unit, related, tuple(map(tuple, implied)))
+
+
+def packed_slots(slots: Sequence[Sequence[Slot]]) -> list[Any]:
+    """Which coefficient of which expression each entry of result arrays is, as plain data."""
+    return [[[slot.expression, slot.blade, slot.sign] for slot in each] for each in slots]
+
+
+def slots_of(data: Any) -> tuple[tuple[Slot, ...], ...]:
+    """What `packed_slots` gave."""
+    return tuple(tuple(Slot(*slot) for slot in slots) for slots in data)

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from ..algebra.layout import Layout
 from ..algebra.operations import BY_NAME, Operation
-from ..backends.module import KernelSource, LayoutText
+from ..backends.module import KernelSource, LayoutText, LoopSource
+from ..frontend.kernel import Parameter
+from ..frontend.rows import IndexOf
 from ..passes.accuracy import measured_error
+from ..passes.loop_accuracy import measured_loop_error
+from ..passes.loops import LoopCompilation
 from ..passes.record import Compilation
 from ..passes.single_operation import single_operation
 from ..rings.polynomial import PolynomialRing
@@ -56,15 +62,13 @@ def kernel_source(record: Compilation) -> KernelSource:
         (output.name, layout_text(layout, proved))
         for output, layout, proved in zip(trace.outputs, decision.layouts, decision.related, strict=True)
     ]
-    relations = [f"{p.name} ~{p.name} = 1" for p in kernel.parameters if p.layout.unit]
-    relations += [f"the relations of {p.layout.name} on {p.name}" for p in kernel.parameters if p.layout.user_relations]
     operation = single_operation(record, _WITH_OPERATORS)
     return KernelSource(
         record.program,
         kernel.summary,
         tuple(layouts),
         record.cost,
-        tuple(relations),
+        _relations(kernel.parameters),
         record.uniform,
         (_operator(BY_NAME[operation[0]]), operation[1]) if operation else None,
         kernel.result_names,
@@ -75,6 +79,30 @@ def kernel_source(record: Compilation) -> KernelSource:
 def _operator(operation: Operation) -> str:
     """How values write it: as kernels do, or by a call where these have a function for it."""
     return operation.row.operator or operation.row.object_operators[-1]
+
+
+def loop_source(record: LoopCompilation) -> LoopSource:
+    """A compiled kernel with loops, ready to print."""
+    kernel = record.kernel
+    with_layouts = [parameter for parameter in kernel.parameters if not isinstance(parameter.type, IndexOf)]
+    layouts = [(parameter.name, layout_text(parameter.layout)) for parameter in with_layouts]
+    layouts += [(name, layout_text(table.leaf.layout)) for name, table in record.trace.results]
+    worst, n = measured_loop_error(kernel, record.procedure)
+    return LoopSource(
+        record.procedure,
+        kernel.summary,
+        tuple(layouts),
+        record.costs,
+        _relations(with_layouts),
+        f"{worst:.1f} ulp, {n} inputs",
+    )
+
+
+def _relations(parameters: Sequence[Parameter]) -> tuple[str, ...]:
+    """What is assumed of parameters, for readers."""
+    relations = [f"{p.name} ~{p.name} = 1" for p in parameters if p.layout.unit]
+    relations += [f"the relations of {p.layout.name} on {p.name}" for p in parameters if p.layout.user_relations]
+    return tuple(relations)
 
 
 def _rounding_error(record: Compilation) -> str:

@@ -48,6 +48,9 @@ class Cost:
         rest = [f"{getattr(self, name)} {name}" for name in ("div", "sqrt", "call", "choice") if getattr(self, name)]
         return ", ".join([f"{self.mul} mul", f"{self.add} add", *rest])
 
+    def __add__(self, other: Cost) -> Cost:
+        return Cost(*(a + b for a, b in zip(asdict(self).values(), asdict(other).values(), strict=True)))
+
 
 def cost(program: Program) -> Cost:
     """Count the operations of `program`."""

@@ -171,10 +171,11 @@ def _many_times_a_little(kernel: Kernel, random: Random) -> dict[str, Any]:
 
 def run_in_double(program: Program, inputs: Sequence[Sequence[float]]) -> list[float]:
     """The program in IEEE double, each operation rounded once; functions are rounded correctly, on every machine."""
-    return Tape(program).run_in_double([value for values in inputs for value in values], _rounded_once)
+    return Tape(program).run_in_double([value for values in inputs for value in values], rounded_once)
 
 
-def _rounded_once(op: Op, operands: list[float]) -> float:
+def rounded_once(op: Op, operands: list[float]) -> float:
+    """An operation in IEEE double, rounded once; functions are rounded correctly, on every machine."""
     if op in (Op.SIN, Op.COS, Op.ATAN2, Op.ACOS, Op.EXP, Op.LOG):
         with mpmath.workdps(30):
             return float(evaluate(op, [mpmath.mpf(operand) for operand in operands]))
@@ -201,7 +202,7 @@ def _difference(a: Any, b: Any) -> Any:
 
 def _ulps_or_inf(tape: Tape, inputs: Inputs, exact: Sequence[Any]) -> float:
     try:
-        error = ulps(tape.run_in_double(inputs, _rounded_once), exact)
+        error = ulps(tape.run_in_double(inputs, rounded_once), exact)
     except (ArithmeticError, ValueError, TypeError):
         return inf
     return inf if isnan(error) else error
@@ -214,7 +215,7 @@ def measured_error(program: Program, kernel: Kernel) -> tuple[float, int]:
     for _ in range(n):
         inputs = _in_double(program, sample(kernel, random, near_one=True))
         try:
-            worst = max(worst, ulps(tape.run_in_double(inputs, _rounded_once), without_rounding(tape, inputs)))
+            worst = max(worst, ulps(tape.run_in_double(inputs, rounded_once), without_rounding(tape, inputs)))
         except (ArithmeticError, ValueError, TypeError):
             continue
     return worst, n

@@ -74,12 +74,12 @@ def decide(trace: Trace, variants: Sequence[Sequence[Expression]]) -> Decision:
         layout = output.layout or _infer(output, found, bool(trace.kernel.result_names))
         _check(trace, output, layout, found)
         layouts.append(layout)
-        related.append(all(_satisfies(layout, value[k]) for value in points for k in numbers))
+        related.append(all(satisfies(layout, value[k]) for value in points for k in numbers))
         slots.append(tuple(Slot(k, slot.blade, slot.sign) for k in numbers for slot in layout.stored))
     return Decision(tuple(layouts), tuple(slots), constants, tuple(related))
 
 
-def _satisfies(layout: Layout, value: Multivector) -> bool:
+def satisfies(layout: Layout, value: Multivector) -> bool:
     """Whether the relations of a layout hold for a value: to rounding, since functions may be given by short series."""
     if not layout.has_relations:
         return True
@@ -158,8 +158,11 @@ def _infer(output: Output, found: Mapping[int, Any], with_constants: bool = Fals
     fixed = {blade: value for blade, value in found.items() if value is not None and value != 0}
     if not variable or with_constants:
         variable, fixed = variable | set(fixed) or {0}, {}
-    if variable == {0} and not fixed:
-        return SCALAR
+    return SCALAR if variable == {0} and not fixed else layout_of(algebra, variable, fixed)
+
+
+def layout_of(algebra: Algebra, variable: set[int], fixed: Mapping[int, Any]) -> Layout:
+    """The layout that stores some blades and fixes others: a named one of the algebra, else one made for it."""
     for candidate in algebra.layouts.values():
         named_fixed = {slot.blade: slot.sign * value for slot, value in candidate.fixed}
         if (

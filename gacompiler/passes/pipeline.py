@@ -77,12 +77,21 @@ PIPELINE: tuple[Callable[[Compilation], Compilation], ...] = (
 )
 
 
-def compile_kernel(kernel: Kernel) -> Compilation:
-    """Run the pipeline on one kernel. Messages of errors say which kernel."""
+def compile_kernel(kernel: Kernel, forms: bool = True) -> Compilation:
+    """Run the pipeline on one kernel. Messages of errors say which kernel.
+
+    Parameters
+    ----------
+    kernel : Kernel
+        Without loops.
+    forms : bool
+        Whether forms for uniform arguments are looked for.
+    """
     record = Compilation(kernel)
     try:
         for stage in PIPELINE:
-            record = stage(record)
+            if forms or stage is not split_uniform:
+                record = stage(record)
     except ZeroDivisionError as error:
         raise KernelError(
             kernel.where, "it divides by an expression that is identically zero", "a divisor that can differ from zero"

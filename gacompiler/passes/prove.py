@@ -118,7 +118,7 @@ def disagreement(reader: Reader, known: Sequence[Truth]) -> str:
         if len(found) != len(expected):
             return f"gives {len(found)} numbers, expected {len(expected)}"
         for k, (a, b) in enumerate(zip(found, expected, strict=True)):
-            if not _same(a, b):
+            if not same(a, b):
                 return f"entry {k} at point {number} is {_short(a)}, expected {_short(b)}"
     return ""
 
@@ -143,12 +143,16 @@ def read(reader: Reader, truth: Truth) -> Sequence[Any]:
     return results
 
 
-def _same(a: Any, b: Any) -> bool:
+def same(a: Any, b: Any, scale: Any = 0) -> bool:
+    """Whether two numbers are equal: exactly where both are rational, else to `TOLERANCE_DIGITS` digits.
+
+    Digits are those of 1, of `b`, or of `scale`, whichever is the largest.
+    """
     if isinstance(a, (int, Fraction)) and isinstance(b, (int, Fraction)):
         return a == b
     with mpmath.workdps(DIGITS):
         x, y = to_mpmath(a), to_mpmath(b)
-        return bool(abs(x - y) <= mpmath.mpf(10) ** -TOLERANCE_DIGITS * (1 + abs(y)))
+        return bool(abs(x - y) <= mpmath.mpf(10) ** -TOLERANCE_DIGITS * (1 + max(abs(y), to_mpmath(scale))))
 
 
 def _short(value: Any) -> str:

@@ -1,4 +1,4 @@
-/* From Python to a kernel as short as a call can be: on one element, on a batch, and values with operators.
+/* From Python to a kernel as short as a call can be: on one element, on a batch, with loops, and values with operators.
 
    One extension serves every generated module beside it. It knows no kernel: modules hand it the addresses of theirs.
    Whatever it does not recognise at once (other types, shapes, orders, wrong arguments) it leaves to the module's
@@ -1300,6 +1300,380 @@ static PyType_Spec call_spec = {
     call_slots,
 };
 
+/* Kernels with loops: the lengths of their arrays are found when they are called. */
+
+#define MAX_LENGTHS 8
+#define MAX_GIVEN 40 /* Arguments and results. */
+#define MAX_TABLES 64
+#define MAX_TABLE_AXES 6
+#define MAX_FEW 512
+
+/* Elements of one type, as C and numba compile them; not 0 where memory is missing. */
+typedef int (*RowsFunction)(const intptr_t *lengths, char **starts, const intptr_t *steps, intptr_t count);
+
+/* An array of a kernel with loops; an axis is a number, or -1 - k for the length k. */
+typedef struct {
+    int n_axes;
+    Py_ssize_t axes[MAX_TABLE_AXES];
+    int is_index; /* An index table, whose rows are -1 (or 0) or more, and rows of the length `into`, */
+    int into;
+    int least;
+    int earlier; /* and come before their own, if this is set. */
+} Table;
+
+/* A kernel with loops, or one of which some arguments are fixed. */
+typedef struct {
+    PyObject_HEAD
+    vectorcallfunc vectorcall;
+    RowsFunction rows; /* NULL until the kernel can be run. */
+    PyObject *settings; /* Of the module, borrowed; `backend` is what it said when this was bound. */
+    PyObject *backend;
+    Py_ssize_t most; /* Arrays that have more numbers together are left to Python. */
+    int n_lengths;
+    int n_inputs;
+    int n_given; /* Inputs that are not fixed. */
+    int n_outputs;
+    int n_work;
+    Py_ssize_t lengths[MAX_LENGTHS]; /* As fixed arguments have them, or -1. */
+    PyObject *fixed[MAX_GIVEN];
+    int places[MAX_GIVEN]; /* Which inputs are not fixed, in order. */
+    int n_checked, checked[MAX_GIVEN]; /* Index tables whose rows a call checks. */
+    char *starts[MAX_GIVEN]; /* Of fixed inputs, and how many numbers they have, each and together. */
+    Py_ssize_t sizes[MAX_GIVEN], total;
+    Table tables[MAX_TABLES];
+} LoopCall;
+
+static PyObject *word_backend;
+
+/* Whether the axes of an array are those of a table, for lengths that are found with it. */
+static inline int take_lengths(const Array *array, const Table *table, Py_ssize_t *lengths)
+{
+    if (array->n_axes != table->n_axes)
+        return 0;
+    for (int k = 0; k < table->n_axes; k++) {
+        Py_ssize_t expected = table->axes[k];
+        if (expected < 0) {
+            Py_ssize_t *length = &lengths[-1 - expected];
+            if (*length < 0)
+                *length = array->shape[k];
+            expected = *length;
+        }
+        if (array->shape[k] != expected)
+            return 0;
+    }
+    return 1;
+}
+
+/* The shape of a table; how many numbers it holds. */
+static inline Py_ssize_t table_axes(const Table *table, const Py_ssize_t *lengths, Py_ssize_t *axes)
+{
+    Py_ssize_t size = 1;
+    for (int k = 0; k < table->n_axes; k++) {
+        axes[k] = table->axes[k] < 0 ? lengths[-1 - table->axes[k]] : table->axes[k];
+        size *= axes[k];
+    }
+    return size;
+}
+
+/* Whether an object is an array of 64-bit integers that lie one behind the other. */
+static inline int is_index_array(PyObject *object)
+{
+    const Array *array = (const Array *)object;
+    const int usable = IN_C_ORDER | ALIGNED;
+    if (Py_TYPE(object) != array_type || array->n_axes != 1 || (array->flags & usable) != usable)
+        return 0;
+    const DataType *type = (const DataType *)array->dtype;
+    return type->order == '=' && type->kind == 'i' &&
+           ((type->letter == 'l' && sizeof(long) == 8) || type->letter == 'q');
+}
+
+/* Whether all rows that an index table names are there, and early enough. */
+static inline int names_rows(const int64_t *index, Py_ssize_t n, const Table *table, const Py_ssize_t *lengths)
+{
+    const Py_ssize_t count = lengths[table->into];
+    for (Py_ssize_t k = 0; k < n; k++)
+        if (index[k] < table->least || index[k] >= (table->earlier && k < count ? k : count))
+            return 0;
+    return 1;
+}
+
+static int are_apart(const char *a, Py_ssize_t n, const char *b, Py_ssize_t m)
+{
+    return a + n * (Py_ssize_t)sizeof(double) <= b || b + m * (Py_ssize_t)sizeof(double) <= a;
+}
+
+/* One element of doubles in C order; NULL without an error where that is not all that there is to do. */
+static PyObject *loops_on_element(LoopCall *call, PyObject *const *args, PyObject *out)
+{
+    static const intptr_t steps[MAX_TABLES];
+    Py_ssize_t lengths[MAX_LENGTHS], axes[MAX_TABLE_AXES], sizes[MAX_GIVEN];
+    double numbers[MAX_GIVEN], results[MAX_GIVEN], few[MAX_FEW];
+    char *starts[MAX_TABLES];
+    PyObject *made[MAX_GIVEN];
+    Py_ssize_t total = call->total, n_work = 0;
+    if (call->settings != NULL && PyDict_GetItemWithError(call->settings, word_backend) != call->backend)
+        return NULL;
+    memcpy(lengths, call->lengths, sizeof lengths);
+    memcpy(starts, call->starts, (size_t)call->n_inputs * sizeof *starts);
+    memcpy(sizes, call->sizes, (size_t)call->n_inputs * sizeof *sizes);
+    for (int given = 0; given < call->n_given; given++) {
+        const int k = call->places[given];
+        const Table *table = &call->tables[k];
+        PyObject *input = args[given];
+        const Array *array = (const Array *)input;
+        if (table->is_index) {
+            if (!is_index_array(input))
+                return NULL;
+        } else if (Py_TYPE(input) == array_type) {
+            const int usable = IN_C_ORDER | ALIGNED;
+            if (real_type(array) != double_type || (array->flags & usable) != usable)
+                return NULL;
+        } else if (!table->n_axes && is_number(input, &numbers[k])) {
+            starts[k] = (char *)&numbers[k];
+            sizes[k] = 0;
+            continue;
+        } else if (table->n_axes == 1 && is_value(input) && Py_SIZE(input) == table->axes[0]) {
+            starts[k] = (char *)((Value *)input)->x;
+            sizes[k] = 0;
+            continue;
+        } else {
+            return NULL;
+        }
+        if (!take_lengths(array, table, lengths))
+            return NULL;
+        starts[k] = array->data;
+        total += sizes[k] = table_axes(table, lengths, axes);
+    }
+    if (total > call->most)
+        return NULL;
+    for (int k = 0; k < call->n_checked; k++) {
+        const Table *table = &call->tables[call->checked[k]];
+        const int64_t *index = (const int64_t *)starts[call->checked[k]];
+        if (!names_rows(index, lengths[-1 - table->axes[0]], table, lengths))
+            return NULL;
+    }
+    const Table *outputs = call->tables + call->n_inputs, *work = outputs + call->n_outputs;
+    if (out != NULL) {
+        const Array *array = (const Array *)out;
+        const int usable = IN_C_ORDER | ALIGNED | WRITEABLE;
+        if (call->n_outputs != 1 || !outputs->n_axes || Py_TYPE(out) != array_type ||
+            real_type(array) != double_type || (array->flags & usable) != usable ||
+            !take_lengths(array, outputs, lengths))
+            return NULL;
+        const Py_ssize_t size = table_axes(outputs, lengths, axes);
+        for (int k = 0; k < call->n_inputs; k++)
+            if (sizes[k] && !are_apart(array->data, size, starts[k], sizes[k]))
+                return NULL;
+        starts[call->n_inputs] = array->data;
+    }
+    for (int k = 0; k < call->n_work; k++)
+        n_work += table_axes(&work[k], lengths, axes);
+    if (n_work > call->most)
+        return NULL;
+    double *room = n_work <= MAX_FEW ? few : PyMem_Malloc((size_t)n_work * sizeof(double));
+    if (room == NULL)
+        return NULL;
+    char **next = starts + call->n_inputs + call->n_outputs;
+    n_work = 0;
+    for (int k = 0; k < call->n_work; k++) {
+        *next++ = (char *)(room + n_work);
+        n_work += table_axes(&work[k], lengths, axes);
+    }
+    int done = 1, n_made = 0;
+    for (; out == NULL && n_made < call->n_outputs && done; n_made++) {
+        const Table *table = &outputs[n_made];
+        made[n_made] = NULL;
+        starts[call->n_inputs + n_made] = (char *)&results[n_made];
+        if (!table->n_axes)
+            continue;
+        table_axes(table, lengths, axes);
+        made[n_made] = new_array(
+            array_type, Py_NewRef(double_type), table->n_axes, axes, NULL, NULL, 0, NULL
+        );
+        done = made[n_made] != NULL;
+        if (done)
+            starts[call->n_inputs + n_made] = ((Array *)made[n_made])->data;
+    }
+    done = done && call->rows((const intptr_t *)lengths, starts, steps, 1) == 0;
+    if (room != few)
+        PyMem_Free(room);
+    if (out != NULL)
+        return done ? Py_NewRef(out) : NULL;
+    for (int k = 0; k < n_made && done; k++)
+        if (made[k] == NULL)
+            done = (made[k] = new_number(results[k])) != NULL;
+    return returned(made, n_made, done);
+}
+
+static PyObject *loops_vectorcall(PyObject *self, PyObject *const *args, size_t nargsf, PyObject *names)
+{
+    LoopCall *call = (LoopCall *)self;
+    PyObject *out = NULL;
+    if (call->rows == NULL || PyVectorcall_NARGS(nargsf) != call->n_given)
+        return call_in_python(self, args, nargsf, names);
+    if (names != NULL) {
+        if (PyTuple_GET_SIZE(names) != 1 || PyTuple_GET_ITEM(names, 0) != word_out)
+            return call_in_python(self, args, nargsf, names);
+        out = args[call->n_given] == Py_None ? NULL : args[call->n_given];
+    }
+    PyObject *result = loops_on_element(call, args, out);
+    if (result == NULL && !PyErr_Occurred())
+        result = call_in_python(self, args, nargsf, names);
+    return result;
+}
+
+static PyObject *loops_new(PyTypeObject *type, PyObject *Py_UNUSED(args), PyObject *Py_UNUSED(names))
+{
+    LoopCall *call = (LoopCall *)type->tp_alloc(type, 0);
+    if (call != NULL)
+        call->vectorcall = loops_vectorcall;
+    return (PyObject *)call;
+}
+
+static int read_table(PyObject *object, Table *table, int n_lengths)
+{
+    PyObject *axes;
+    if (!PyArg_ParseTuple(
+            object, "O!iiii", &PyTuple_Type, &axes, &table->is_index, &table->into, &table->least, &table->earlier
+        ) ||
+        PyTuple_GET_SIZE(axes) > MAX_TABLE_AXES || table->into >= n_lengths)
+        return 0;
+    table->n_axes = (int)PyTuple_GET_SIZE(axes);
+    for (int k = 0; k < table->n_axes; k++) {
+        table->axes[k] = PyLong_AsSsize_t(PyTuple_GET_ITEM(axes, k));
+        if (table->axes[k] < -n_lengths)
+            return 0;
+    }
+    return 1;
+}
+
+PyDoc_STRVAR(
+    bind_loops_doc,
+    "_bind(address, lengths, tables, n_inputs, n_outputs, fixed, most, settings)\n--\n\n"
+    "Run the kernel from its address on elements of doubles from now on; False where it has too many arrays.\n"
+    "Lengths are -1 where calls say them. Tables are (axes, is_index, into, least, earlier); fixed arguments are\n"
+    "arrays, and None for the others."
+);
+
+static PyObject *loops_bind(PyObject *self, PyObject *args)
+{
+    LoopCall *call = (LoopCall *)self;
+    unsigned long long address;
+    int n_inputs, n_outputs;
+    Py_ssize_t most;
+    PyObject *known, *tables, *fixed, *settings;
+    if (!PyArg_ParseTuple(
+            args, "KO!O!iiO!nO!", &address, &PyTuple_Type, &known, &PyTuple_Type, &tables, &n_inputs, &n_outputs,
+            &PyTuple_Type, &fixed, &most, &PyDict_Type, &settings
+        ))
+        return NULL;
+    const Py_ssize_t n_tables = PyTuple_GET_SIZE(tables);
+    const int n_lengths = (int)PyTuple_GET_SIZE(known);
+    if (new_array == NULL || n_tables > MAX_TABLES || n_inputs + n_outputs > MAX_GIVEN || n_lengths > MAX_LENGTHS ||
+        n_inputs + n_outputs > n_tables || PyTuple_GET_SIZE(fixed) != n_inputs)
+        Py_RETURN_FALSE;
+    call->rows = NULL;
+    for (Py_ssize_t k = 0; k < n_tables; k++)
+        if (!read_table(PyTuple_GET_ITEM(tables, k), &call->tables[k], n_lengths)) {
+            if (PyErr_Occurred())
+                return NULL;
+            Py_RETURN_FALSE;
+        }
+    for (int k = 0; k < MAX_LENGTHS; k++) {
+        call->lengths[k] = k < n_lengths ? PyLong_AsSsize_t(PyTuple_GET_ITEM(known, k)) : -1;
+        if (PyErr_Occurred())
+            return NULL;
+    }
+    call->n_given = call->n_checked = 0;
+    for (int k = 0; k < n_inputs; k++) {
+        PyObject *object = PyTuple_GET_ITEM(fixed, k);
+        if (object == Py_None) {
+            Py_CLEAR(call->fixed[k]);
+            call->places[call->n_given++] = k;
+            continue;
+        }
+        const Array *array = (const Array *)object;
+        if (Py_TYPE(object) != array_type || (array->flags & (IN_C_ORDER | ALIGNED)) != (IN_C_ORDER | ALIGNED) ||
+            !take_lengths(array, &call->tables[k], call->lengths))
+            Py_RETURN_FALSE;
+        Py_XSETREF(call->fixed[k], Py_NewRef(object));
+        call->starts[k] = array->data;
+    }
+    call->total = 0;
+    for (int k = 0; k < n_inputs; k++) {
+        /* Fixed tables were checked, but for the length that they refer to where only a call says it. */
+        const Table *table = &call->tables[k];
+        Py_ssize_t axes[MAX_TABLE_AXES];
+        if (table->is_index && (call->fixed[k] == NULL || call->lengths[table->into] < 0))
+            call->checked[call->n_checked++] = k;
+        if (call->fixed[k] != NULL)
+            call->total += call->sizes[k] = table_axes(table, call->lengths, axes);
+    }
+    PyObject *backend = PyDict_GetItemWithError(settings, word_backend);
+    if (backend == NULL)
+        Py_RETURN_FALSE;
+    Py_XSETREF(call->backend, Py_NewRef(backend));
+    call->settings = settings;
+    call->most = most;
+    call->n_lengths = n_lengths;
+    call->n_inputs = n_inputs;
+    call->n_outputs = n_outputs;
+    call->n_work = (int)n_tables - n_inputs - n_outputs;
+    call->rows = (RowsFunction)(uintptr_t)address;
+    Py_RETURN_TRUE;
+}
+
+static PyObject *loops_adopt(PyObject *cls, PyObject *Py_UNUSED(args))
+{
+    PyTypeObject *type = (PyTypeObject *)cls;
+    if (type->tp_call == PyVectorcall_Call &&
+        type->tp_vectorcall_offset == (Py_ssize_t)offsetof(LoopCall, vectorcall)) {
+        type->tp_flags |= Py_TPFLAGS_HAVE_VECTORCALL;
+        PyType_Modified(type);
+    }
+    Py_RETURN_NONE;
+}
+
+static void loops_dealloc(PyObject *self)
+{
+    PyTypeObject *type = Py_TYPE(self);
+    LoopCall *call = (LoopCall *)self;
+    for (int k = 0; k < MAX_GIVEN; k++)
+        Py_CLEAR(call->fixed[k]);
+    Py_CLEAR(call->backend);
+    type->tp_free(self);
+    Py_DECREF(type);
+}
+
+static PyMethodDef loops_methods[] = {
+    {"_adopt", loops_adopt, METH_NOARGS | METH_CLASS, adopt_call_doc},
+    {"_bind", loops_bind, METH_VARARGS, bind_loops_doc},
+    {NULL, NULL, 0, NULL},
+};
+
+static PyMemberDef loops_members[] = {
+    {"__vectorcalloffset__", T_PYSSIZET, offsetof(LoopCall, vectorcall), READONLY, NULL},
+    {NULL, 0, 0, 0, NULL},
+};
+
+static PyType_Slot loops_slots[] = {
+    {Py_tp_doc, "A kernel with loops that is called on one element."},
+    {Py_tp_new, loops_new},
+    {Py_tp_dealloc, loops_dealloc},
+    {Py_tp_call, PyVectorcall_Call},
+    {Py_tp_methods, loops_methods},
+    {Py_tp_members, loops_members},
+    {0, NULL},
+};
+
+static PyType_Spec loops_spec = {
+    "calls.LoopCall",
+    sizeof(LoopCall),
+    0,
+    Py_TPFLAGS_DEFAULT | Py_TPFLAGS_BASETYPE | Py_TPFLAGS_HAVE_VECTORCALL,
+    loops_slots,
+};
+
 /* The module. */
 
 PyDoc_STRVAR(
@@ -1369,15 +1743,20 @@ PyMODINIT_FUNC INIT(void)
     static const char *const texts[] = {BINARY(TEXT) "()", UNARY(TEXT)};
     PyObject *module = PyModule_Create(&definition);
     PyObject *call = PyType_FromSpec(&call_spec), *value = PyType_FromSpec(&value_spec);
-    int failed = module == NULL || call == NULL || value == NULL || PyModule_AddObjectRef(module, "Call", call) < 0 ||
+    PyObject *loops = PyType_FromSpec(&loops_spec);
+    int failed = module == NULL || call == NULL || value == NULL || loops == NULL ||
+                 PyModule_AddObjectRef(module, "Call", call) < 0 ||
+                 PyModule_AddObjectRef(module, "LoopCall", loops) < 0 ||
                  PyModule_AddObjectRef(module, "Value", value) < 0;
     failed = failed || (word_out = PyUnicode_InternFromString("out")) == NULL ||
              (word_in_python = PyUnicode_InternFromString("_in_python")) == NULL ||
+             (word_backend = PyUnicode_InternFromString("backend")) == NULL ||
              (word_kind = PyUnicode_InternFromString("_kind")) == NULL;
     for (int k = 0; k < N_SYMBOLS && !failed; k++)
         failed = (symbols[k] = PyUnicode_InternFromString(texts[k])) == NULL;
     Py_XDECREF(call);
     Py_XDECREF(value);
+    Py_XDECREF(loops);
     if (failed)
         Py_CLEAR(module);
     return module;

@@ -34,7 +34,7 @@ class _Ctypes:
 
         if kind == "void *":
             return address
-        result = ctypes.c_ssize_t if kind.startswith("intptr_t") else None
+        result = {"intptr_t": ctypes.c_ssize_t, "int": ctypes.c_int}.get(kind.partition("(")[0])
         return ctypes.CFUNCTYPE(result, *[ctypes.c_void_p] * (kind.count(",") + 1))(address)
 
 

@@ -98,7 +98,7 @@ def namespace_operands(namespace: Any, arrays: tuple[Any, ...]) -> list[Any]:
     return moved
 
 
-def _array_functions(namespace: Any) -> dict[str, Callable[..., Any]]:
+def array_functions(namespace: Any) -> dict[str, Callable[..., Any]]:
     """The functions of a kernel's text, on arrays of `namespace`; numbers stay numbers, so they widen nothing."""
 
     def lifted(name: str, scalar: Callable[..., Any]) -> Callable[..., Any]:
@@ -174,7 +174,7 @@ def evaluate(definition: Definition, namespace: Any, operands: list[Any], leadin
     """The results by array expressions on whole components."""
     parts = map(_components, operands, definition.shapes)
     with np.errstate(all="ignore"):
-        found = bound(definition.function, _array_functions(namespace))(*parts)
+        found = bound(definition.function, array_functions(namespace))(*parts)
     results = [found] if len(definition.outputs) == 1 else found
     like = namespace.zeros(leading)
     for k, (operand, shape) in enumerate(zip(operands, definition.shapes, strict=True)):

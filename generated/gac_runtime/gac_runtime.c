@@ -5,6 +5,8 @@
 #ifndef REAL
 #include "gac_runtime.h"
 
+#include <stdlib.h>
+
 // Functions that are compiled for each kind of machine, and chosen from when they are loaded; or for one kind.
 #if defined(ON_v4) && defined(GAC_LEVEL)
 #if GAC_LEVEL >= 4
@@ -651,5 +653,115 @@ void GAC(batch)(const struct gac_kernel *kernel, char **args, intptr_t n, const 
     intptr_t cores[USUAL_CORES], row_cores[USUAL_CORES];
     GAC(batch_in)(space, SPACE, prepared, kinds, loads, stores, rows, starts, rest, cores, row_cores, kernel, args, n,
         steps, width);
+}
+
+// Runs a kernel with loops on one element after the other; the table behind its arguments and results is its work space.
+static void GAC(rows_alone)(const struct gac_procedure *procedure, const intptr_t *lengths, char **args,
+    const intptr_t *steps, intptr_t first, intptr_t n, char **starts, REAL *work)
+{
+    starts[procedure->n_args] = (char *)work;
+    for (intptr_t i = first; i < first + n; ++i) {
+        for (int p = 0; p < procedure->n_args; ++p)
+            starts[p] = args[p] + i * steps[p];
+        procedure->one(lengths, starts);
+    }
+}
+
+// Numbers of `n` elements that lie `s` bytes apart to lanes that are side by side, or back.
+static void GAC(move_some)(int back, REAL *x, char *a, intptr_t s, intptr_t count, intptr_t n)
+{
+    if (back)
+        GAC(store_rows)(a, s, sizeof(REAL), x, NLANES, count, n);
+    else
+        GAC(load_rows)(x, NLANES, a, s, sizeof(REAL), count, n);
+}
+
+// The same for all lanes. Where there are fewer elements, the second half of the lanes has the last of them, some of
+// which are in the first half, too; or all other lanes have the last one.
+static void GAC(move_lanes)(int back, REAL *x, char *a, intptr_t s, intptr_t count, intptr_t n)
+{
+    const intptr_t half = NLANES / 2;
+    if (n < NLANES && n >= half) {
+        GAC(move_some)(back, x, a, s, count, half);
+        GAC(move_some)(back, x + half, a + (n - half) * s, s, count, half);
+        return;
+    }
+    GAC(move_some)(back, x, a, s, count, n);
+    for (intptr_t k = 0; n < half && !back && k < count; ++k)
+        for (intptr_t i = n; i < NLANES; ++i)
+            x[k * NLANES + i] = x[k * NLANES + n - 1];
+}
+
+// Runs a kernel with loops on at most NLANES elements at a time, from the first on, and returns how many it did.
+static intptr_t GAC(rows_in_lanes)(const struct gac_procedure *procedure, const struct gac_table *tables,
+    const intptr_t *lengths, char **args, const intptr_t *steps, intptr_t n, char **starts, char **rows, REAL *work,
+    gac_loop *lanes, intptr_t least)
+{
+    WORD far;
+    rows[procedure->n_tables] = (char *)&far;
+    intptr_t done = 0;
+    for (intptr_t m; n - done >= least; done += m) {
+        m = n - done < NLANES ? n - done : NLANES;
+        for (int p = 0; p < procedure->n_args; ++p) {
+            const intptr_t count = tables[p].count;
+            REAL *const x = (REAL *)rows[p];
+            if (tables[p].kind != GAC_IS_IN || (done && !steps[p]))
+                continue;
+            GAC(move_lanes)(0, x, args[p] + done * steps[p], steps[p], count, steps[p] ? m : NLANES);
+        }
+        far = 0;
+        lanes(procedure->n_tables, rows, lengths);
+        if (far) {
+            GAC(rows_alone)(procedure, lengths, args, steps, done, m, starts, work);
+            continue;
+        }
+        for (int p = 0; p < procedure->n_args; ++p)
+            if (tables[p].kind == GAC_IS_OUT)
+                GAC(move_lanes)(1, (REAL *)rows[p], args[p] + done * steps[p], steps[p], tables[p].count, m);
+    }
+    return done;
+}
+
+int GAC(rows)(const struct gac_procedure *procedure, const struct gac_table *tables, const intptr_t *lengths,
+    char **args, const intptr_t *steps, intptr_t n)
+{
+    const int width = CHOSEN, n_tables = procedure->n_tables, line = LINE / sizeof(REAL);
+    const intptr_t least = procedure->busy ? 3 : NLANES / 2 + 2;
+    int in_lanes = width >= 0 && n >= least && procedure->lanes[0];
+    intptr_t alone = 0, together = 0;
+    for (int p = 0; p < n_tables; ++p) {
+        if (tables[p].kind == GAC_IS_WORK)
+            alone += tables[p].count;
+        else if (tables[p].kind == GAC_IS_SAME && steps[p])
+            in_lanes = 0;
+        if (tables[p].kind != GAC_IS_SAME && tables[p].kind != GAC_IS_INDEX)
+            together += tables[p].count * NLANES + line;
+    }
+    // One line between tables, so that their rows do not compete for the same places of a cache.
+    const intptr_t needed = alone + (in_lanes ? together + line : 0);
+    _Alignas(LINE) REAL near[SPACE];
+    REAL *const memory = needed > SPACE ? malloc((needed + line) * sizeof(REAL)) : near;
+    if (!memory)
+        return 1;
+    char *starts[n_tables + 1];
+    intptr_t done = 0;
+    if (in_lanes) {
+        REAL *next = memory + (-(intptr_t)memory & (LINE - 1)) / (intptr_t)sizeof(REAL);
+        char *rows[n_tables + 1];
+        for (int p = 0; p < n_tables; ++p) {
+            if (tables[p].kind == GAC_IS_SAME || tables[p].kind == GAC_IS_INDEX) {
+                rows[p] = args[p];
+                continue;
+            }
+            rows[p] = (char *)next;
+            next += tables[p].count * NLANES + line;
+        }
+        done = GAC(rows_in_lanes)(procedure, tables, lengths, args, steps, n, starts, rows, next,
+            procedure->lanes[width], least);
+    }
+    GAC(rows_alone)(procedure, lengths, args, steps, done, n - done, starts, memory);
+    if (memory != near)
+        free(memory);
+    return 0;
 }
 #endif

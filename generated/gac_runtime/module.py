@@ -6,7 +6,7 @@ import inspect
 import os
 import warnings
 from collections import namedtuple
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,8 @@ from .documentation import Facts
 from .kernel import Kernel
 from .layout import SCALAR, Layout, layout
 from .library import Library, chosen_backend
+from .loop_definition import Part, cost_text, loop_definition
+from .loop_kernel import LoopKernel
 from .threads import default_threads
 from .value import Family, Value, families
 
@@ -52,6 +54,7 @@ class GeneratedModule:
             )
         self.namespace = namespace
         self.kernels: list[str] = []
+        self._parts: dict[str, Part] = {}
         families[name] = self._family = Family()
         file = Path(os.path.abspath(namespace["__file__"]))
         self.library = Library(library, file.with_name(f"{library.rpartition('-')[0]}.c"))
@@ -136,6 +139,70 @@ class GeneratedModule:
     ) -> None:
         """Declare a form of a kernel, see `Form`."""
         kernel.definition.forms.append(Form(tuple(same.split()), least, n_prepared, prepare, apply, once, each))
+
+    def part(self, signature: str) -> Callable[[Function], Function]:
+        """Declare a straight-line part of a kernel with loops: a decorator of its function of rows.
+
+        Parameters
+        ----------
+        signature : str
+            The shapes of the rows, ``(8),(),(6)->(8)``.
+        """
+
+        def declared(function: Function) -> Function:
+            self._parts[function.__name__] = Part(function, *shapes_in(signature))
+            return function
+
+        return declared
+
+    def loops(
+        self,
+        signature: str,
+        *layouts: Layout | None,
+        cost: str,
+        names: str = "",
+        shared: str = "",
+        indices: Mapping[str, str] | None = None,
+        work: str = "",
+        repeats: bool = False,
+        assumes: Sequence[str] = (),
+        error: str = "",
+    ) -> Callable[[Function], LoopKernel]:
+        """Declare a kernel with loops: a decorator of its function on one element.
+
+        That function takes the lengths, the arguments, the results, and the intermediate tables over lengths.
+
+        Parameters
+        ----------
+        signature : str
+            Shapes of arguments and results, ``(n),(n,6),(8)->(8)``.
+        *layouts : Layout or None
+            Of each argument, then of each result.
+        cost : str
+            Operations of one element, ``n * (51 mul, 36 add, 51 fma) + 48 mul, 40 add, 48 fma``.
+        names : str, optional
+            Names of the arguments and results, where they are not those of the function's parameters.
+        shared : str, optional
+            Names of the arguments of which a batch usually has one for all elements.
+        indices : mapping of str to str, optional
+            Index tables, and what each row of them has to be: ``an earlier row or -1 of n``.
+        work : str, optional
+            The intermediate tables, ``carry(8) sums(n,6)``.
+        repeats : bool, optional
+            Whether how often something runs depends on the numbers of an element.
+        assumes, error
+            See `Facts`.
+        """
+
+        def declared(function: Function) -> LoopKernel:
+            definition = loop_definition(
+                function, signature, layouts, self._parts,
+                cost=cost, names=names, shared=shared, indices=indices, work=work, repeats=repeats,
+            )  # fmt: skip
+            self.kernels.append(definition.name)
+            return LoopKernel(definition, Facts(cost_text(definition.cost), tuple(assumes), error), self)
+
+        return declared
 
     def operators(self, *rows: tuple[str, tuple[type, ...], Any, Kernel, bool]) -> None:
         """Declare the operators of the module's types: symbol, operands, result, kernel, whether in reverse order."""

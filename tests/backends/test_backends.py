@@ -136,6 +136,7 @@ def test_kernels_and_the_runtime_share_no_names(tmp_path: Path) -> None:
     symbols = re.findall(r"^\w+ (\w) (\w+)$", listed, re.M)
     public = {name for kind, name in symbols if kind == "T" and not name.startswith("_")}
     endings = ("f64", "f32", "loop_f64", "loop_f32")
+    public.discard("gac_runs_here")  # libraries for one kind of processor say so
     assert public == {f"alike_{kernel.name}_{ending}" for kernel in kernels for ending in endings}
     own = {name for kind, name in symbols if kind in "tir" and "f64" in name}
     assert "gac_batch_f64" in own and {name.partition("_")[0] for name in own} == {"alike", "gac"}

@@ -31,6 +31,8 @@ def test_an_element_alone_and_in_a_batch(name: str, dtype: Any) -> None:
     rng = np.random.default_rng(3)
     for each in module.kernels:
         kernel = getattr(module, each)
+        if not isinstance(kernel, module.Kernel):
+            continue  # those with loops have no fixed shapes; `gac verify` runs them in batches
         arrays = [rng.normal(size=(N_ELEMENTS, *shape)).astype(dtype) for shape in kernel.definition.shapes]
         # An element twice makes every product of it with itself that should vanish a difference of equal products.
         arrays = [arrays[0] if a.shape == arrays[0].shape and rng.random() < 0.5 else a for a in arrays]

@@ -38,11 +38,12 @@ def test_blocks_print_what_is_shown(page: Path, monkeypatch: pytest.MonkeyPatch)
     assert page.read_text() == current(page), "run `python tests/docs/test_docs.py`"
 
 
-def test_blocks_of_the_page_on_speed_run() -> None:
+@pytest.mark.parametrize("name", ["speed", "loops"])
+def test_blocks_of_a_page_run(name: str) -> None:
     """In one namespace, from top to bottom; asserts in them hold."""
-    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "speed.md").read_text(), re.DOTALL)
+    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / f"{name}.md").read_text(), re.DOTALL)
     assert len(blocks) >= 4
-    exec(compile("\n".join(blocks), "docs/speed.md", "exec"), {"__name__": "speed"})
+    exec(compile("\n".join(blocks), f"docs/{name}.md", "exec"), {"__name__": name})
 
 
 def test_architecture_is_among_them() -> None:

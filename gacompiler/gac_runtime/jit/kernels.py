@@ -62,7 +62,7 @@ def _mark() -> str:
     return f"{zlib.crc32(''.join(texts).encode()):08x}"
 
 
-def _kept(decorate: Callable[..., Any], function: Any, **options: Any) -> Any:
+def kept(decorate: Callable[..., Any], function: Any, **options: Any) -> Any:
     """`function` under numba, kept on disk beside its file or in the user's cache if either can be written.
 
     numba keeps machine code under the name of a function and the time of its file, so that name has to change with
@@ -74,8 +74,8 @@ def _kept(decorate: Callable[..., Any], function: Any, **options: Any) -> Any:
     except (RuntimeError, ImportError, AttributeError):
         return decorate(**options)(function)
     # What is kept knows this module by its name, and cannot be read where a program knows the same file by another.
-    kept = decorated._cache
-    load = kept.load_overload
+    stored = decorated._cache
+    load = stored.load_overload
 
     def load_or_compile(*wanted: Any) -> Any:
         try:
@@ -83,7 +83,7 @@ def _kept(decorate: Callable[..., Any], function: Any, **options: Any) -> Any:
         except (ImportError, AttributeError):
             return None
 
-    kept.load_overload = load_or_compile
+    stored.load_overload = load_or_compile
     return decorated
 
 
@@ -104,13 +104,13 @@ def _numba_element(function: Callable[..., Any], near: bool) -> Any:
             for name, scalar in SCALAR_FUNCTIONS.items():
                 plain = isinstance(scalar, FunctionType)
                 copy = bound(scalar, {}) if plain else None
-                compiled = _kept(numba.njit, copy, pipeline_class=llvm.Compiler, **options) if plain else scalar
+                compiled = kept(numba.njit, copy, pipeline_class=llvm.Compiler, **options) if plain else scalar
                 _scalar_names[name] = compiled
     chosen = bound(function, {"__name__": __name__, **_scalar_names, **transcendental_functions(near)})
     if near:
         chosen.__qualname__ += "_near"
     compiler = llvm.NotingCompiler if near else llvm.Compiler
-    return _kept(numba.njit, chosen, pipeline_class=compiler, **_INNER, **options)
+    return kept(numba.njit, chosen, pipeline_class=compiler, **_INNER, **options)
 
 
 def scalar_kernel(definition: Definition) -> Any:
@@ -123,13 +123,13 @@ def scalar_kernel(definition: Definition) -> Any:
 
 def _element(definition: Definition, function: Callable[..., Any]) -> Element:
     """A function of a kernel, or of one of its forms, generated or not."""
-    return (_element_of if definition.is_generated else _element_of_user)(function)
+    return (element_of if definition.is_generated else _element_of_user)(function)
 
 
 _elements: dict[tuple[Callable[..., Any], bool], Element] = {}
 
 
-def _element_of(function: Callable[..., Any], near: bool = False) -> Element:
+def element_of(function: Callable[..., Any], near: bool = False) -> Element:
     """A kernel's text under numba; if `near`, where angles are too far for vectors it only notes that."""
     with LOCK:
         if (function, near) not in _elements:
@@ -142,15 +142,13 @@ def _element_of_user(function: Any) -> Element:
     return Element(numba.njit(getattr(function, "py_func", function), error_model="numpy", forceinline=True))
 
 
-def _callback(
-    function: Any, signature: Any, name: str, names: dict[str, Any], kept: bool = True, file: str = ""
-) -> Any:
+def callback(function: Any, signature: Any, name: str, names: dict[str, Any], keep: bool = True, file: str = "") -> Any:
     """A function that C can call. What is kept of it lies beside `file`, where it is unique by its name."""
     chosen = bound(function, {"__name__": __name__, "range": range, "min": min, "abs": abs, "np": np, **names})
     chosen.__qualname__ = name
     chosen.__code__ = chosen.__code__.replace(co_filename=file or chosen.__code__.co_filename)
     decorate = functools.partial(numba.cfunc, signature, error_model="numpy")
-    return _kept(decorate, chosen) if kept else decorate()(chosen)
+    return kept(decorate, chosen) if keep else decorate()(chosen)
 
 
 _drivers: dict[str, tuple[Any, Any]] = {}
@@ -174,8 +172,8 @@ def _numba_driver(dtype: np.dtype[Any]) -> Any:
                 # Of that signature only: numba would make one more for each number that it sees.
                 kinds = [types.get(part, integer) for part in _parameters(function)]
                 decorate = functools.partial(numba.njit, numba.types.void(*kinds))
-                names[f"_{function.__name__}"] = _kept(decorate, chosen, error_model="numpy", **_INNER)
-            batch = _callback(run_batch, integer(*[integers] * 4), f"_batch_{real}", names)
+                names[f"_{function.__name__}"] = kept(decorate, chosen, error_model="numpy", **_INNER)
+            batch = callback(run_batch, integer(*[integers] * 4), f"_batch_{real}", names)
             call = foreign().cast("intptr_t(*)(void *, void *, void *, void *)", batch.address)
             _drivers[str(real)] = call, batch
         return _drivers[str(real)]
@@ -235,14 +233,14 @@ class Loops(StridedLoop):
             step, dense = self._steps[which], entry == FORM - 1
             fixed = tuple(k for k, (name, _) in enumerate(definition.inputs) if name in step.same)
             exact = _element(definition, step.apply)
-            near = _element_of(step.apply, near=True) if definition.is_generated and _has_angles(step.apply) else None
-            prepare = (_element_of(step.prepare), step.n_prepared) if step.prepare else None
+            near = element_of(step.apply, near=True) if definition.is_generated and _has_angles(step.apply) else None
+            prepare = (element_of(step.prepare), step.n_prepared) if step.prepare else None
             loop = Loop(definition.shapes, definition.out_shapes, real, exact, near, fixed, prepare, dense)
             rows = loop_over(loop)
             name = f"{step.apply.__name__}_{'dense' if dense else 'rows'}_{real}"
             signature = numba.types.void(*[numba.types.intp] * 3)
             file = step.apply.__code__.co_filename
-            function = _callback(_numba_rows, signature, name, {"_run_rows": rows}, definition.is_generated, file)
+            function = callback(_numba_rows, signature, name, {"_run_rows": rows}, definition.is_generated, file)
             self._compiled.append(function)
             self._table[place] = function.address
 

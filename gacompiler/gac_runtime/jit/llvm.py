@@ -14,10 +14,12 @@ import numba
 import numpy as np
 from numba.core import cgutils as cgutils
 from numba.core import errors as errors
-from numba.core.compiler import CompilerBase, DefaultPassBuilder
-from numba.core.compiler_machinery import FunctionPass, register_pass
-from numba.core.ir_utils import build_definitions
-from numba.core.untyped_passes import IRProcessing
+from numba.core.compiler import CompilerBase as CompilerBase
+from numba.core.compiler import DefaultPassBuilder as DefaultPassBuilder
+from numba.core.compiler_machinery import FunctionPass as FunctionPass
+from numba.core.compiler_machinery import register_pass as register_pass
+from numba.core.ir_utils import build_definitions as build_definitions
+from numba.core.untyped_passes import IRProcessing as IRProcessing
 from numba.extending import intrinsic as intrinsic
 
 from ..functions import OF_ANGLES
@@ -32,6 +34,7 @@ class Element(NamedTuple):
 
 
 ll: Any = cgutils.ir
+ir: Any = numba.core.ir
 types: Any = numba.types
 intp = ll.IntType(types.intp.bitwidth)
 
@@ -60,7 +63,6 @@ class Constants(FunctionPass):  # type: ignore[misc]
     def run_pass(self, state: Any) -> bool:
         """Change the code; true where it has changed."""
         real = getattr(np, str(widest(state.args)))
-        ir = numba.core.ir
         nodes = [node for block in state.func_ir.blocks.values() for node in block.body]
         for node in (node for node in nodes if isinstance(node, ir.Assign) and isinstance(node.value, ir.Const)):
             if type(node.value.value) in (int, float):
@@ -79,7 +81,7 @@ class Notes(FunctionPass):  # type: ignore[misc]
 
     def run_pass(self, state: Any) -> bool:
         """Change the code; true where it has changed."""
-        ir, known = numba.core.ir, state.func_ir
+        known = state.func_ir
         (block,) = known.blocks.values()
         nodes = [node for node in block.body if isinstance(node, ir.Assign)]
         first = next(node for node in nodes if isinstance(node.value, ir.Arg) and node.value.index == 0)

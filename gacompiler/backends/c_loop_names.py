@@ -1,0 +1,96 @@
+"""The names of a kernel with loops in C: legal, distinct, as near to the kernel's own as possible."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from ..ir.procedure import (
+    Add,
+    Apply,
+    Clear,
+    Copy,
+    Counter,
+    Following,
+    Loop,
+    Parent,
+    Place,
+    Previous,
+    Procedure,
+    Repeat,
+    Row,
+    Statement,
+    Table,
+    Through,
+    statements,
+)
+from .printers import Names
+
+
+def named_in_c(procedure: Procedure) -> tuple[Procedure, Names]:
+    """A procedure whose lengths, tables and counters have their names in C, and all names that are taken.
+
+    Where all names are legal and distinct it is the procedure itself.
+    """
+    names = Names()
+
+    def fresh(wanted: str) -> str:
+        # Names that begin with `gac_` are the runtime's.
+        return names.fresh(f"v{wanted}" if wanted.startswith("gac_") else wanted)
+
+    lengths = {length: fresh(length) for length in procedure.lengths}
+    tables = {table.name: fresh(table.name) for table in procedure.tables}
+    used = dict.fromkeys(s.counter for s in statements(procedure.body) if isinstance(s, Loop))
+    counters = {counter: fresh(counter) for counter in used}
+    return _Renaming(lengths, tables, counters).procedure(procedure), names
+
+
+class _Renaming:
+    """New names for lengths, tables and counters."""
+
+    def __init__(self, lengths: dict[str, str], tables: dict[str, str], counters: dict[str, str]) -> None:
+        self._lengths, self._tables, self._counters = lengths, tables, counters
+
+    def procedure(self, procedure: Procedure) -> Procedure:
+        """A procedure under the new names."""
+        tables = tuple(map(self._table, procedure.tables))
+        return Procedure(procedure.name, tables, tuple(map(self._statement, procedure.body)))
+
+    def _table(self, table: Table) -> Table:
+        lengths = tuple(self._lengths[length] for length in table.lengths)
+        into = self._lengths.get(table.into, "")
+        return replace(table, name=self._tables[table.name], lengths=lengths, into=into)
+
+    def _statement(self, statement: Statement) -> Statement:
+        match statement:
+            case Apply(program, inputs, outputs):
+                return Apply(program, tuple(map(self._place, inputs)), tuple(map(self._place, outputs)))
+            case Add(source, target):
+                return Add(self._place(source), self._place(target))
+            case Copy(source, target):
+                return Copy(self._place(source), self._place(target))
+            case Clear(table):
+                return Clear(self._tables[table])
+            case Loop(counter, length, reverse, body):
+                inner = tuple(map(self._statement, body))
+                return Loop(self._counters[counter], self._lengths[length], reverse, inner)
+            case Repeat(limit, until, steps, body):
+                inner = tuple(map(self._statement, body))
+                return Repeat(limit, self._tables[until], self._tables[steps], inner)
+
+    def _place(self, place: Place) -> Place:
+        return Place(self._tables[place.table], self._row(place.row))
+
+    def _row(self, row: Row) -> Row:
+        match row:
+            case None:
+                return None
+            case Counter(loop):
+                return Counter(self._counters[loop])
+            case Through(indices, loop):
+                return Through(tuple(self._tables[index] for index in indices), self._counters[loop])
+            case Previous(loop, start):
+                return Previous(self._counters[loop], self._tables[start])
+            case Parent(index, loop, start):
+                return Parent(self._tables[index], self._counters[loop], self._tables[start])
+            case Following(loop):
+                return Following(self._counters[loop])

@@ -1,0 +1,399 @@
+"""Read kernels with loops back from C: tables from their lists, statements from the functions.
+
+The plain function and that of NLANES elements are both read, by the meaning of their pointers, and have to say the
+same. What the reader does not look at (the space between tables, macros, loops over lanes) is compared with what the
+printer writes for the procedure that was read (`gacompiler.backends.readers`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+from ..errors import BackendError
+from ..ir.procedure import (
+    Add,
+    Apply,
+    Clear,
+    Copy,
+    Counter,
+    Following,
+    Loop,
+    Parent,
+    Place,
+    Previous,
+    Procedure,
+    Repeat,
+    Row,
+    Statement,
+    Storage,
+    Table,
+    Through,
+)
+from ..ir.program import Program
+from .c_loop_tokens import Entry, Tokens, Tree, factors_of, listed, tokens_of
+from .nesting import Shape
+
+START = "#define TABLES_"
+"""What the first line of a kernel with loops begins with."""
+
+ReadPart = Callable[[str, Sequence[Shape], Sequence[Shape]], Program]
+"""The program of a part by its name and the shapes of its arguments and results."""
+
+
+def read_procedures(lines: Sequence[str], read_part: ReadPart, n_inputs: Callable[[str], int]) -> list[Procedure]:
+    """The kernels with loops of a C file.
+
+    Parameters
+    ----------
+    lines : sequence of str
+        Those of the file below its other kernels.
+    read_part : callable
+    n_inputs : callable
+        How many arguments the part of that name has.
+
+    Raises
+    ------
+    BackendError
+        When the text is not what the printer writes.
+    """
+    starts = [k for k, line in enumerate(lines) if line.startswith(START)]
+    ends = [*starts[1:], len(lines)]
+    return [_procedure(lines[k:end], read_part, n_inputs) for k, end in zip(starts, ends, strict=False)]
+
+
+def _in_lanes(table: Table) -> Table:
+    """A table as the text for lanes has it, where rows are so many numbers."""
+    return replace(table, shape=(table.size,))
+
+
+def _procedure(lines: Sequence[str], read_part: ReadPart, n_inputs: Callable[[str], int]) -> Procedure:
+    name = lines[0].removeprefix(START).partition("(")[0]
+    outer, work = (listed(lines, f"#define {kind}_{name}(") for kind in ("TABLES", "WORK"))
+    is_busy = any(line.startswith(f"static INLINE void NAME({name}_within)(") for line in lines)
+    head = f"static INLINE void NAME({name}_within)(" if is_busy else f"void NAME({name})("
+    plain = _Reader(name, outer, work, read_part, n_inputs, in_lanes=False)
+    procedure = plain.procedure(_function(name, lines, head))
+    lanes = [line for line in lines if line.startswith(f"static INLINE WORD NAME({name}_lanes)(")]
+    if lanes:
+        reader = _Reader(name, outer, work, lambda part, *_: _program(procedure, part), n_inputs, in_lanes=True)
+        same = reader.procedure(_function(name, lines, lanes[0]))
+        if same.body != procedure.body or set(map(_in_lanes, same.tables)) != set(map(_in_lanes, procedure.tables)):
+            raise BackendError(f"C text of {name}", f"{name} and {name}_lanes say different things", "the same loops")
+    return procedure
+
+
+def _program(procedure: Procedure, name: str) -> Program:
+    found = next((program for program in procedure.programs if program.name == name), None)
+    if found is None:
+        raise BackendError(f"C text of {procedure.name}", f"{name} in lanes only", "the same parts in both functions")
+    return found
+
+
+def _function(name: str, lines: Sequence[str], head: str) -> list[str]:
+    """The tokens of the body of a function."""
+    first = next((k for k, line in enumerate(lines) if line.startswith(head)), None)
+    if first is None or "{" not in lines[first:] or "}" not in lines[first:]:
+        raise BackendError(f"C text of {name}", f"no function {head!r}", "a file that gacompiler writes")
+    return tokens_of(name, "\n".join(lines[lines.index("{", first) + 1 : lines.index("}", first)]))
+
+
+_STORAGES = {"IN": Storage.ARGUMENT, "SAME": Storage.ARGUMENT, "OUT": Storage.RESULT, "WORK": Storage.WORK}
+
+
+class _Reader(Tokens):
+    """Reads one function. Names in it are tables, lengths and counters; everything else is an error."""
+
+    def __init__(
+        self,
+        name: str,
+        outer: list[Entry],
+        work: list[Entry],
+        read_part: ReadPart,
+        n_inputs: Callable[[str], int],
+        *,
+        in_lanes: bool,
+    ) -> None:
+        super().__init__(name)
+        self._read_part, self._n_inputs, self._in_lanes = read_part, n_inputs, in_lanes
+        self._lengths = [entry.fields[0] for entry in outer if entry.kind == "LENGTH"]
+        self._outer = [self._table(entry) for entry in outer if entry.kind != "LENGTH"]
+        self._long = {table.name: table for table in map(self._table, work)}
+        self._tables = {table.name: table for table in (*self._outer, *self._long.values())}
+        self._loops: dict[str, tuple[str, bool]] = {}
+
+    def procedure(self, tokens: list[str]) -> Procedure:
+        """The procedure that the body of the function states."""
+        self._tokens = tokens
+        local = self._definitions()
+        body = self._statements(len(tokens))
+        listed = {table.name for table in local}
+        tables = (*self._outer, *local, *(t for t in self._long.values() if t.name not in listed))
+        return Procedure(self._name, tables, tuple(body))
+
+    # Tables.
+
+    def _table(self, entry: Entry) -> Table:
+        kind, fields = entry
+        try:
+            match kind, fields:
+                case "NUMBER", (name,):
+                    return Table(name, (), (), Storage.ARGUMENT)
+                case "INDEX", (name, rows, into):
+                    return Table(name, self._axes(rows), (), Storage.INDEX, True, self._length(into))
+                case (("IN" | "SAME" | "OUT" | "WORK"), (name, shape, _, rows)):
+                    sizes = () if shape == "scalar" else tuple(map(int, shape.split("x")))
+                    return Table(name, self._axes(rows), sizes, _STORAGES[kind], kind == "SAME")
+        except ValueError:
+            pass
+        raise self._wrong(f"{kind}({', '.join(fields)})")
+
+    def _axes(self, rows: str) -> tuple[str, ...]:
+        return () if rows == "1" else tuple(map(self._length, rows.split(" * ")))
+
+    def _length(self, name: str) -> str:
+        if name not in self._lengths:
+            raise self._wrong(f"the length {name!r}")
+        return name
+
+    def _definitions(self) -> list[Table]:
+        """The definitions at the beginning: work tables in their order."""
+        found: list[Table] = []
+        while self._next() in ("REAL", "WORD", "_Alignas", "("):
+            end = self._end()
+            if self._next() == "_Alignas":
+                self._at += 4
+            if self._take() == "REAL":
+                while self._at < end:
+                    found.append(self._defined())
+                    self._at += 1
+            self._at = end + 1
+        for table in found:
+            self._tables[table.name] = table
+        return found
+
+    def _defined(self) -> Table:
+        """A table that is a local variable, or a part of the work space."""
+        if self._next() == "*":
+            self._expect("*", "const")
+            name = self._take()
+            self._expect("=")
+            self._expression()
+            if name not in self._long:
+                raise self._wrong(f"the table {name!r}")
+            return self._long[name]
+        name = self._take()
+        shape: Shape = ()
+        if self._next() == "[":
+            self._expect("[")
+            factors = factors_of(self._expression())
+            self._expect("]")
+            if self._in_lanes:
+                factors = [factor for factor in factors if factor != "NLANES"]
+            if not all(isinstance(factor, int) for factor in factors):
+                raise self._wrong(f"the size of {name}")
+            shape = tuple(factor for factor in factors if isinstance(factor, int))
+        return Table(name, (), shape, Storage.WORK)
+
+    # Statements.
+
+    def _statements(self, end: int) -> list[Statement]:
+        found = []
+        while self._at < end and self._next() != "return":
+            found.append(self._statement())
+        return found
+
+    def _statement(self) -> Statement:
+        match self._next():
+            case "for":
+                return self._loop()
+            case "if":
+                self._expect("if", "(")
+                condition = self._expression()
+                self._expect(")")
+                return self._move(condition)
+            case "far" | "NAME":
+                return self._apply()
+            case "CLEAR":
+                self._expect("CLEAR", "(")
+                self._expression()
+                self._expect(",")
+                place = self._place(self._expression())
+                self._expect(")", ";")
+                return Clear(place.table)
+        return self._move(None)
+
+    def _block(self) -> list[Statement]:
+        """What a loop runs: one statement, or several in braces; at the end may be what ends an iteration."""
+        if self._next() != "{":
+            return [self._statement()]
+        self._expect("{")
+        found: list[Statement] = []
+        while self._next() != "}" and self._tokens[self._at + 1] not in ("+=", "["):
+            found.append(self._statement())
+        return found
+
+    def _loop(self) -> Statement:
+        self._expect("for", "(")
+        if self._take() == "int":
+            return self._repeat()
+        counter = self._take()
+        self._expect("=")
+        first = self._expression()
+        self._expect(";", counter)
+        reverse = first != 0
+        self._expect(*("-- > 0 ;" if reverse else "<").split())
+        length = first if reverse else self._take()
+        if not reverse:
+            self._expect(";", counter, "++")
+        self._expect(")")
+        if not isinstance(length, str):
+            raise self._wrong("a loop over no length")
+        self._loops[counter] = self._length(length), reverse
+        braces = self._next() == "{"
+        body = self._block()
+        if braces:
+            self._expect("}")
+        return Loop(counter, length, reverse, tuple(body))
+
+    def _repeat(self) -> Repeat:
+        counter = self._take()
+        self._expect("=", "0", ";", counter, "<")
+        limit = self._expression()
+        self._expect(";", counter, "++", ")")
+        body = self._block()
+        steps = self._place(self._expression())
+        self._expect("+=", "1", ";", "if", "(")
+        match self._expression():
+            case ("!=", until, 0) if isinstance(limit, int):
+                self._expect(")", "break", ";", "}")
+                return Repeat(limit, self._place(until).table, steps.table, tuple(body))
+        raise self._wrong("the end of an iteration")
+
+    def _apply(self) -> Apply:
+        if self._next() == "far":
+            self._expect("far", "|=")
+        self._expect("NAME", "(")
+        name = self._take()
+        self._expect(")", "(")
+        if self._in_lanes:
+            name = name.removesuffix("_lanes")
+        passed = []
+        while self._next() != ")":
+            passed.append(self._expression())
+            if self._next() == ",":
+                self._expect(",")
+        self._expect(")", ";")
+        places = [self._place(each) for each in passed if each != "NULL"]
+        n_inputs = self._n_inputs(name)
+        inputs, outputs = tuple(places[:n_inputs]), tuple(places[n_inputs:])
+        shapes = [[self._tables[place.table].shape for place in each] for each in (inputs, outputs)]
+        return Apply(self._read_part(name, *shapes), inputs, outputs)
+
+    def _move(self, condition: Tree | None) -> Add | Copy:
+        """A row that is copied or added to another one, which may not be there."""
+        kind = self._take()
+        self._expect("(")
+        self._expression()
+        self._expect(",")
+        source = self._place(self._expression(), condition)
+        self._expect(",")
+        target = self._place(self._expression(), condition)
+        self._expect(")", ";")
+        if kind in ("ADD", "ADD_SPREAD"):
+            return Add(source, target)
+        if kind in ("COPY", "SPREAD"):
+            return Copy(source, target)
+        raise self._wrong(kind)
+
+    # Rows.
+
+    def _place(self, pointer: Tree, condition: Tree | None = None) -> Place:
+        """The row that a pointer, or a number, is of."""
+        match pointer:
+            case ("?", chosen, row, start):
+                return self._place_or(row, chosen, self._place(start).table)
+            case ("&", str(name)) | ("[]", str(name), 0) | str(name) if not self._known(name).lengths:
+                return Place(name)
+            case str(name) if condition is None:
+                return Place(name)
+            case (("+" | "[]") as kind, str(name), offset):
+                return Place(name, self._row(self._known(name), offset, kind == "+", condition))
+        raise self._wrong(f"the row {pointer!r}")
+
+    def _place_or(self, pointer: Tree, condition: Tree, start: str) -> Place:
+        """The row of a pointer, or another one unless a condition holds."""
+        place = self._place(pointer, condition)
+        match place.row:
+            case Through((index,), loop) if condition == (">=", ("[]", index, loop), 0):
+                return Place(place.table, Parent(index, loop, start))
+            case _Step(loop, -1):
+                return Place(place.table, Previous(loop, start))
+        raise self._wrong(f"the row {pointer!r} where {condition!r}")
+
+    def _row(self, table: Table, offset: Tree, is_pointer: bool, condition: Tree | None) -> Row:
+        factors = factors_of(offset)
+        if is_pointer:
+            expected: list[Tree] = [table.size] if table.size > 1 else []
+            if self._in_lanes and not (table.shared and table.storage is Storage.ARGUMENT):
+                expected.append("NLANES")
+            if factors[: len(expected)] != expected:
+                raise self._wrong(f"{table.name} + {offset!r}")
+            factors = factors[len(expected) :]
+        if len(factors) != 1:
+            raise self._wrong(f"{table.name} + {offset!r}")
+        match factors[0]:
+            case str(counter) if counter in self._loops:
+                return Counter(counter)
+            case (("+" | "-") as sign, str(counter), 1) if counter in self._loops:
+                return self._stepped(counter, sign, condition)
+        return self._through(table, factors[0])
+
+    def _stepped(self, counter: str, sign: str, condition: Tree | None) -> Row:
+        """The row before or behind that of a counter, where a condition says that there is one."""
+        length, reverse = self._loops[counter]
+        there = (">", counter, 0) if sign == "-" else ("<", ("+", counter, 1), length)
+        if there not in _terms(condition):
+            raise self._wrong(f"the row {counter} {sign} 1 where {condition!r}")
+        return Following(counter) if (sign == "-") == reverse else _Step(counter, -1)  # type: ignore[return-value]
+
+    def _through(self, table: Table, number: Tree) -> Through:
+        """The row that index tables name, in C order."""
+        indices: list[str] = []
+        loop = ""
+        for length in reversed(table.lengths):
+            last = number
+            match number:
+                case ("+", ("*", outer, str(by)), last) if by == length:
+                    number = outer
+                case ("+", ("*", *outer, str(by)), last) if by == length and len(outer) > 1:
+                    number = ("*", *outer)
+            match last:
+                case ("[]", str(index), str(counter)) if self._known(index).storage is Storage.INDEX:
+                    indices.insert(0, index)
+                    loop = loop or counter
+                    if counter == loop and counter in self._loops:
+                        continue
+            raise self._wrong(f"the row {number!r} of {table.name}")
+        return Through(tuple(indices), loop)
+
+    def _known(self, name: str) -> Table:
+        if name not in self._tables:
+            raise self._wrong(f"the table {name!r}")
+        return self._tables[name]
+
+
+def _terms(condition: Tree | None) -> list[Tree | None]:
+    """The conditions that all have to hold."""
+    match condition:
+        case ("&&", first, second):
+            return [*_terms(first), *_terms(second)]
+    return [condition]
+
+
+class _Step(NamedTuple):
+    """The row before that of a counter, until it is known which row it is where that is none."""
+
+    loop: str
+    step: int

@@ -1,0 +1,290 @@
+"""Kernels with loops in C: a plain function that is loops over calls of the straight-line parts, and the same for
+NLANES elements side by side.
+
+The plain function has the tables of one element, rows one behind the other. Its work tables of a single row are local
+variables, which the compiler keeps in registers; the others are in the work space that the caller gives. In the
+function for NLANES elements (``gac_runtime.h``) every number is NLANES numbers, and each part a vectorised loop; what
+all elements share is there once. It has no form for procedures that repeat until a condition holds, which is not the
+same for all elements. A block with an argument too large for the sines of a loop is left to the plain function.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from math import prod
+
+from ..errors import BackendError
+from ..ir.procedure import (
+    Add,
+    Apply,
+    Clear,
+    Copy,
+    Loop,
+    Parent,
+    Place,
+    Previous,
+    Procedure,
+    Repeat,
+    Storage,
+    Table,
+    Through,
+    statements,
+)
+from ..ir.program import Program
+from .c_batch import parts
+from .c_functions import has_turns, is_transcendental
+from .c_loop_names import named_in_c
+from .c_loop_text import LaneText, PlainText, is_number, is_shared, product
+
+LOOP_ENDINGS = ("_within", "_v3", "_lanes", "_tables", "_call", "_rows", "_work")
+"""What the names of the C functions of a kernel with loops add to its own."""
+
+SHARING = "PARTS_{}(IN, SAME, NUMBER, OUT, AND)"
+
+
+def loop_parts(procedure: Procedure) -> tuple[Program, ...]:
+    """The straight-line parts, in the order of the text.
+
+    Raises
+    ------
+    BackendError
+        When two parts have one name.
+    """
+    applied = [s.program for s in statements(procedure.body) if isinstance(s, Apply)]
+    programs = procedure.programs
+    for program in applied:
+        if program not in programs:
+            raise BackendError(f"C text of {procedure.name}", f"two parts named {program.name}", "a name for each")
+    return programs
+
+
+def has_lanes(procedure: Procedure) -> bool:
+    """Whether it takes the same statements for every element, so that NLANES elements run side by side."""
+    return not any(isinstance(statement, Repeat) for statement in statements(procedure.body))
+
+
+def lane_sizes(procedure: Procedure) -> set[int]:
+    """How many numbers the rows have that the parts load and store."""
+    if not has_lanes(procedure):
+        return set()
+    return {prod(part.shape) for program in loop_parts(procedure) for part in parts(program)}
+
+
+def c_parameters(procedure: Procedure, real: str) -> list[str]:
+    """The parameters of the plain function: lengths, arguments and index tables, results, work space."""
+    named, names = named_in_c(procedure)
+    return [*_lengths(named), *_declared(named, real, False), f"{real} *{names.fresh('work')}"]
+
+
+def work_lines(module: str, procedure: Procedure) -> list[str]:
+    """The function that says how many numbers the work space has."""
+    named, _ = named_in_c(procedure)
+    sizes = [_numbers(table) for table in _long_work(named)]
+    read = {length for table in _long_work(named) for length in table.lengths}
+    unread = [f"(void){length}" for length in named.lengths if length not in read]
+    return [
+        work_prototype(module, procedure),
+        "{",
+        *([f"    {', '.join(unread)};"] if unread else []),
+        f"    return {' + '.join(sizes) or '0'};",
+        "}",
+    ]
+
+
+def work_prototype(module: str, procedure: Procedure) -> str:
+    """The head of that function."""
+    named, _ = named_in_c(procedure)
+    return f"intptr_t {module}_{procedure.name}_work({', '.join(_lengths(named))})"
+
+
+def list_lines(procedure: Procedure) -> list[str]:
+    """The lists of lengths and tables from which the runtime's macros make the rest."""
+    named, _ = named_in_c(procedure)
+    entries = [f"LENGTH({k}, {length})" for k, length in enumerate(named.lengths)]
+    outer = [*named.parameters, *named.results]
+    entries += [_entry(k, table) for k, table in enumerate(outer)]
+    work = [
+        f"WORK({k}, {table.name}, {_described(table)})" for k, table in enumerate(_long_work(named), start=len(outer))
+    ]
+    return [
+        f"#define TABLES_{named.name}(LENGTH, IN, NUMBER, SAME, INDEX, OUT, AND) {' AND '.join(entries)}",
+        f"#define WORK_{named.name}(WORK) {' '.join(work)}".rstrip(),
+    ]
+
+
+def plain_lines(procedure: Procedure) -> list[str]:
+    """The plain function of one element."""
+    named, names = named_in_c(procedure)
+    work = names.fresh("work")
+    parameters = [*_lengths(named), *_declared(named, "REAL", False), f"REAL *{work}"]
+    head = ", ".join(parameters)
+    body = PlainText(named, names).lines(named.body)
+    is_busy = any(map(is_transcendental, loop_parts(procedure)))
+    name, storage = (f"{named.name}_within", "static INLINE ") if is_busy else (named.name, "")
+    lines = [f"{storage}void NAME({name})({head})", "{"]
+    lines += _unread([*named.lengths, *(t.name for t in (*named.parameters, *named.results))], named, work)
+    lines += _locals(named, work)
+    lines += [*(f"    {line}" for line in body), "}"]
+    if is_busy:
+        own = ", ".join([*named.lengths, *(t.name for t in (*named.parameters, *named.results)), work])
+        lines += ["", f"FUSED({named.name}, ({head}), ({own}))", f"void NAME({named.name})({head})", "{"]
+        lines += [f"    RUN({named.name}, ({own}), ({own}));", "}"]
+    return lines
+
+
+def lane_lines(procedure: Procedure) -> list[str]:
+    """The function of NLANES elements, behind the loops of its parts."""
+    if not has_lanes(procedure):
+        return []
+    named, names = named_in_c(procedure)
+    parameters = [*_lengths(named), *_declared(named, "REAL", True)]
+    parameters += [f"REAL *{table.name}" for table in _long_work(named)]
+    body = LaneText(named, names).lines(named.body)
+    turns = any(map(has_turns, loop_parts(procedure)))
+    lines = [f"static INLINE WORD NAME({named.name}_lanes)({', '.join(parameters)})", "{"]
+    lines += _unread(
+        [*named.lengths, *(t.name for t in (*named.parameters, *named.results, *_long_work(named)))], named
+    )
+    declared = [f"{table.name}[{product(table.size, 'NLANES')}]" for table in _short_work(named)]
+    lines += [f"    _Alignas(64) REAL {', '.join(declared)};"] if declared else []
+    lines += ["    WORD far = 0;"] if turns else []
+    return [*lines, *(f"    {line}" for line in body), f"    return {'far' if turns else '0'};", "}"]
+
+
+def part_lines(procedure: Procedure) -> dict[str, list[str]]:
+    """For each part, what makes its loop over NLANES elements."""
+    if not has_lanes(procedure):
+        return {}
+    found: dict[str, list[str]] = {}
+    for statement in statements(procedure.body):
+        if not isinstance(statement, Apply):
+            continue
+        program = statement.program
+        entries = []
+        for k, (argument, place) in enumerate(zip(program.arguments, statement.inputs, strict=True)):
+            is_same = is_shared(procedure, place)
+            if argument.shape:
+                entries.append(f"{'SAME' if is_same else 'IN'}({k}, {prod(argument.shape)})")
+            else:
+                entries.append(f"NUMBER({k}, {int(is_same)})")
+        for k, result in enumerate(program.results, start=len(entries)):
+            entries.append(f"OUT({k}, {prod(result.shape)})")
+        lines = [
+            f"#define {SHARING.format(program.name)} {' AND '.join(entries)}",
+            f"GAC_IN_LANES({program.name}, {'TURNS' if has_turns(program) else 'PLAIN'})",
+        ]
+        if found.setdefault(program.name, lines) != lines:
+            raise BackendError(
+                f"C text of {procedure.name}",
+                f"{program.name} reads a shared table in one place and another in a second",
+                "a part for each",
+            )
+    return found
+
+
+def driver_line(procedure: Procedure) -> str:
+    """What makes the function of a batch."""
+    is_busy = any(map(is_transcendental, loop_parts(procedure)))
+    kind = ("BUSY" if is_busy else "LANES") if has_lanes(procedure) else "ALONE"
+    return f"GAC_PROCEDURE({procedure.name}, {kind})"
+
+
+# Tables.
+
+
+def _lengths(named: Procedure) -> list[str]:
+    return [f"intptr_t {length}" for length in named.lengths]
+
+
+def _declared(named: Procedure, real: str, in_lanes: bool) -> list[str]:
+    """Arguments, index tables and results as parameters."""
+    found = []
+    for table in named.parameters:
+        if table.storage is Storage.INDEX:
+            found.append(f"const int64_t *{table.name}")
+        elif is_number(table) and not in_lanes:
+            found.append(f"{real} {table.name}")
+        else:
+            found.append(f"const {real} *{table.name}")
+    return found + [f"{real} *{table.name}" for table in named.results]
+
+
+def _short_work(named: Procedure) -> list[Table]:
+    return [table for table in named.of(Storage.WORK) if not table.lengths]
+
+
+def _long_work(named: Procedure) -> list[Table]:
+    return [table for table in named.of(Storage.WORK) if table.lengths]
+
+
+def _numbers(table: Table) -> str:
+    """How many numbers a table has."""
+    return product(table.size, *table.lengths)
+
+
+def _described(table: Table) -> str:
+    shape = "x".join(map(str, table.shape)) or "scalar"
+    return f"{shape}, {table.size}, {' * '.join(table.lengths) or '1'}"
+
+
+def _entry(k: int, table: Table) -> str:
+    """A parameter or a result in the list of tables."""
+    if table.storage is Storage.INDEX:
+        return f"INDEX({k}, {table.name}, {' * '.join(table.lengths)}, {table.into})"
+    if is_number(table):
+        return f"NUMBER({k}, {table.name})"
+    kind = "OUT" if table.storage is Storage.RESULT else "SAME" if table.shared else "IN"
+    return f"{kind}({k}, {table.name}, {_described(table)})"
+
+
+def _locals(named: Procedure, work: str) -> list[str]:
+    """The definitions of work tables in the plain function, in their order."""
+    found, place = [], work
+    for table in named.of(Storage.WORK):
+        if table.lengths:
+            found.append(f"*const {table.name} = {place}")
+            place = f"{table.name} + {_numbers(table)}"
+        elif table.shape:
+            found.append(f"{table.name}[{' * '.join(map(str, table.shape))}]")
+        else:
+            found.append(table.name)
+    return [f"    REAL {', '.join(found)};"] if found else []
+
+
+def _unread(parameters: Iterable[str], named: Procedure, work: str = "") -> list[str]:
+    """Statements for parameters that nothing reads, of which compilers would warn."""
+    read = set(_read(named))
+    if work and _long_work(named):
+        read.add(work)
+        # Where a table ends is where the next begins.
+        read |= {length for table in _long_work(named)[:-1] for length in table.lengths}
+    unread = [name for name in (*parameters, *([work] if work else [])) if name not in read]
+    return [f"    {', '.join(f'(void){name}' for name in unread)};"] if unread else []
+
+
+def _read(named: Procedure) -> Iterable[str]:
+    """The names that the text of its statements has."""
+    for statement in statements(named.body):
+        match statement:
+            case Apply():
+                places = (*statement.inputs, *statement.outputs)
+            case Add() | Copy():
+                places = (statement.source, statement.target)
+            case Clear(table):
+                places = (Place(table),)
+                yield from named.table(table).lengths
+            case Loop():
+                places = ()
+                yield statement.length
+            case Repeat():
+                places = (Place(statement.until), Place(statement.steps))
+        for place in places:
+            yield place.table
+            match place.row:
+                case Through(indices, _):
+                    yield from indices
+                    yield from named.table(place.table).lengths[1:]
+                case Previous(_, start):
+                    yield start
+                case Parent(index, _, start):
+                    yield from (index, start)

@@ -1,0 +1,382 @@
+"""Read kernels with loops back from the Python text: a procedure whose statements are those of the function.
+
+As `readers` does, this accepts exactly what is printed. A statement that changed into another legal one gives another
+procedure; anything else that changed is an error that names the line.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+from ..errors import BackendError
+from ..gac_runtime.definition import shapes_in
+from ..ir.procedure import (
+    Add,
+    Apply,
+    Clear,
+    Copy,
+    Counter,
+    Following,
+    Loop,
+    Parent,
+    Place,
+    Previous,
+    Procedure,
+    Repeat,
+    Row,
+    Statement,
+    Storage,
+    Table,
+    Through,
+)
+from ..ir.procedure_cost import procedure_costs
+from ..ir.program import Program
+from .nesting import Shape
+from .python_loops import ADD_TO, READ_OR, SUM, costs_text, loop_text
+from .readers import PythonFunction, python_function, python_program, python_statements
+
+
+def python_procedures(text: str) -> dict[str, Procedure]:
+    """The kernels with loops that a ``.py`` module holds.
+
+    Raises
+    ------
+    BackendError
+        When the text is not what the printers write, naming the first line that is not.
+    """
+    lines, nodes = python_statements(text)
+    parts: dict[str, _Part] = {}
+    found: dict[str, Procedure] = {}
+    for node in nodes:
+        if not isinstance(node, ast.FunctionDef) or len(node.decorator_list) != 1:
+            continue
+        match node.decorator_list[0]:
+            case ast.Call(ast.Attribute(ast.Name("_module"), "part"), [ast.Constant(str(signature))], []):
+                if node.name in parts:
+                    raise BackendError(f"Python text of {node.name}", "a second function of that name", "one")
+                parts[node.name] = _part(lines, node, signature)
+            case ast.Call(ast.Attribute(ast.Name("_module"), "loops")) as declared:
+                where = f"Python text of {node.name}"
+                function = python_function(lines, node)
+                read = _Reader(where, function, declared, parts)
+                found[node.name] = procedure = read.procedure(node.name)
+                _check(where, procedure, declared, function, parts)
+    used = {f"_{program.name}" for procedure in found.values() for program in procedure.programs}
+    if used != parts.keys():
+        raise BackendError("Python text", f"a part {min(parts.keys() - used)} that nothing calls", "a kernel that does")
+    return found
+
+
+def outline(procedure: Procedure) -> Procedure:
+    """A procedure without what its programs compute: equal for procedures whose tables and statements are."""
+
+    def bare(body: Sequence[Statement]) -> tuple[Statement, ...]:
+        found: list[Statement] = []
+        for statement in body:
+            if isinstance(statement, Apply):
+                statement = replace(statement, program=Program(statement.program.name, (), (), ()))
+            elif isinstance(statement, (Loop, Repeat)):
+                statement = replace(statement, body=bare(statement.body))
+            found.append(statement)
+        return tuple(found)
+
+    return replace(procedure, body=bare(procedure.body))
+
+
+class _Part(NamedTuple):
+    """A straight-line part: its program, and its text with what declares it."""
+
+    program: Program
+    lines: list[str]
+
+
+def _part(lines: list[str], node: ast.FunctionDef, signature: str) -> _Part:
+    if not re.fullmatch(r"(\([\d,]*\)(,\([\d,]*\))*)?->\([\d,]*\)(,\([\d,]*\))*", signature):
+        raise BackendError(f"Python text of {node.name}", f"signature {signature!r}", "shapes, as in (8),()->(8)")
+    try:
+        program = python_program(python_function(lines, node), *shapes_in(signature))
+    except ValueError as error:  # an argument that is not taken apart
+        raise BackendError(f"Python text of {node.name}", f"{error}", f"a function of {signature}") from error
+    first = node.decorator_list[0].lineno
+    return _Part(program, lines[first - 1 : node.end_lineno])
+
+
+def _check(
+    where: str, procedure: Procedure, declared: ast.Call, function: PythonFunction, parts: Mapping[str, _Part]
+) -> None:
+    """Raise `BackendError` where the text is not the one of the procedure that was read from it."""
+    text = loop_text(procedure)
+    for program, lines in zip(procedure.programs, text.parts, strict=True):
+        _compare(f"Python text of _{program.name}", lines, parts[f"_{program.name}"].lines)
+    _compare(where, [text.head, *text.body], function.lines)
+    expected = ast.parse(f"f({', '.join(text.options)})").body[0]
+    assert isinstance(expected, ast.Expr) and isinstance(expected.value, ast.Call)
+    options = [ast.unparse(option) for option in expected.value.keywords]
+    cost = f"cost={costs_text(procedure_costs(procedure))!r}"
+    given = [ast.unparse(option) for option in declared.keywords if option.arg not in ("assumes", "error")]
+    _compare(where, [repr(procedure.signature), cost, *options], [ast.unparse(declared.args[0]), *given])
+    n_parts = len(procedure.parameters) + len(procedure.results)
+    if len(declared.args) != n_parts + 1:
+        raise BackendError(where, f"{len(declared.args) - 1} layouts", f"{n_parts}, one for each argument and result")
+
+
+def _compare(where: str, expected: list[str], found: list[str]) -> None:
+    for a, b in zip(expected, found, strict=False):
+        if a != b:
+            raise BackendError(where, repr(b), repr(a), "generate it again")
+    if len(expected) != len(found):
+        raise BackendError(where, f"{len(found)} lines", f"{len(expected)}", "generate it again")
+
+
+class _Reader:
+    """The function of a kernel with loops, and what its text names."""
+
+    def __init__(self, where: str, function: PythonFunction, declared: ast.Call, parts: Mapping[str, _Part]) -> None:
+        self._where, self._function, self._parts = where, function, parts
+        try:
+            signature = ast.literal_eval(declared.args[0])
+            options = {
+                option.arg: ast.literal_eval(option.value)
+                for option in declared.keywords
+                if option.arg in ("names", "shared", "indices", "work")
+            }
+            self._tables = self._declared(signature, options)
+        except (ValueError, TypeError, AttributeError, IndexError, KeyError) as error:
+            raise BackendError(where, f"a declaration that cannot be read ({error})", "@_module.loops(...)") from error
+        self._loops: dict[str, bool] = {}
+        self._may_miss = False
+
+    def _declared(self, signature: str, options: Mapping[str, Mapping[str, str]]) -> dict[str, Table]:
+        """The tables under their names in the text; lengths are found with them."""
+        sides = [[_sizes(part) for part in side[1:-1].split("),(")] for side in signature.split("->")]
+        inputs, outputs = sides
+        lengths = list(dict.fromkeys(name for named, _ in inputs for name in named))
+        texts, parameters = str(options.get("names", "")), self._function.parameters
+        own = parameters[: len(lengths)]
+        shown = parameters[len(lengths) : len(lengths) + len(inputs) + len(outputs)]
+        names = texts.split() or list(shown)
+        work = re.findall(r"(\w+)\(([\w,]*)\)", str(options.get("work", "")))
+        indices, shared = dict(options.get("indices", {})), str(options.get("shared", "")).split()
+        found: dict[str, Table] = {}
+        for k, (name, (named, shape)) in enumerate(zip(names, (*inputs, *outputs), strict=True)):
+            into = indices.pop(name).rpartition(" of ")[2] if name in indices else ""
+            storage = Storage.INDEX if into else Storage.ARGUMENT if k < len(inputs) else Storage.RESULT
+            found[shown[k]] = Table(name, named, shape, storage, bool(into) or name in shared, into)
+        for name, sizes in work:
+            if name in found:
+                raise ValueError(f"two tables {name}")
+            found[name] = Table(name, *_sizes(sizes), Storage.WORK)
+        if indices or list(parameters) != [
+            *own,
+            *shown,
+            *(name for name, table in found.items() if table.storage is Storage.WORK and table.lengths),
+        ]:
+            raise ValueError("its tables are not those of the function")
+        self._lengths = dict(zip(own, lengths, strict=True))
+        return found
+
+    def procedure(self, name: str) -> Procedure:
+        """All of it."""
+        body = self._statements(self._function.statements)
+        return Procedure(name, tuple(self._tables.values()), body)
+
+    def _statements(self, nodes: Sequence[ast.stmt]) -> tuple[Statement, ...]:
+        return tuple(map(self._statement, nodes))
+
+    def _statement(self, node: ast.stmt) -> Statement:
+        match node:
+            case ast.Assign([target], ast.Call(ast.Name(part), arguments, [])) if part in self._parts:
+                return self._apply(node, part, target, arguments)
+            case ast.Assign([target], ast.Call(ast.Name(name), [before, row], [])) if name == SUM:
+                place = self._written(target)
+                if self._read(before) != place or place.row is not None:
+                    raise self._unreadable(node)
+                return Add(self._added(row), place)
+            case ast.Assign([ast.Subscript(ast.Name(name), ast.Slice(None, None, None))], ast.Constant(0)):
+                return Clear(self._table(node, name).name)
+            case ast.Assign([target], value):
+                return Copy(self._read(value), self._written(target))
+            case ast.Expr(ast.Call(ast.Name(name), [ast.Name(table), key, row], [])) if name == ADD_TO:
+                return Add(self._added(row), Place(self._table(node, table).name, self._onto(key)))
+            case ast.If(test, [inner], []):
+                return self._guarded(node, test, inner)
+            case ast.For(ast.Name(counter), ast.Call(ast.Name("range"), bounds, []), body, []):
+                return self._loop(node, counter, bounds, body)
+            case _:
+                raise self._unreadable(node)
+
+    def _guarded(self, node: ast.AST, test: ast.expr, inner: ast.stmt) -> Add:
+        """A sum of a row that index tables name, where they name one."""
+        self._may_miss = True
+        found = self._statement(inner)
+        self._may_miss = False
+        if not isinstance(found, Add) or not isinstance(found.source.row, Through):
+            raise self._unreadable(node)
+        terms = test.values if isinstance(test, ast.BoolOp) and isinstance(test.op, ast.And) else [test]
+        keys = []
+        for term in terms:
+            match term:
+                case ast.Compare(key, [ast.GtE()], [ast.Constant(0)]):
+                    keys.append(key)
+                case _:
+                    raise self._unreadable(node)
+        if self._through(node, keys) != found.source.row:
+            raise self._unreadable(node)
+        return found
+
+    def _added(self, row: ast.expr) -> Place:
+        """The row that a sum adds: behind a condition where index tables name it, and without one elsewhere."""
+        found = self._read(row)
+        if isinstance(found.row, Through) != self._may_miss:
+            raise self._unreadable(row)
+        return found
+
+    def _apply(self, node: ast.AST, part: str, target: ast.expr, arguments: Sequence[ast.expr]) -> Apply:
+        program = self._parts[part].program
+        inputs = tuple(map(self._read, arguments))
+        several = isinstance(target, ast.Tuple)
+        outputs = tuple(map(self._written, target.elts if isinstance(target, ast.Tuple) else [target]))
+        shapes = [argument.shape for argument in program.arguments], [result.shape for result in program.results]
+        if shapes != ([self._shape(place) for place in inputs], [self._shape(place) for place in outputs]) or (
+            several != (len(outputs) > 1)
+        ):
+            raise self._unreadable(node)
+        return Apply(program, inputs, outputs)
+
+    def _shape(self, place: Place) -> Shape:
+        return next(table.shape for table in self._tables.values() if table.name == place.table)
+
+    def _loop(self, node: ast.AST, counter: str, bounds: Sequence[ast.expr], body: Sequence[ast.stmt]) -> Statement:
+        if counter in self._loops or counter in self._tables:
+            raise self._unreadable(node)
+        match bounds:
+            case [ast.Name(n)] if n in self._lengths:
+                reverse = False
+            case [ast.BinOp(ast.Name(n), ast.Sub(), ast.Constant(1)), last, step] if n in self._lengths:
+                if [ast.unparse(last), ast.unparse(step)] != ["-1", "-1"]:
+                    raise self._unreadable(node)
+                reverse = True
+            case [ast.Constant(int(limit))]:
+                return self._repeat(node, limit, body)
+            case _:
+                raise self._unreadable(node)
+        self._loops[counter] = reverse
+        inner = self._statements(body)
+        del self._loops[counter]
+        return Loop(counter, self._lengths[n], reverse, inner)
+
+    def _repeat(self, node: ast.AST, limit: int, body: Sequence[ast.stmt]) -> Repeat:
+        match body:
+            case [
+                *inner,
+                ast.Assign([steps], ast.BinOp(before, ast.Add(), ast.Constant(1))),
+                ast.If(ast.Compare(until, [ast.NotEq()], [ast.Constant(0)]), [ast.Break()], []),
+            ] if self._written(steps) == self._read(before):
+                names = (self._read(until).table, self._read(before).table)
+                return Repeat(limit, *names, self._statements(inner))
+            case _:
+                raise self._unreadable(node)
+
+    def _read(self, node: ast.expr) -> Place:
+        match node:
+            case ast.Name(name):
+                return Place(self._table(node, name).name)
+            case ast.Subscript(ast.Name(name), ast.Tuple([])):
+                return Place(self._table(node, name).name)
+            case ast.Subscript(ast.Name(name), key):
+                return Place(self._table(node, name).name, self._row(key))
+            case ast.Call(ast.Name(function), [ast.Name(name), key, ast.Name(start)], []) if function == READ_OR:
+                first = self._table(node, start).name
+                match key:
+                    case ast.BinOp():
+                        counter, step = self._neighbour(key)
+                        if step != (1 if self._loops[counter] else -1):
+                            raise self._unreadable(node)
+                        row: Row = Previous(counter, first)
+                    case ast.Subscript(ast.Name(index), ast.Name(counter)) if counter in self._loops:
+                        row = Parent(self._index(node, index), counter, first)
+                    case _:
+                        raise self._unreadable(node)
+                return Place(self._table(node, name).name, row)
+            case _:
+                raise self._unreadable(node)
+
+    def _written(self, node: ast.expr) -> Place:
+        match node:
+            case ast.Name(name):
+                return Place(self._table(node, name).name)
+            case ast.Subscript(ast.Name(name), ast.Tuple([]) | ast.Slice(None, None, None)):
+                return Place(self._table(node, name).name)
+            case ast.Subscript(ast.Name(name), ast.Name() as key):
+                return Place(self._table(node, name).name, self._row(key))
+            case _:
+                raise self._unreadable(node)
+
+    def _row(self, key: ast.expr) -> Row:
+        """The number of a row that is there."""
+        match key:
+            case ast.Name(counter) if counter in self._loops:
+                return Counter(counter)
+            case ast.Subscript():
+                return self._through(key, [key])
+            case ast.Tuple(keys) if len(keys) > 1:
+                return self._through(key, keys)
+            case _:
+                raise self._unreadable(key)
+
+    def _onto(self, key: ast.expr) -> Row:
+        """The number of a row that may not be there."""
+        if isinstance(key, ast.BinOp):
+            counter, step = self._neighbour(key)
+            if step != (-1 if self._loops[counter] else 1):
+                raise self._unreadable(key)
+            return Following(counter)
+        return self._row(key)
+
+    def _through(self, node: ast.AST, keys: Sequence[ast.expr]) -> Through:
+        indices, counters = [], set()
+        for key in keys:
+            match key:
+                case ast.Subscript(ast.Name(index), ast.Name(counter)) if counter in self._loops:
+                    indices.append(self._index(node, index))
+                    counters.add(counter)
+                case _:
+                    raise self._unreadable(node)
+        if len(counters) != 1:
+            raise self._unreadable(node)
+        return Through(tuple(indices), counters.pop())
+
+    def _neighbour(self, key: ast.expr) -> tuple[str, int]:
+        """The counter and the step in ``i - 1``."""
+        match key:
+            case ast.BinOp(ast.Name(counter), ast.Add() | ast.Sub() as operator, ast.Constant(1)) if (
+                counter in self._loops
+            ):
+                return counter, 1 if isinstance(operator, ast.Add) else -1
+            case _:
+                raise self._unreadable(key)
+
+    def _index(self, node: ast.AST, name: str) -> str:
+        table = self._table(node, name)
+        if table.storage is not Storage.INDEX:
+            raise self._unreadable(node)
+        return table.name
+
+    def _table(self, node: ast.AST, name: str) -> Table:
+        if name not in self._tables:
+            raise self._unreadable(node)
+        return self._tables[name]
+
+    def _unreadable(self, node: ast.AST) -> BackendError:
+        return BackendError(self._where, f"line {ast.unparse(node)!r}", "a statement that gacompiler writes")
+
+
+def _sizes(text: str) -> tuple[tuple[str, ...], Shape]:
+    """The lengths and the shape of a row in ``n,6``."""
+    sizes = [size for size in text.split(",") if size]
+    named = tuple(size for size in sizes if not size.isdigit())
+    return named, tuple(map(int, sizes[len(named) :]))

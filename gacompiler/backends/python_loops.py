@@ -1,0 +1,293 @@
+"""The Python text of a kernel with loops: one function that numba compiles and that runs over numpy arrays.
+
+Tables over lengths are parameters, which the function reads and writes by rows. Tables of a single row are variables.
+Three functions are free names, which whoever runs the text binds: ``_row_or(table, k, start)`` is row k of a table, or
+`start` where there is none, ``_add_to(table, k, row)`` adds a row to row k if there is one, and ``_sum(a, b)`` is the
+sum of two rows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from ..errors import BackendError
+from ..ir.cost import Cost
+from ..ir.procedure import (
+    Add,
+    Apply,
+    Clear,
+    Copy,
+    Counter,
+    Following,
+    Loop,
+    Parent,
+    Place,
+    Previous,
+    Procedure,
+    Repeat,
+    Statement,
+    Storage,
+    Table,
+    Through,
+    statements,
+)
+from ..ir.program import Program
+from .module import LoopSource
+from .numba import function_text
+from .printers import Names
+
+READ_OR = "_row_or"
+ADD_TO = "_add_to"
+SUM = "_sum"
+
+_INDENT = "    "
+
+
+@dataclass(frozen=True, slots=True)
+class LoopText:
+    """A kernel with loops as Python text.
+
+    Attributes
+    ----------
+    parts : tuple of list of str
+        The lines of the functions of its straight-line programs, with what declares them.
+    options : list of str
+        The arguments of the decorator behind the signature and the layouts.
+    head : str
+        The line ``def ...``.
+    body : list of str
+        The statements.
+    """
+
+    parts: tuple[list[str], ...]
+    options: list[str]
+    head: str
+    body: list[str]
+
+
+def part_name(program: Program) -> str:
+    """The name of the function of a straight-line program."""
+    return f"_{program.name}"
+
+
+def loop_text(procedure: Procedure) -> LoopText:
+    """The text of a procedure.
+
+    Raises
+    ------
+    BackendError
+        For a statement that tracing does not make.
+    """
+    printer = _Printer(procedure)
+    parts = []
+    for program in procedure.programs:
+        lines = function_text(program)[0]
+        head = lines[0].replace(f"def {program.name}(", f"def {part_name(program)}(", 1)
+        parts.append([f'@_module.part("{program.signature}")', head, *lines[1:]])
+    body = list(printer.lines(procedure.body, _INDENT))
+    return LoopText(tuple(parts), printer.options(), printer.head, body)
+
+
+def costs_text(costs: Sequence[tuple[str, Cost]]) -> str:
+    """Operations as a sum over loops: ``n * (51 mul, 36 add, 51 fma) + 48 mul, 40 add, 48 fma``."""
+    sums: dict[str, dict[str, int]] = {}
+    for often, cost in costs:
+        counts = sums.setdefault(often, dict.fromkeys(cost.as_dict(), 0))
+        for name, count in cost.as_dict().items():
+            counts[name] += count
+    terms = []
+    for often, counts in sorted(sums.items(), key=lambda item: not item[0]):
+        if any(counts.values()):
+            cost = Cost(**counts)
+            text = f"{cost}, {cost.fma} fma"
+            terms.append(f"{often} * ({text})" if often else text)
+    return " + ".join(terms) or "0 mul, 0 add, 0 fma"
+
+
+def index_rules(procedure: Procedure) -> dict[str, str]:
+    """For each index table what its rows have to be, and the length that they refer to.
+
+    That is ``a row of m`` where a part reads a row through it, ``a row or -1 of m`` where rows are only added, and
+    ``an earlier row or -1 of n`` where it is the tree that a loop follows.
+    """
+    read, parents = set[str](), set[str]()
+    for statement in statements(procedure.body):
+        if isinstance(statement, Loop):
+            parents |= _summed(statement)
+        sources = statement.inputs if isinstance(statement, Apply) else ()
+        if isinstance(statement, (Add, Copy)):
+            sources = (statement.source,)
+        for place in sources:
+            if isinstance(place.row, Through) and not isinstance(statement, Add):
+                read |= set(place.row.indices)
+            elif isinstance(place.row, Parent):
+                parents.add(place.row.index)
+    return {
+        table.name: f"{'an earlier' if table.name in parents else 'a'} row"
+        f"{'' if table.name in read else ' or -1'} of {table.into}"
+        for table in procedure.of(Storage.INDEX)
+    }
+
+
+def _summed(loop: Loop) -> set[str]:
+    """Index tables through which a loop adds to rows that it reads itself, which therefore have to come later in it."""
+    read = {
+        place.table
+        for statement in loop.body
+        if isinstance(statement, Apply)
+        for place in statement.inputs
+        if place.row == Counter(loop.counter)
+    }
+    return {
+        name
+        for statement in loop.body
+        if isinstance(statement, Add) and isinstance(statement.target.row, Through) and statement.target.table in read
+        for name in statement.target.row.indices
+    }
+
+
+def kernel_names(source: LoopSource) -> tuple[str, ...]:
+    """The names that a kernel with loops has in the emitted files."""
+    procedure = source.procedure
+    parts = [name for program in procedure.programs for name in (program.name, part_name(program))]
+    return (procedure.name, f"{procedure.name}_rows", f"{procedure.name}_work", *parts)
+
+
+class _Printer:
+    """The names of a procedure's tables, lengths and counters in its text."""
+
+    def __init__(self, procedure: Procedure) -> None:
+        self._procedure = procedure
+        names = Names()
+        self._tables = {table.name: table for table in procedure.tables}
+        self._names = {table.name: names.fresh(table.name) for table in procedure.tables}
+        counters = dict.fromkeys(each.counter for each in statements(procedure.body) if isinstance(each, Loop))
+        self._counters = {counter: names.fresh(counter) for counter in counters}
+        self._lengths = {length: names.fresh(length) for length in procedure.lengths}
+        self._repeat = names.fresh("k")
+        self._reversed: dict[str, bool] = {}
+        inner = [*(table.name for table in procedure.of(Storage.WORK)), *self._counters]
+        for name in inner:
+            if {**self._names, **self._counters}[name] != name:
+                raise BackendError(f"kernel {procedure.name}", f"a table or a loop {name}", "a legal name")
+
+    @property
+    def head(self) -> str:
+        """The line ``def ...``: lengths, arguments, results, and intermediate tables over lengths."""
+        tables = [table for table in self._procedure.tables if table.storage is not Storage.WORK or table.lengths]
+        names = [*self._lengths.values(), *(self._names[table.name] for table in tables)]
+        return f"def {self._procedure.name}({', '.join(names)}):"
+
+    def options(self) -> list[str]:
+        """The arguments of the decorator that tables need."""
+        procedure = self._procedure
+        work = procedure.of(Storage.WORK)
+        shared = [table.name for table in procedure.of(Storage.ARGUMENT) if table.shared]
+        rules = ", ".join(f'"{name}": "{rule}"' for name, rule in index_rules(procedure).items())
+        public = [table.name for table in (*procedure.parameters, *procedure.results)]
+        found = [f'names="{" ".join(public)}"'] if any(self._names[name] != name for name in public) else []
+        found += [f'shared="{" ".join(shared)}"'] if shared else []
+        found += [f"indices={{{rules}}}"] if rules else []
+        found += [f'work="{" ".join(map(_declared, work))}"'] if work else []
+        found += ["repeats=True"] if any(isinstance(s, Repeat) for s in statements(procedure.body)) else []
+        return found
+
+    def lines(self, body: Sequence[Statement], indent: str) -> Iterator[str]:
+        """Statements."""
+        for statement in body:
+            match statement:
+                case Apply(program, inputs, outputs):
+                    targets = ", ".join(map(self._written, outputs))
+                    yield f"{indent}{targets} = {part_name(program)}({', '.join(map(self._read, inputs))})"
+                case Add(source, target):
+                    yield from self._added(source, target, indent)
+                case Copy(source, target):
+                    yield f"{indent}{self._written(target)} = {self._read(source)}"
+                case Clear(name):
+                    yield f"{indent}{self._names[self._over(Place(name)).name]}[:] = 0"
+                case Loop(counter, length, reverse, inner):
+                    n = self._lengths[length]
+                    self._reversed[counter] = reverse
+                    rows = f"range({n} - 1, -1, -1)" if reverse else f"range({n})"
+                    yield f"{indent}for {self._counters[counter]} in {rows}:"
+                    yield from self.lines(inner, indent + _INDENT)
+                case Repeat(limit, until, steps, inner):
+                    until, steps = (self._read(Place(name)) for name in (until, steps))
+                    yield f"{indent}for {self._repeat} in range({limit}):"
+                    yield from self.lines(inner, indent + _INDENT)
+                    yield f"{indent}{_INDENT}{steps} = {steps} + 1"
+                    yield f"{indent}{_INDENT}if {until} != 0:"
+                    yield f"{indent}{_INDENT}{_INDENT}break"
+
+    def _added(self, source: Place, target: Place, indent: str) -> Iterator[str]:
+        """A sum of rows; where index tables name no row to add, nothing."""
+        if isinstance(source.row, Through):
+            counter = self._counters[source.row.loop]
+            there = [f"{self._names[index]}[{counter}] >= 0" for index in source.row.indices]
+            yield f"{indent}if {' and '.join(there)}:"
+            indent += _INDENT
+        if target.row is None and not self._tables[target.table].lengths:
+            yield f"{indent}{self._written(target)} = {SUM}({self._read(target)}, {self._read(source)})"
+        else:
+            table = self._over(target)
+            yield f"{indent}{ADD_TO}({self._names[table.name]}, {self._key(target)}, {self._read(source)})"
+
+    def _read(self, place: Place) -> str:
+        """A row as an argument."""
+        table, name = self._tables[place.table], self._names[place.table]
+        match place.row:
+            case None if not table.lengths:
+                return f"{name}[()]" if table.storage is Storage.RESULT and not table.shape else name
+            case Previous(_, start) | Parent(_, _, start) if not self._tables[start].lengths:
+                return f"{READ_OR}({name}, {self._key(place)}, {self._read(Place(start))})"
+            case Counter() | Through():
+                return f"{name}[{self._key(place)}]"
+            case _:
+                raise self._unknown(place)
+
+    def _written(self, place: Place) -> str:
+        """A row as a target."""
+        table, name = self._tables[place.table], self._names[place.table]
+        match place.row:
+            case None if not table.lengths and table.storage is Storage.WORK:
+                return name
+            case None if not table.lengths and table.storage is Storage.RESULT:
+                return f"{name}[:]" if table.shape else f"{name}[()]"
+            case Counter():
+                return f"{name}[{self._key(place)}]"
+            case _:
+                raise self._unknown(place)
+
+    def _key(self, place: Place) -> str:
+        """The number of a row, which may be none."""
+        self._over(place)
+        match place.row:
+            case Counter(loop):
+                return self._counters[loop]
+            case Through(indices, loop):
+                numbers = [f"{self._names[index]}[{self._counters[loop]}]" for index in indices]
+                return ", ".join(numbers) if len(numbers) == 1 else f"({', '.join(numbers)})"
+            case Previous(loop, _):
+                return f"{self._counters[loop]} {'+' if self._reversed[loop] else '-'} 1"
+            case Following(loop):
+                return f"{self._counters[loop]} {'-' if self._reversed[loop] else '+'} 1"
+            case Parent(index, loop, _):
+                return f"{self._names[index]}[{self._counters[loop]}]"
+            case _:
+                raise self._unknown(place)
+
+    def _over(self, place: Place) -> Table:
+        """The table of a place, which is over as many lengths as its row has numbers."""
+        table = self._tables[place.table]
+        numbers = len(place.row.indices) if isinstance(place.row, Through) else 1
+        if not table.lengths or (place.row is not None and len(table.lengths) != numbers):
+            raise self._unknown(place)
+        return table
+
+    def _unknown(self, place: Place) -> BackendError:
+        return BackendError(f"kernel {self._procedure.name}", f"{place}", "a row that Python text can name")
+
+
+def _declared(table: Table) -> str:
+    return f"{table.name}({','.join([*table.lengths, *map(str, table.shape)])})"

@@ -1,0 +1,243 @@
+"""Tracing kernels with loops, and writing their loops out for arrays of known lengths."""
+
+from __future__ import annotations
+
+from collections import Counter as Counts
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product, takewhile
+from math import prod
+from typing import Any
+
+from ..errors import GacError, KernelError
+from ..ir.procedure import (
+    Add,
+    Clear,
+    Copy,
+    Loop,
+    Parent,
+    Place,
+    Previous,
+    Repeat,
+    Storage,
+    Table,
+)
+from .kernel import ArrayOf, Kernel, Parameter
+from .loop_results import loop_results
+from .recorded import Compute, Record, Recorded
+from .recorder import Inference, Recorder, recording
+from .rows import Index, IndexOf, Leaf, Rows, RowsOf, Unrolled, leaves_of, like, nested
+
+
+@dataclass(frozen=True, slots=True)
+class LoopTrace:
+    """A kernel with loops, called once on symbols.
+
+    Attributes
+    ----------
+    kernel : Kernel
+    records : tuple of Record
+        The tables that hold multivectors: arguments, results and intermediate ones.
+    indices : tuple of Table
+        The index tables.
+    results : tuple of (str, Record)
+        The results by name, in the order of what the function returns.
+    statements : tuple of Recorded
+    """
+
+    kernel: Kernel
+    records: tuple[Record, ...]
+    indices: tuple[Table, ...]
+    results: tuple[tuple[str, Record], ...]
+    statements: tuple[Recorded, ...]
+
+
+def trace_loops(kernel: Kernel, inference: Inference) -> LoopTrace:
+    """Call the function of a kernel with loops on symbols.
+
+    Raises
+    ------
+    GacError
+        As the function raises it, with the line of the definition, and a `KernelError` for every other error.
+    """
+    recorder = Recorder(kernel, inference)
+    for name in _lengths_of(kernel):
+        recorder.take(name)
+    with recording(recorder):
+        arguments = [_argument(recorder, parameter) for parameter in kernel.parameters]
+        try:
+            value = kernel.function(*arguments)
+            if value is None:
+                raise KernelError(kernel.where, "the function returns nothing", "an expression, an array, or a tuple")
+            results = loop_results(recorder, value)
+        except GacError as error:
+            place = kernel.place_of(error)
+            raise (error.at(place) if place and place not in str(error) else error) from error.__cause__
+        except Exception as error:  # whatever the author's code may raise
+            found = f"{type(error).__name__}: {error}"
+            raise KernelError(kernel.place_of(error) or kernel.where, found) from error
+    statements, same = _without_copies(recorder.scopes[0].statements, recorder.records)
+    own = {record.name: name for name, record in results}
+    names = dict(own)
+    for name in recorder.records:
+        if name not in own and name not in same:
+            while names.get(name, name) in own.values():
+                names[name] = recorder.unique(name)
+    names |= {name: own[result] for name, result in same.items()}
+    return LoopTrace(
+        kernel,
+        tuple(replace(r, name=names.get(name, name)) for name, r in recorder.records.items() if name not in same),
+        tuple(recorder.indices.values()),
+        tuple((name, replace(record, name=name)) for name, record in results),
+        tuple(_renamed(statement, names) for statement in statements),
+    )
+
+
+def _lengths_of(kernel: Kernel) -> tuple[str, ...]:
+    """The names of lengths, which nothing else may have."""
+    types = [parameter.type for parameter in kernel.parameters]
+    lengths = [
+        name
+        for each in types
+        for name in ((each.length, each.into) if isinstance(each, IndexOf) else getattr(each, "lengths", ()))
+    ]
+    return tuple(dict.fromkeys(lengths))
+
+
+def _without_copies(
+    statements: Sequence[Recorded], records: Mapping[str, Record]
+) -> tuple[list[Recorded], dict[str, str]]:
+    """The statements without copies of one row to a result at the end, and which table takes the place of which.
+
+    A table that is used otherwise than by programs keeps its place: in emitted text it is a variable, results are not.
+    """
+    kept, names = list(statements), dict[str, str]()
+    copies = list(takewhile(lambda each: isinstance(each, Copy) and each.source.row is None, reversed(statements)))
+    often = Counts(_copied(statements))
+    for statement in copies:
+        assert isinstance(statement, Copy)
+        source, target = records[statement.source.table], records[statement.target.table]
+        is_result = target.storage is Storage.RESULT and source.storage is Storage.WORK and often[source.name] == 1
+        if is_result and source.shape == target.shape and not source.lengths:
+            kept.remove(statement)
+            names[source.name] = target.name
+    return kept, names
+
+
+def _copied(statements: Sequence[Recorded]) -> list[str]:
+    """The tables whose rows are copied, one entry for each copy, and those that are added to or ended iterations by."""
+    found = []
+    for statement in statements:
+        if isinstance(statement, Copy):
+            found.append(statement.source.table)
+        elif isinstance(statement, Add):
+            found.append(statement.target.table)
+        elif isinstance(statement, (Loop, Repeat)):
+            found += _copied(statement.body)  # type: ignore[arg-type]
+            found += [statement.until, statement.steps] if isinstance(statement, Repeat) else []
+    return found
+
+
+def _renamed(recorded: Recorded, names: Mapping[str, str]) -> Recorded:
+    """A statement with other names of some tables."""
+
+    def place(given: Place) -> Place:
+        row = given.row
+        if isinstance(row, (Previous, Parent)) and row.start in names:
+            row = replace(row, start=names[row.start])
+        return Place(names.get(given.table, given.table), row)
+
+    match recorded:
+        case Compute():
+            sources = tuple(replace(source, place=place(source.place)) for source in recorded.sources)
+            return replace(recorded, sources=sources, targets=tuple((place(p), leaf) for p, leaf in recorded.targets))
+        case Add() | Copy():
+            return replace(recorded, source=place(recorded.source), target=place(recorded.target))
+        case Clear():
+            return Clear(names.get(recorded.table, recorded.table))
+        case Repeat():
+            until, steps = names.get(recorded.until, recorded.until), names.get(recorded.steps, recorded.steps)
+            return Repeat(recorded.limit, until, steps, tuple(_renamed(each, names) for each in recorded.body))  # type: ignore[arg-type, misc]
+        case Loop():
+            return replace(recorded, body=tuple(_renamed(each, names) for each in recorded.body))  # type: ignore[arg-type, misc]
+
+
+def _argument(recorder: Recorder, parameter: Parameter) -> Any:
+    """What the function is called with for a parameter."""
+    name, given = parameter.name, parameter.type
+    recorder.take(name)
+    if isinstance(given, IndexOf):
+        table = Table(name, (given.length,), (), Storage.INDEX, True, given.into)
+        recorder.indices[name] = table
+        return Index(name, given.length, given.into)
+    layout, outer = parameter.layout, parameter.outer_shape
+    lengths = given.lengths if isinstance(given, RowsOf) else ()
+    shared = isinstance(given, RowsOf) and given.shared
+    leaves = tuple(Leaf(layout, k * layout.size) for k in range(prod(outer)))
+    shape = outer + (() if layout.is_scalar else (layout.size,))
+    record = recorder.add(Record(name, lengths, leaves, Storage.ARGUMENT, shape, shared))
+    places = list(product(*map(range, outer)))
+    if lengths:
+        flat: list[Any] = [Rows(name, lengths, leaf) for leaf in leaves]
+    else:
+        stems = ["_".join([name, *map(str, place)]) for place in places]
+        flat = [recorder.symbol(stem, Place(name), leaf) for stem, leaf in zip(stems, record.leaves, strict=True)]
+    return nested(flat, outer)
+
+
+def unrolled(kernel: Kernel, lengths: Mapping[str, int], indices: Mapping[str, Sequence[int]]) -> Kernel:
+    """A kernel without loops that computes what a kernel with loops does, for arrays of known lengths.
+
+    Parameters
+    ----------
+    kernel : Kernel
+    lengths : mapping of str to int
+        All of them, each at least 1.
+    indices : mapping of str to sequence of int
+        The contents of the index tables, by the names of the parameters.
+
+    Returns
+    -------
+    Kernel
+        Its parameters are arrays of the given lengths; it has none for index tables.
+    """
+    parameters = tuple(
+        Parameter(p.name, _sized(p.type, lengths)) for p in kernel.parameters if not isinstance(p.type, IndexOf)
+    )
+
+    def function(*given: Any) -> Any:
+        remaining = iter(given)
+        arguments: list[Any] = []
+        for parameter in kernel.parameters:
+            if isinstance(parameter.type, IndexOf):
+                arguments.append(Unrolled(tuple(indices[parameter.name])))
+            elif isinstance(parameter.type, RowsOf):
+                arguments.append(_columns(next(remaining), parameter.type))
+            else:
+                arguments.append(next(remaining))
+        return _results_of_unrolled(kernel.function(*arguments))
+
+    name = "_".join([kernel.name, *map(str, lengths.values())])
+    return Kernel(name, function, parameters, None, kernel.summary)
+
+
+def _sized(given: Any, lengths: Mapping[str, int]) -> Any:
+    if isinstance(given, RowsOf):
+        return ArrayOf(given.layout, (*(lengths[name] for name in given.lengths), *given.shape))
+    return given
+
+
+def _columns(rows: Sequence[Any], given: RowsOf) -> Any:
+    """Arrays of known length in the structure of a row, from nested tuples whose outermost is the array."""
+    for _ in given.lengths[1:]:
+        rows = [element for row in rows for element in row]
+    columns = zip(*(leaves_of(row) for row in rows), strict=True)
+    return like(rows[0], [Unrolled(tuple(column)) for column in columns])
+
+
+def _results_of_unrolled(value: Any) -> Any:
+    """What the function of an unrolled kernel returns: every multivector, one after the other."""
+    flat: list[Any] = []
+    for leaf in leaves_of(value):
+        flat += list(leaf.elements) if isinstance(leaf, Unrolled) else [leaf]
+    return tuple(flat)

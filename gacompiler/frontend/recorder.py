@@ -1,0 +1,396 @@
+"""Recording a kernel with loops: the statements that its function makes when it is called on symbols.
+
+The function is called once. Each loop function that it calls (`frontend.loops`) traces its body on symbols for one row
+and appends a statement. Values are expressions of symbols, and every symbol stands for a row of a table. What a body
+computes of outer values alone is moved out of the loop here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass, field
+from math import prod
+from typing import Any, Protocol
+
+from ..algebra.layout import Layout
+from ..algebra.operations import Operation
+from ..errors import KernelError
+from ..ir.procedure import Copy, Loop, Place, Row, Storage, Table
+from .expression import Expression, topological
+from .kernel import Kernel, Parameter
+from .names import Names, stem_of
+from .recorded import Compute, Record, Recorded, Source, is_constant, targets_in, worth_storing
+from .rows import Leaf, Rows, RowsOf, packing
+from .traced import Traced, substituted
+
+
+class Inference(Protocol):
+    """What the recorder asks the passes."""
+
+    def layouts(self, kernel: Kernel) -> tuple[Layout, ...]:
+        """The layouts that hold the results of a kernel, with every relation that they are proved to satisfy."""
+
+    def joined(self, known: Layout, found: Layout) -> Layout:
+        """The smallest layout that holds elements of both."""
+
+    def joined_with_constant(self, layout: Layout, constant: Expression) -> Layout:
+        """The smallest layout that holds elements of a layout, and a constant."""
+
+    def sum_of(self, layout: Layout) -> Layout:
+        """The layout that holds sums of elements of a layout, and zero."""
+
+    def layout_of_constant(self, constant: Expression) -> Layout:
+        """A layout that holds a constant, and of which all coefficients are stored."""
+
+
+@dataclass(slots=True)
+class Scope:
+    """The statements of the function, or of a loop, as far as they are recorded."""
+
+    number: int
+    statements: list[Any] = field(default_factory=list)
+
+
+class Recorder:
+    """What is known of a kernel with loops while it is traced."""
+
+    def __init__(self, kernel: Kernel, inference: Inference) -> None:
+        self.kernel = kernel
+        self.inference = inference
+        self.records: dict[str, Record] = {}
+        self.indices: dict[str, Table] = {}
+        self.scopes: list[Scope] = [Scope(0)]
+        self._n_scopes = 1
+        self._sources: dict[Expression, Source] = {}
+        self._symbols: dict[Source, Expression] = {}
+        self._stems: dict[Expression, str] = {}
+        self._common: dict[tuple[Expression, int], Expression] = {}
+        self._counters: list[str] = []
+        self._names = Names()
+        self._names_of_symbols = Names()
+
+    # Names, tables and symbols.
+
+    def unique(self, stem: str) -> str:
+        """A name for a table, a counter or a part that nothing else has."""
+        return self._names.unique(stem)
+
+    def take(self, name: str) -> None:
+        """Give a name as it is to a parameter or a length; one of each may have the same."""
+        self._names.take(name)
+
+    def counter(self) -> str:
+        """A name for the counter of a loop in the innermost scope; loops that follow each other have the same."""
+        while len(self._counters) <= self.depth:
+            self._counters.append(self.unique("ijk"[min(len(self._counters), 2)]))
+        return self._counters[self.depth]
+
+    @property
+    def taken(self) -> set[str]:
+        """The names of parameters and lengths."""
+        lengths = {name for record in self.records.values() for name in record.lengths}
+        lengths |= {name for table in self.indices.values() for name in (*table.lengths, table.into)}
+        return lengths | {parameter.name for parameter in self.kernel.parameters}
+
+    def add(self, record: Record) -> Record:
+        """A new table."""
+        self.records[record.name] = record
+        return record
+
+    def tables(
+        self,
+        stems: Sequence[str],
+        lengths: tuple[str, ...],
+        layouts: Sequence[Layout],
+        structure: Any = None,
+        outside: bool = False,
+    ) -> list[Rows]:
+        """New tables for intermediate results.
+
+        Parameters
+        ----------
+        stems : sequence of str
+            A name for each multivector.
+        lengths : tuple of str
+        layouts : sequence of Layout
+        structure : nested tuple, optional
+            That of the results; vectors and matrices in it are one table each, see `packing`.
+        outside : bool
+            Whether they are known in the scope around the innermost one.
+        """
+        groups = [(1, ())] * len(layouts) if structure is None else packing(structure, layouts)
+        found: list[Rows] = []
+        for count, shape in groups:
+            stem = stem_of(stems[len(found)]) if shape else stems[len(found)]
+            found += self.packed(stem, lengths, layouts[len(found) : len(found) + count], shape, outside)
+        return found
+
+    def packed(
+        self,
+        stem: str,
+        lengths: tuple[str, ...],
+        layouts: Sequence[Layout],
+        outer: tuple[int, ...],
+        outside: bool = False,
+    ) -> list[Rows]:
+        """A new table whose rows are arrays of the shape `outer`, of multivectors of equally long layouts."""
+        starts = [sum(layout.size for layout in layouts[:k]) for k in range(len(layouts) + 1)]
+        leaves = tuple(Leaf(layout, start) for layout, start in zip(layouts, starts, strict=False))
+        shape = outer + (() if layouts[0].is_scalar else (layouts[0].size,))
+        scope = self.scopes[-2 if outside else -1].number
+        record = self.add(Record(self.unique(stem), lengths, leaves, Storage.WORK, shape, scope=scope))
+        return [Rows(record.name, lengths, leaf) for leaf in leaves]
+
+    def shape_returned(self, lengths: tuple[str, ...], n: int) -> tuple[int, ...]:
+        """The shape of a row of a result over several lengths declared with `n` multivectors in each; or empty."""
+        pinned = self.kernel.returns
+        types = pinned if isinstance(pinned, tuple) else (pinned,)
+        rows = [each for each in types if isinstance(each, RowsOf) and each.shape]
+        shapes = [each.shape for each in rows if each.lengths == lengths and prod(each.shape) == n]
+        return shapes[0] if shapes and len(lengths) > 1 else ()
+
+    def symbol(self, stem: str, place: Place, leaf: Leaf, depth: int | None = None) -> Expression:
+        """The expression that stands for a multivector in a row, read in the innermost scope or in another."""
+        depth = self.depth if depth is None else depth
+        source = Source(place, leaf, depth, self.scopes[depth].number)
+        if source not in self._symbols:
+            name = self._names_of_symbols.unique(stem)
+            symbol: Expression = Parameter(name, leaf.layout).symbols()
+            self._sources[symbol], self._symbols[source], self._stems[symbol] = source, symbol, stem
+        return self._symbols[source]
+
+    def row_symbol(self, stem: str, rows: Rows, row: Row) -> Expression:
+        """The symbol for a row of an array."""
+        return self.symbol(stem, Place(self.check_rows(rows).table, row), rows.leaf)
+
+    def symbols(self, stems: Sequence[str], tables: Sequence[Rows], row: Row = None) -> list[Expression]:
+        """Symbols for multivectors in rows of tables."""
+        return [self.symbol(stem, Place(rows.table, row), rows.leaf) for stem, rows in zip(stems, tables, strict=True)]
+
+    def source(self, symbol: Expression) -> Source:
+        """Where the value of a symbol is.
+
+        Raises
+        ------
+        KernelError
+            When it belongs to another kernel, or to a loop that has ended.
+        """
+        source = self._sources.get(symbol)
+        if source is None or not self._is_open(source.scope):
+            raise KernelError(
+                self.kernel.where, f"uses {symbol}, an input of another kernel or of a loop that has ended",
+                "its own parameters, and what the loops return",
+            )  # fmt: skip
+        return source
+
+    def check_rows(self, rows: Rows) -> Rows:
+        """`rows`, where they can be used.
+
+        Raises
+        ------
+        KernelError
+            As `source` does.
+        """
+        record = self.records.get(rows.table)
+        if record is None or not self._is_open(record.scope):
+            raise KernelError(
+                self.kernel.where, f"uses {rows.table}, an array of another kernel or of a loop that has ended",
+                "its own parameters, and what the loops return",
+            )  # fmt: skip
+        return rows
+
+    def _is_open(self, number: int) -> bool:
+        return any(scope.number == number for scope in self.scopes)
+
+    @property
+    def depth(self) -> int:
+        """How many loops enclose what is traced now."""
+        return len(self.scopes) - 1
+
+    @contextmanager
+    def scope(self) -> Iterator[Scope]:
+        """Record the statements of a loop."""
+        inner = Scope(self._n_scopes)
+        self._n_scopes += 1
+        self.scopes.append(inner)
+        try:
+            yield inner
+        finally:
+            self.scopes.pop()
+
+    def append(self, statement: Recorded) -> None:
+        """Record a statement in the innermost scope; a loop without statements is left out."""
+        if not (isinstance(statement, Loop) and not statement.body):
+            self.scopes[-1].statements.append(statement)
+
+    @contextmanager
+    def attempt(self) -> Iterator[None]:
+        """Trace something whose statements are not kept."""
+        kept = [list(scope.statements) for scope in self.scopes]
+        records, indices = dict(self.records), dict(self.indices)
+        sources, symbols, stems = dict(self._sources), dict(self._symbols), dict(self._stems)
+        common, counters = dict(self._common), list(self._counters)
+        names, names_of_symbols = self._names.copy(), self._names_of_symbols.copy()
+        try:
+            yield
+        finally:
+            for scope, statements in zip(self.scopes, kept, strict=True):
+                scope.statements = statements
+            self.records, self.indices = records, indices
+            self._sources, self._symbols, self._stems = sources, symbols, stems
+            self._common, self._counters = common, counters
+            self._names, self._names_of_symbols = names, names_of_symbols
+
+    # Computing.
+
+    def layouts_of(self, expressions: Sequence[Expression]) -> tuple[Layout, ...]:
+        """The layouts that hold expressions of symbols."""
+        found: dict[int, Layout] = {}
+        unknown = []
+        for k, expression in enumerate(expressions):
+            if expression.operation is Operation.INPUT:
+                found[k] = self.source(expression).leaf.layout
+            elif is_constant(expression):
+                found[k] = self.inference.layout_of_constant(expression)
+            else:
+                unknown.append(k)
+        if unknown:
+            kernel, _ = self._kernel("value", [expressions[k] for k in unknown], None)
+            found.update(zip(unknown, self.inference.layouts(kernel), strict=True))
+        return tuple(found[k] for k in range(len(expressions)))
+
+    def _kernel(
+        self, name: str, expressions: Sequence[Expression], layouts: Sequence[Layout] | None
+    ) -> tuple[Kernel, tuple[Expression, ...]]:
+        """A kernel that computes expressions, and the symbols that are its arguments."""
+        used = {node for node in topological(expressions) if node.operation is Operation.INPUT}
+        for symbol in used:
+            self.source(symbol)
+        symbols = tuple(symbol for symbol in self._sources if symbol in used)
+        parameters = tuple(Parameter(symbol.data.name, symbol.data.layout) for symbol in symbols)
+        function = Traced(symbols, tuple(expressions))
+        return Kernel(name, function, parameters, tuple(layouts) if layouts else None, self.kernel.summary), symbols
+
+    def compute(
+        self, expressions: Sequence[Expression], targets: Sequence[tuple[Place, Leaf]], depth: int | None = None
+    ) -> None:
+        """Record that expressions are computed and written, in the innermost scope or in one further out.
+
+        Subexpressions that change in an outer loop only, or in none, are computed there. Rows that are copied need
+        no program.
+        """
+        depth = self.depth if depth is None else depth
+        moved = self._moved_out(list(expressions), depth)
+        written = {place.table for place, _ in targets}
+        computed, others = list[int](), list[Recorded]()
+        for k, (expression, (place, leaf)) in enumerate(zip(moved, targets, strict=True)):
+            simple = self._simple(expression, place, leaf, written)
+            computed += [k] if simple is None else []
+            others += simple or []
+        if computed:
+            name = self.unique(f"{self.kernel.name}_step")
+            kernel, symbols = self._kernel(name, [moved[k] for k in computed], [targets[k][1].layout for k in computed])
+            sources = tuple(self._sources[symbol] for symbol in symbols)
+            stems = tuple(self._stems[symbol] for symbol in symbols)
+            statement = Compute(kernel, sources, stems, tuple(targets[k] for k in computed))
+            self.scopes[depth].statements.append(statement)
+        self.scopes[depth].statements.extend(others)
+
+    def _simple(self, expression: Expression, place: Place, leaf: Leaf, written: set[str]) -> list[Recorded] | None:
+        """The statements for a result that is a whole row of another table; None where it is computed.
+
+        Intermediate rows of several numbers are variables in emitted text: one that names a row of a table, and not
+        another variable, would change with the table.
+        """
+        target = self.records[place.table]
+        if len(target.leaves) > 1 or expression.operation is not Operation.INPUT:
+            return None
+        source = self.source(expression)
+        if source.place == place:
+            return []
+        other = self.records[source.place.table]
+        is_row = len(other.leaves) == 1 and source.leaf.layout == leaf.layout and other.name not in written
+        is_variable = other.storage is Storage.WORK and not other.lengths
+        is_safe = is_variable or not target.shape or target.lengths or target.storage is Storage.RESULT
+        return [Copy(source.place, place)] if is_row and is_safe else None
+
+    def _moved_out(self, expressions: list[Expression], depth: int) -> list[Expression]:
+        """Expressions with symbols in place of what can be computed further out."""
+        depths = self._depths(expressions)
+        outer: dict[Expression, None] = {}
+        for node in [*expressions, *(n for n in depths if depths[n] == depth)]:
+            for each in node.arguments if depths[node] == depth else (node,):
+                if -1 < depths[each] < depth:
+                    outer |= dict.fromkeys(worth_storing(each))
+        if not outer:
+            return expressions
+        by: dict[Expression, Expression] = {}
+        for level in sorted({depths[each] for each in outer}, reverse=True):
+            values = [each for each in outer if depths[each] == level]
+            by.update(zip(values, self._computed_at(level, values), strict=True))
+        return substituted(expressions, by)
+
+    def _depths(self, expressions: Sequence[Expression]) -> dict[Expression, int]:
+        """For every node below some expressions, in how many loops it changes; -1 for constants."""
+        depths: dict[Expression, int] = {}
+        for node in topological(expressions):
+            if node.operation is Operation.INPUT:
+                depths[node] = self.source(node).depth
+            else:
+                depths[node] = max((depths[argument] for argument in node.arguments), default=-1)
+        return depths
+
+    def _computed_at(self, depth: int, expressions: Sequence[Expression]) -> list[Expression]:
+        """Symbols for expressions, which are computed in the scope of the given depth."""
+        inner, self.scopes = self.scopes, self.scopes[: depth + 1]
+        try:
+            number = self.scopes[-1].number
+            new = [each for each in expressions if (each, number) not in self._common]
+            records = self.stored(new, ["common"] * len(new), self.layouts_of(new))
+            for each, symbol in zip(new, self.symbols(["common"] * len(new), records), strict=True):
+                self._common[each, number] = symbol
+            return [self._common[each, number] for each in expressions]
+        finally:
+            self.scopes = inner
+
+    def stored(
+        self, values: Sequence[Expression], stems: Sequence[str], layouts: Sequence[Layout], structure: Any = None
+    ) -> list[Rows]:
+        """Tables of one row each, with values written to them; see `tables`."""
+        tables = self.tables(stems, (), layouts, structure)
+        self.compute(values, targets_in(tables))
+        return tables
+
+
+_CURRENT: ContextVar[Recorder | None] = ContextVar("recorder", default=None)
+
+
+def is_recording() -> bool:
+    """Whether a kernel with loops is being traced."""
+    return _CURRENT.get() is not None
+
+
+def current() -> Recorder:
+    """The recorder of the kernel that is traced.
+
+    Raises
+    ------
+    KernelError
+        When none is.
+    """
+    recorder = _CURRENT.get()
+    if recorder is None:
+        raise KernelError("a loop", "no kernel with loops is being traced", "a call inside the function of a kernel")
+    return recorder
+
+
+@contextmanager
+def recording(recorder: Recorder) -> Iterator[Recorder]:
+    """Let loop functions record to `recorder`."""
+    token = _CURRENT.set(recorder)
+    try:
+        yield recorder
+    finally:
+        _CURRENT.reset(token)

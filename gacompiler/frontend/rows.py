@@ -1,0 +1,212 @@
+"""Arrays whose length is known only when a kernel runs: as parameters, and as values while the kernel is traced.
+
+``array(PGA3.LINE, "n")`` is an array of n lines. A kernel with such a parameter contains loops (`frontend.loops`). The
+same function can be traced with arrays of known lengths, `Unrolled`, which gives an ordinary kernel without loops.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from math import prod
+from typing import Any, NoReturn
+
+from ..algebra.layout import Layout
+from ..errors import KernelError
+
+
+@dataclass(frozen=True, slots=True)
+class RowsOf:
+    """The type of an array of rows: each row is an element of `layout`, or an array of them of the given shape.
+
+    Attributes
+    ----------
+    layout : Layout
+    lengths : tuple of str
+        The names of the leading axes, ``("n",)``.
+    shape : tuple of int
+        The shape of a row, without the blade axis.
+    shared : bool
+        Whether all elements of a batch share one such array, as the configurations of a robot share its axes.
+    """
+
+    layout: Layout
+    lengths: tuple[str, ...]
+    shape: tuple[int, ...] = ()
+    shared: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class IndexOf:
+    """The type of an index table: each row of length `length` is the number of a row of length `into`, or -1 for none.
+
+    All elements of a batch share an index table.
+    """
+
+    length: str
+    into: str
+
+
+@dataclass(frozen=True, slots=True)
+class Leaf:
+    """A multivector in a row of a table: its layout, and where its numbers begin."""
+
+    layout: Layout
+    start: int
+
+
+class Array:
+    """What arrays of rows refuse, whatever their lengths: to be computed with as a whole."""
+
+    __slots__ = ()
+
+    def refuse(self, *_: Any) -> NoReturn:
+        """Say that an array cannot be computed with."""
+        raise KernelError(
+            "a kernel with loops",
+            "an array of rows in an expression",
+            "a loop over its rows",
+            "use each(lambda row: ..., rows), or fold, scan or total",
+        )
+
+    __array_ufunc__ = None  # so that a number of numpy on the left leaves the operation to the array
+    takes_over_multivector = True
+
+    __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __truediv__ = __rtruediv__ = refuse
+    __neg__ = __pos__ = __xor__ = __rxor__ = __and__ = __rand__ = __invert__ = __getitem__ = __pow__ = refuse
+    __lt__ = __le__ = __gt__ = __ge__ = refuse
+
+    def __bool__(self) -> bool:
+        self.refuse()
+
+    def __len__(self) -> int:
+        self.refuse()
+
+    def __iter__(self) -> Iterator[Any]:
+        self.refuse()
+
+
+@dataclass(frozen=True, slots=True)
+class Index(Array):
+    """An index table while a kernel with loops is traced."""
+
+    name: str
+    length: str
+    into: str
+
+
+@dataclass(frozen=True, slots=True)
+class Rows(Array):
+    """An array over named lengths, while a kernel with loops is traced.
+
+    Attributes
+    ----------
+    table : str
+        Where its numbers are.
+    lengths : tuple of str
+        The names of the axes of the table.
+    leaf : Leaf
+    through : tuple of Index
+        Where not empty, row i of the array is the row of the table that these index tables name in their rows i.
+    """
+
+    table: str
+    lengths: tuple[str, ...]
+    leaf: Leaf
+    through: tuple[Index, ...] = ()
+
+    @property
+    def length(self) -> str:
+        """The length that loops over this array run over."""
+        return self.through[0].length if self.through else self.lengths[0]
+
+    def at(self, through: tuple[Index, ...]) -> Rows:
+        """The array of the rows that index tables name."""
+        return replace(self, through=through)
+
+
+@dataclass(frozen=True, slots=True)
+class Unrolled(Array):
+    """An array of known length, while a kernel is traced without loops; of numbers for an index table."""
+
+    elements: tuple[Any, ...]
+
+    @property
+    def length(self) -> int:
+        """How many rows there are."""
+        return len(self.elements)
+
+
+def leaves_of(structure: Any) -> list[Any]:
+    """What nested tuples hold, in order."""
+    if isinstance(structure, (tuple, list)):
+        return [leaf for each in structure for leaf in leaves_of(each)]
+    return [structure]
+
+
+def like(structure: Any, flat: Sequence[Any]) -> Any:
+    """Nested tuples of the given structure with other leaves; named tuples keep their names."""
+    remaining = iter(flat)
+
+    def made(part: Any) -> Any:
+        if not isinstance(part, (tuple, list)):
+            return next(remaining)
+        inner = [made(each) for each in part]
+        return type(part)(*inner) if hasattr(part, "_fields") else tuple(inner)
+
+    return made(structure)
+
+
+def nested(flat: Sequence[Any], shape: tuple[int, ...]) -> Any:
+    """Nested tuples of the given shape."""
+    if not shape:
+        return flat[0]
+    step = prod(shape[1:])
+    return tuple(nested(flat[k * step : (k + 1) * step], shape[1:]) for k in range(shape[0]))
+
+
+def same_structure(a: Any, b: Any) -> bool:
+    """Whether nested tuples differ in their leaves only."""
+    if isinstance(a, (tuple, list)) and isinstance(b, (tuple, list)):
+        return len(a) == len(b) and all(map(same_structure, a, b))
+    return not isinstance(a, (tuple, list)) and not isinstance(b, (tuple, list))
+
+
+SHORTEST = 3
+"""Tuples of at least so many numbers are one array; shorter ones are results that happen to be numbers."""
+
+
+def packing(structure: Any, layouts: Sequence[Layout]) -> list[tuple[int, tuple[int, ...]]]:
+    """How the leaves of a structure are put into tables: how many there are in each, and as an array of which shape.
+
+    A vector of numbers, and a tuple of tuples of equal lengths of multivectors of one layout, are one table. Every
+    other multivector has a table of its own, and so have the fields of named tuples.
+    """
+    remaining = list(layouts)
+
+    def packed(part: Any) -> list[tuple[int, tuple[int, ...]]]:
+        shape = _array_shape(part)
+        own = remaining[: prod(shape)]
+        is_vector = len(shape) == 1 and shape[0] >= SHORTEST and own[0].is_scalar
+        if shape and len(set(own)) == 1 and (is_vector or len(shape) > 1):
+            del remaining[: len(own)]
+            return [(len(own), shape)]
+        if not isinstance(part, (tuple, list)):
+            del remaining[:1]
+            return [(1, ())]
+        return [group for each in part for group in packed(each)]
+
+    return packed(structure)
+
+
+def _array_shape(part: Any) -> tuple[int, ...]:
+    """The shape of nested tuples of equal lengths, none of them a named tuple; empty for other structures."""
+
+    def shape(part: Any) -> tuple[int, ...] | None:
+        if not isinstance(part, (tuple, list)):
+            return ()
+        inner = {shape(each) for each in part}
+        (found, *others) = inner or {None}
+        return None if others or found is None or hasattr(part, "_fields") else (len(part), *found)
+
+    return shape(part) or ()

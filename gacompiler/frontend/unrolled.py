@@ -1,0 +1,135 @@
+"""Loops over arrays of known length, written out row by row: what the functions of `frontend.loops` mean."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
+from typing import Any
+
+from .expression import Expression, lift
+from .loop_bodies import common_length, lifted, with_structure
+from .operations import select
+from .rows import Unrolled, leaves_of, like
+
+_MOST_STEPS: ContextVar[int | None] = ContextVar("most_steps", default=None)
+
+
+@contextmanager
+def steps_limited(n: int) -> Iterator[None]:
+    """Write out at most `n` steps of iterations, for a comparison with a procedure that has the same limit."""
+    token = _MOST_STEPS.set(n)
+    try:
+        yield
+    finally:
+        _MOST_STEPS.reset(token)
+
+
+def unrolled_fold(body: Callable[..., Any], start: Any, rows: Sequence[Any], reverse: bool) -> Any:
+    """`fold` over arrays of known length."""
+    carry = _lifted("fold()", start)
+    for row in _unrolled_rows("fold()", rows, reverse):
+        carry = _same_shape("fold()", carry, body(carry, *row))
+    return carry
+
+
+def unrolled_each(body: Callable[..., Any], rows: Sequence[Any]) -> Any:
+    """`each` over arrays of known length."""
+    return _columns([_lifted("each()", body(*row)) for row in _unrolled_rows("each()", rows)])
+
+
+def unrolled_total(body: Callable[..., Any], rows: Sequence[Any]) -> Any:
+    """`total` over arrays of known length."""
+    found: Any = None
+    for row in _unrolled_rows("total()", rows):
+        terms = _lifted("total()", body(*row))
+        pairs = zip(leaves_of(found), leaves_of(terms), strict=True) if found is not None else ()
+        found = terms if found is None else like(terms, [a + b for a, b in pairs])
+    return found
+
+
+def _lifted(where: str, value: Any) -> Any:
+    return like(value, lifted(where, value))
+
+
+def _same_shape(where: str, structure: Any, value: Any) -> Any:
+    return like(structure, with_structure(where, structure, value))
+
+
+def _unrolled_rows(where: str, rows: Sequence[Any], reverse: bool = False) -> list[list[Any]]:
+    length = common_length(where, rows)
+    order = range(length - 1, -1, -1) if reverse else range(length)
+    return [[_row(structure, k) for structure in rows] for k in order]
+
+
+def _row(structure: Any, k: int) -> Any:
+    return like(structure, [array.elements[k] for array in leaves_of(structure)])
+
+
+def _columns(results: Sequence[Any]) -> Any:
+    """Arrays from their rows, in the structure of a row."""
+    flat = [[lift(leaf) for leaf in leaves_of(result)] for result in results]
+    return like(results[0], [Unrolled(column) for column in zip(*flat, strict=True)])
+
+
+def unrolled_scan(body: Callable[..., Any], start: Any, rows: Sequence[Any], parents: Any, reverse: bool) -> Any:
+    """`scan` over arrays of known length."""
+    length = common_length("scan()", rows)
+    found: dict[int, Any] = {}
+    first = _lifted("scan()", start)
+    order = range(length - 1, -1, -1) if reverse else range(length)
+    for k in order:
+        before = parents.elements[k] if parents is not None else k + 1 if reverse else k - 1
+        carry = found.get(before, first)
+        found[k] = _same_shape("scan()", first, body(carry, *(_row(structure, k) for structure in rows)))
+    return _columns([found[k] for k in range(length)])
+
+
+def unrolled_accumulate(body: Callable[..., Any], zero: Any, rows: Sequence[Any], parents: Any, keep: bool) -> Any:
+    """`accumulate` over arrays of known length."""
+    length = common_length("accumulate()", rows)
+    sums: dict[int, Any] = {}
+    values: dict[int, Any] = {}
+    kept: dict[int, Any] = {}
+    for k in range(length - 1, -1, -1):
+        result = body(sums.get(k, _lifted("accumulate()", zero)), *(_row(structure, k) for structure in rows))
+        values[k] = _same_shape("accumulate()", zero, result[0] if keep else result)
+        if keep:
+            kept[k] = _lifted("accumulate()", result[1])
+        parent = parents.elements[k] if parents is not None else k - 1
+        pairs = zip(leaves_of(sums.get(parent, _lifted("accumulate()", zero))), leaves_of(values[k]), strict=True)
+        sums[parent] = like(zero, [a + b for a, b in pairs])
+    columns = _columns([values[k] for k in range(length)])
+    return (columns, _columns([kept[k] for k in range(length)])) if keep else columns
+
+
+def unrolled_scatter(
+    array: Unrolled, tables: Sequence[Any], axes: Sequence[Any], start: Unrolled | None = None
+) -> Unrolled:
+    """`scatter` over arrays of known length."""
+    lengths = [axis.length for axis in axes]
+    count = 1
+    for length in lengths:
+        count *= length
+    found: list[Expression] = [lift(0)] * count if start is None else list(start.elements)
+    for k, value in enumerate(array.elements):
+        place = 0
+        for table, length in zip(tables, lengths, strict=True):
+            place = -1 if place < 0 or table.elements[k] < 0 else place * length + table.elements[k]
+        if place >= 0:
+            found[place] = found[place] + value
+    return Unrolled(tuple(found))
+
+
+def unrolled_iterate(body: Callable[..., Any], start: Any, until: Callable[..., Any], at_most: int) -> Any:
+    """`iterate` over arrays of known length."""
+    carry, converged, steps, active = _lifted("iterate()", start), lift(0), lift(0), lift(1)
+    for _ in range(min(at_most, _MOST_STEPS.get() or at_most)):
+        following = _same_shape("iterate()", start, body(carry))
+        is_done = lift(until(carry, following))
+        pairs = zip(leaves_of(carry), leaves_of(following), strict=True)
+        converged = select(active, is_done, converged)
+        carry = like(start, [lift(select(active, new, old)) for old, new in pairs])
+        steps = steps + active
+        active = select(active, 1 - is_done, 0)
+    return carry, converged, steps

@@ -1,0 +1,110 @@
+"""Compiled kernels with loops as plain data, lists, texts and whole numbers, and back."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import fields
+from typing import Any
+
+from ..backends.module import LoopSource
+from ..frontend.kernel import Kernel
+from ..frontend.loop_trace import LoopTrace
+from ..ir.cost import Cost
+from ..ir.procedure import (
+    Add,
+    Apply,
+    Clear,
+    Copy,
+    Counter,
+    Following,
+    Loop,
+    Parent,
+    Place,
+    Previous,
+    Procedure,
+    Repeat,
+    Storage,
+    Table,
+    Through,
+)
+from ..ir.program import Program
+from .compiled import CompiledLoops, CompiledPart
+from .plain import layout_of, packed_layout, packed_program, packed_slots, program_of, slots_of
+
+_KINDS: Mapping[str, type] = {
+    kind.__name__: kind
+    for kind in (Counter, Through, Previous, Parent, Following, Place, Apply, Add, Copy, Clear, Loop, Repeat)
+}
+
+
+def packed_loops(compiled: CompiledLoops) -> dict[str, Any]:
+    """All of a compiled kernel with loops but its definition."""
+    source = compiled.source
+    return {
+        "procedure": packed_procedure(source.procedure),
+        "layouts": [[name, packed_layout(layout)] for name, layout in source.layouts],
+        "costs": [[often, *cost.as_dict().values()] for often, cost in source.costs],
+        "relations": source.relations,
+        "error": source.error,
+        "parts": [[packed_program(part.program), packed_slots(part.slots)] for part in compiled.parts],
+    }
+
+
+def unpacked_loops(kernel: Kernel, trace: LoopTrace, data: Any) -> CompiledLoops:
+    """The compiled kernel of a definition from what `packed_loops` gave.
+
+    Raises
+    ------
+    GacError, LookupError, TypeError, ValueError
+        When the data is of another form.
+    """
+    source = LoopSource(
+        procedure_of(data["procedure"]),
+        kernel.summary,
+        tuple((name, layout_of(layout)) for name, layout in data["layouts"]),
+        tuple((often, Cost(*counts)) for often, *counts in data["costs"]),
+        tuple(data["relations"]),
+        data["error"],
+    )
+    parts = tuple(CompiledPart(program_of(program), slots_of(slots)) for program, slots in data["parts"])
+    return CompiledLoops(kernel, source, trace, parts)
+
+
+def packed_procedure(procedure: Procedure) -> list[Any]:
+    """A procedure as plain data."""
+    tables = [[t.name, t.lengths, t.shape, t.storage.value, t.shared, t.into] for t in procedure.tables]
+    programs = [packed_program(program) for program in procedure.programs]
+    return [procedure.name, tables, programs, [_packed(statement) for statement in procedure.body]]
+
+
+def procedure_of(data: Any) -> Procedure:
+    """The procedure that `packed_procedure` gave."""
+    name, tables, programs, body = data
+    known = {program.name: program for program in map(program_of, programs)}
+    return Procedure(
+        name,
+        tuple(Table(t, tuple(n), tuple(shape), Storage(s), shared, into) for t, n, shape, s, shared, into in tables),
+        tuple(_unpacked(statement, known) for statement in body),
+    )
+
+
+def _packed(value: Any) -> Any:
+    """A statement, or what one holds: its kind and its fields; programs by their names."""
+    if isinstance(value, Program):
+        return value.name
+    if isinstance(value, tuple):
+        return [_packed(each) for each in value]
+    name = type(value).__name__
+    return {name: [_packed(getattr(value, f.name)) for f in fields(value)]} if name in _KINDS else value
+
+
+def _unpacked(data: Any, programs: Mapping[str, Program]) -> Any:
+    if isinstance(data, list):
+        return tuple(_unpacked(each, programs) for each in data)
+    if not isinstance(data, dict):
+        return data
+    ((name, values),) = data.items()
+    found = [_unpacked(value, programs) for value in values]
+    if name == "Apply":
+        found[0] = programs[found[0]]
+    return _KINDS[name](*found)

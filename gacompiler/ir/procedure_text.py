@@ -1,0 +1,83 @@
+"""Procedures as text for readers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from .procedure import (
+    Add,
+    Apply,
+    Clear,
+    Copy,
+    Counter,
+    Following,
+    Loop,
+    Parent,
+    Place,
+    Previous,
+    Procedure,
+    Repeat,
+    Row,
+    Statement,
+    Storage,
+    Table,
+    Through,
+)
+
+
+def procedure_text(procedure: Procedure) -> str:
+    """The loops of a procedure, its programs as calls; then its work space."""
+    parameters = ", ".join(_declared(table) for table in procedure.parameters)
+    results = ", ".join(_declared(table) for table in procedure.results)
+    lines = [f"{procedure.name}({parameters}) -> {results}", *_lines(procedure.body, 1)]
+    work = ", ".join(_declared(table) for table in procedure.of(Storage.WORK))
+    return "\n".join([*lines, *([f"work: {work}"] if work else [])])
+
+
+def _declared(table: Table) -> str:
+    shape = ", ".join([*table.lengths, *map(str, table.shape)])
+    into = f" into {table.into}" if table.into else ""
+    return f"{table.name}[{shape}]{into}" if shape else table.name
+
+
+def _lines(body: Sequence[Statement], depth: int) -> list[str]:
+    found = []
+    for statement in body:
+        text = ""
+        match statement:
+            case Apply():
+                call = f"{statement.program.name}({', '.join(map(place_text, statement.inputs))})"
+                text = f"{', '.join(map(place_text, statement.outputs))} = {call}"
+            case Add():
+                text = f"{place_text(statement.target)} += {place_text(statement.source)}"
+            case Copy():
+                text = f"{place_text(statement.target)} = {place_text(statement.source)}"
+            case Clear():
+                text = f"{statement.table} = 0"
+            case Loop():
+                order = f"reversed({statement.length})" if statement.reverse else statement.length
+                text = f"for {statement.counter} in {order}:"
+            case Repeat():
+                text = f"repeat at most {statement.limit} times until {statement.until}, counting {statement.steps}:"
+        found.append("    " * depth + text)
+        if isinstance(statement, (Loop, Repeat)):
+            found += _lines(statement.body, depth + 1)
+    return found
+
+
+def place_text(place: Place) -> str:
+    """A row of a table, ``axes[i]``."""
+    row: Row = place.row
+    match row:
+        case None:
+            return place.table
+        case Counter(loop):
+            return f"{place.table}[{loop}]"
+        case Through(indices, loop):
+            return f"{place.table}[{', '.join(f'{index}[{loop}]' for index in indices)}]"
+        case Previous(loop, start):
+            return f"{place.table}[before {loop}, else {start}]"
+        case Parent(index, loop, start):
+            return f"{place.table}[{index}[{loop}], else {start}]"
+        case Following(loop):
+            return f"{place.table}[after {loop}]"

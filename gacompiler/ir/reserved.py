@@ -1,0 +1,47 @@
+"""Words that variables of emitted functions cannot have as their names, in any of the languages."""
+
+from __future__ import annotations
+
+import keyword
+import re
+
+from .scalar import Op
+
+_C_WORDS = frozenset(
+    """
+    asm auto bool break case char const constexpr continue default do double else enum extern false float for fortran
+    goto if inline int long nullptr register restrict return short signed sizeof static struct switch thread_local true
+    typedef typeof union unsigned void volatile while intptr_t uintptr_t linux unix i386
+    """.split()  # noqa: SIM905
+)
+"""Keywords and types. Functions of ``<math.h>`` are not here: a parameter may hide one, the macros may not."""
+
+C_MACRO_NAMES = frozenset(
+    """
+    REAL WORD NAME FUNCTION PRECISION INLINE ON_v3 ON_v4 HAS_v3 HAS_v4 NAMES_MACHINES LOOP LOOPS WIDTH WIDTHS CHOSEN
+    FUSED RUN FMA ANY_ORDER NOT_UNROLLED LANES NLANES CHUNK SPAN TILE PADDED SHUFFLE VECTOR NAN INFINITY NULL WHERE SIGN
+    SIGN_BIT SHIFT FRACTION_BITS BIAS LOG_0 LOG_1 LOG_INVERSE QUARTER_0 QUARTER_1 QUARTER_2 QUARTER_INVERSE M_E M_PI
+    DBL_MIN FLT_MIN
+    """.split()  # noqa: SIM905
+)
+"""Macros of the headers that the runtime uses: a kernel of such a name would be something else in C."""
+
+LIKE_A_MACRO = re.compile(r"[A-Z][A-Z0-9_]+")
+"""Names that headers define, and options of the compiler: FLT_MAX, M_LOG2E, ONLY_F64."""
+
+_FUNCTIONS = frozenset({"fabs", *(op.value for op in Op), *(op.value.upper() for op in Op)})
+
+RESERVED = (
+    _C_WORDS | C_MACRO_NAMES | {"far"} | _FUNCTIONS | {*keyword.kwlist, *keyword.softkwlist, "range", "len", "empty"}
+)
+"""Names that a variable of an emitted function cannot have, in any of the languages."""
+
+
+def legal(wanted: str) -> str:
+    """A name as near to `wanted` as it can be in all languages."""
+    name = re.sub(r"\W", "_", wanted, flags=re.ASCII)
+    if not name or name[0].isdigit() or name[0] == "_" or LIKE_A_MACRO.fullmatch(name):
+        name = f"v{name}"
+    while name in RESERVED:
+        name += "_"
+    return name

@@ -1,0 +1,163 @@
+"""What a procedure means: it is run row by row, over any ring that its programs can be run over."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from .interpret import Tape
+from .procedure import (
+    Add,
+    Apply,
+    Clear,
+    Copy,
+    Counter,
+    Following,
+    Loop,
+    Parent,
+    Place,
+    Previous,
+    Procedure,
+    Repeat,
+    Row,
+    Statement,
+    Storage,
+    Through,
+)
+
+Rows = list[list[Any]]
+"""The rows of a table, those of several axes in C order."""
+
+
+def run_procedure(
+    procedure: Procedure,
+    lengths: Mapping[str, int],
+    arguments: Mapping[str, Sequence[Sequence[Any]]],
+    constant: Callable[[Any], Any] = lambda value: value,
+    apply: Callable[[Tape, Sequence[Any]], Sequence[Any]] | None = None,
+) -> dict[str, Rows]:
+    """Run a procedure; gives the rows of its results by name.
+
+    Parameters
+    ----------
+    procedure : Procedure
+    lengths : mapping of str to int
+    arguments : mapping of str to rows
+        Of every argument and index table.
+    constant : callable
+        Lifts exact numbers into the ring.
+    apply : callable, optional
+        Runs a program on flat inputs; by default in the ring, by `Tape.run`.
+
+    Raises
+    ------
+    IndexError
+        When an index table names a row that is not there, where one is read.
+    """
+    if apply is None:
+        apply = lambda tape, inputs: tape.run(inputs, constant)  # noqa: E731
+    return _Run(procedure, lengths, arguments, constant, apply).results()
+
+
+class _Run:
+    """A procedure while it runs: the rows of its tables, and the rows that its loops have come to."""
+
+    def __init__(
+        self,
+        procedure: Procedure,
+        lengths: Mapping[str, int],
+        arguments: Mapping[str, Sequence[Sequence[Any]]],
+        constant: Callable[[Any], Any],
+        apply: Callable[[Tape, Sequence[Any]], Sequence[Any]],
+    ) -> None:
+        self._procedure, self._lengths, self._constant, self._apply = procedure, lengths, constant, apply
+        self._tables: dict[str, Rows] = {name: [list(row) for row in rows] for name, rows in arguments.items()}
+        for table in procedure.of(Storage.RESULT, Storage.WORK):
+            count = 1
+            for name in table.lengths:
+                count *= lengths[name]
+            self._tables[table.name] = [[constant(0)] * table.size for _ in range(count)]
+        self._counters: dict[str, int] = {}
+        self._directions: dict[str, tuple[int, int]] = {}
+        self._tapes = {program.name: Tape(program) for program in procedure.programs}
+
+    def results(self) -> dict[str, Rows]:
+        """Run everything."""
+        self._run(self._procedure.body)
+        return {table.name: self._tables[table.name] for table in self._procedure.results}
+
+    def _run(self, body: Sequence[Statement]) -> None:
+        for statement in body:
+            match statement:
+                case Apply():
+                    given = [value for place in statement.inputs for value in self._row(place)]
+                    found = iter(self._apply(self._tapes[statement.program.name], given))
+                    for place, result in zip(statement.outputs, statement.program.results, strict=True):
+                        self._write(place, [next(found) for _ in result.operands])
+                case Add():
+                    at, of = self._number(statement.target), statement.source
+                    if at is not None and (self._number(of) is not None or hasattr(of.row, "start")):
+                        row = self._tables[statement.target.table][at]
+                        row[:] = [a + b for a, b in zip(row, self._row(of), strict=True)]
+                case Copy():
+                    self._write(statement.target, list(self._row(statement.source)))
+                case Clear():
+                    for row in self._tables[statement.table]:
+                        row[:] = [self._constant(0)] * len(row)
+                case Loop():
+                    count = self._lengths[statement.length]
+                    order = range(count - 1, -1, -1) if statement.reverse else range(count)
+                    self._directions[statement.counter] = (-1 if statement.reverse else 1, count)
+                    for k in order:
+                        self._counters[statement.counter] = k
+                        self._run(statement.body)
+                case Repeat():
+                    for _ in range(statement.limit):
+                        self._run(statement.body)
+                        steps = self._tables[statement.steps][0]
+                        steps[0] = steps[0] + self._constant(1)
+                        if self._tables[statement.until][0][0] != 0:
+                            break
+
+    def _write(self, place: Place, values: list[Any]) -> None:
+        at = self._number(place)
+        if at is None:
+            raise IndexError(f"{place.table}: no row to write to")
+        self._tables[place.table][at][:] = values
+
+    def _row(self, place: Place) -> list[Any]:
+        at = self._number(place)
+        if at is not None:
+            return self._tables[place.table][at]
+        start = getattr(place.row, "start", None)
+        if start is None:
+            raise IndexError(f"{place.table}: an index table names no row, where one is read")
+        return self._tables[start][0]
+
+    def _number(self, place: Place) -> int | None:
+        """The number of a row; None where there is none."""
+        row: Row = place.row
+        match row:
+            case None:
+                return 0
+            case Counter(loop):
+                return self._counters[loop]
+            case Previous(loop, _):
+                direction, count = self._directions[loop]
+                k = self._counters[loop] - direction
+                return k if 0 <= k < count else None
+            case Following(loop):
+                direction, count = self._directions[loop]
+                k = self._counters[loop] + direction
+                return k if 0 <= k < count else None
+            case Parent(index, loop, _):
+                k = self._tables[index][self._counters[loop]][0]
+                return k if k >= 0 else None
+            case Through(indices, loop):
+                table, place_in = self._procedure.table(place.table), 0
+                for index, length in zip(indices, table.lengths, strict=True):
+                    k = self._tables[index][self._counters[loop]][0]
+                    if k < 0:
+                        return None
+                    place_in = place_in * self._lengths[length] + k
+                return place_in

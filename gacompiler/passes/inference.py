@@ -1,0 +1,121 @@
+"""The layouts of values in loops: which coefficients can occur, and which relations hold in every row.
+
+A carry keeps a relation if its first value has it and the body preserves it. Like every relation here it is checked at
+exact points of the variety that the inputs lie on (Schwartz 1980, Zippel 1979).
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from random import Random
+
+import mpmath
+
+from ..algebra.layout import SCALAR, SCALARS, Layout
+from ..algebra.multivector import Multivector
+from ..errors import LayoutError
+from ..frontend.expression import Expression, evaluate
+from ..frontend.kernel import Kernel, Trace, trace
+from ..rings.points import DIGITS
+from .decide import POINTS, decide, layout_of, satisfies
+from .rewrite import rewrite
+from .samples import samples, to_mpmath
+
+
+class LayoutInference:
+    """What `frontend.recorder` asks of values."""
+
+    def __init__(self) -> None:
+        self._known: dict[tuple[Expression, ...], tuple[Layout, ...]] = {}
+
+    def layouts(self, kernel: Kernel) -> tuple[Layout, ...]:
+        """The layouts that hold the results of a kernel, with every relation that they are proved to satisfy."""
+        traced = trace(kernel)
+        if traced.expressions not in self._known:
+            self._known[traced.expressions] = self._layouts(kernel, traced)
+        return self._known[traced.expressions]
+
+    def _layouts(self, kernel: Kernel, traced: Trace) -> tuple[Layout, ...]:
+        found = decide(traced, tuple(rewrite(traced.expressions).values())).layouts
+        points = [values for _, values in samples(kernel, traced.expressions, Random(7), POINTS)]
+        return tuple(_related(layout, [values[k] for values in points]) for k, layout in enumerate(found))
+
+    def joined(self, known: Layout, found: Layout) -> Layout:
+        """The smallest layout that holds elements of both."""
+        if known == found:
+            return known
+        algebra = found.algebra if known.algebra == SCALARS else known.algebra
+        fixed = dict(_fixed(known).items() & _fixed(found).items())
+        stored = (known.support | found.support) - fixed.keys()
+        if stored <= {0} and not fixed:
+            return SCALAR
+        plain = layout_of(algebra, set(stored), fixed)
+        if known.unit and found.unit:
+            return next((each for each in _with_relations(plain) if each.unit), plain)
+        return plain
+
+    def joined_with_constant(self, layout: Layout, constant: Expression) -> Layout:
+        """The smallest layout that holds elements of a layout, and a constant."""
+        (value,) = evaluate([constant], {})
+        if _holds(layout, value):
+            return layout
+        algebra = value.algebra if layout.algebra == SCALARS else layout.algebra
+        fixed = {blade: number for blade, number in _fixed(layout).items() if value.terms.get(blade, 0) == number}
+        stored = {*layout.support, *value.terms} - fixed.keys()
+        return SCALAR if stored <= {0} and not fixed else layout_of(algebra, stored, fixed)
+
+    def sum_of(self, layout: Layout) -> Layout:
+        """The layout that holds sums of elements of a layout, and zero."""
+        return SCALAR if layout.is_scalar else layout_of(layout.algebra, set(layout.support), {})
+
+    def layout_of_constant(self, constant: Expression) -> Layout:
+        """A layout that holds a constant, and of which all coefficients are stored."""
+        (value,) = evaluate([constant], {})
+        blades = set(value.terms) or {0}
+        if value.algebra == SCALARS:
+            return SCALAR
+        plain = layout_of(value.algebra, blades, {})
+        return _related(plain, [value])
+
+
+def _holds(layout: Layout, value: Multivector) -> bool:
+    """Whether a constant is an element of a layout."""
+    lifted = value if value.algebra == layout.algebra else Multivector(layout.algebra, value.terms)
+    try:
+        layout.coefficients(lifted)
+    except LayoutError:
+        return False
+    return all(relation == 0 for relation in layout.relations(lifted))
+
+
+def _fixed(layout: Layout) -> dict[int, Fraction]:
+    return {slot.blade: Fraction(slot.sign * value) for slot, value in layout.fixed if value}
+
+
+def _with_relations(plain: Layout) -> list[Layout]:
+    """The named layouts of the same blades and fixed coefficients of which more is known."""
+    if plain.algebra == SCALARS:
+        return []
+    return [
+        each
+        for each in plain.algebra.layouts.values()
+        if (each.has_relations or each.implied) and each.support == plain.support and _fixed(each) == _fixed(plain)
+    ]
+
+
+def _related(plain: Layout, values: list[Multivector]) -> Layout:
+    """The named layout that stores least of those whose relations hold at all points, or `plain`."""
+    fitting = [each for each in _with_relations(plain) if values and all(_fits(each, value) for value in values)]
+    return min(fitting, key=lambda each: each.size, default=plain)
+
+
+def _fits(layout: Layout, value: Multivector) -> bool:
+    terms = dict(value.terms)
+    with mpmath.workdps(DIGITS):
+        stored = {slot.name: slot.sign * terms.get(slot.blade, 0) for slot in layout.stored}
+        for slot, function in layout.implied:
+            difference = to_mpmath(function(stored)) - to_mpmath(slot.sign * terms.get(slot.blade, 0))
+            size = 1 + max((abs(to_mpmath(x)) for x in terms.values()), default=0)
+            if abs(difference) > size * mpmath.mpf(10) ** (-DIGITS // 2):
+                return False
+    return satisfies(layout, value)

@@ -1,0 +1,74 @@
+"""The rounding error of kernels with loops, on random elements and arrays of three rows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from random import Random
+from typing import Any
+
+from ..errors import GacError
+from ..frontend.kernel import Kernel
+from ..ir.interpret import Tape
+from ..ir.procedure import Procedure, Repeat, statements
+from ..ir.run_procedure import run_procedure
+from .accuracy import ERROR_POINTS, LONG, rounded_once, ulps
+from .loop_samples import Case, Rows, in_doubles
+from .prove_loops import exact_results
+
+LENGTH = 3
+LEAST_POINTS = 4
+KEPT = 3, 4
+"""Where comparisons decide, the worst quarter of the points is left out: rounding can decide them otherwise."""
+
+
+def measured_loop_error(kernel: Kernel, procedure: Procedure) -> tuple[float, int]:
+    """The largest error in ulp of the largest number of a result, against the same without rounding; how many inputs.
+
+    Where comparisons decide, of three quarters of the inputs.
+    """
+    random = Random(5)
+    case = Case.of(kernel, procedure, LENGTH, random)
+    n_lines = LENGTH * sum(len(program.lines) for program in procedure.programs)
+    n = max(LEAST_POINTS, min(ERROR_POINTS, ERROR_POINTS * LONG // max(1, n_lines)))
+    errors = []
+    for _ in range(n):
+        arguments = in_doubles(case.near_one(random))
+        try:
+            found = run_procedure(procedure, case.lengths, arguments, float, _in_double)
+            errors.append(results_ulps(found, without_rounding(procedure, case.lengths, arguments)))
+        except (ArithmeticError, ValueError, TypeError, GacError):
+            continue
+    return largest(errors, procedure), n
+
+
+def largest(errors: Sequence[float], procedure: Procedure) -> float:
+    """The largest error that counts."""
+    kept, of = KEPT if procedure.has_branches else (1, 1)
+    return max(sorted(errors)[: max(1, len(errors) * kept // of)], default=0.0)
+
+
+def without_rounding(
+    procedure: Procedure, lengths: Mapping[str, int], arguments: Mapping[str, Rows]
+) -> dict[str, Rows]:
+    """What a procedure gives on doubles: exactly where that is possible in reasonable time, else to many digits."""
+    from_doubles = {name: [[_exact(x) for x in row] for row in rows] for name, rows in arguments.items()}
+    repeats = any(isinstance(statement, Repeat) for statement in statements(procedure.body))
+    return exact_results(procedure, lengths, from_doubles, inexact=repeats)
+
+
+def _exact(value: float | int) -> Any:
+    return Fraction(value) if isinstance(value, float) else value
+
+
+def results_ulps(found: Mapping[str, Rows], exact: Mapping[str, Rows]) -> float:
+    """The largest error in units of the last place of the largest exact number of the same result."""
+    worst = 0.0
+    for name, rows in exact.items():
+        flat = [x for row in rows for x in row]
+        worst = max(worst, ulps([x for row in found[name] for x in row], flat)) if flat else worst
+    return worst
+
+
+def _in_double(tape: Tape, inputs: Sequence[Any]) -> list[float]:
+    return tape.run_in_double(inputs, rounded_once)

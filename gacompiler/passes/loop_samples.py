@@ -1,0 +1,117 @@
+"""Inputs of kernels with loops: lengths, index tables and random elements, and what the function gives there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import cycle
+from random import Random
+from typing import Any
+
+import mpmath
+
+from ..frontend.expression import Expression
+from ..frontend.kernel import Kernel, trace
+from ..frontend.loop_trace import unrolled
+from ..frontend.rows import IndexOf, RowsOf
+from ..frontend.unrolled import steps_limited
+from ..ir.procedure import Procedure, Storage
+from .samples import SPREADS, meaning, sample
+
+Rows = list[list[Any]]
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """A kernel with loops for arrays of known lengths.
+
+    Attributes
+    ----------
+    kernel : Kernel
+    lengths : mapping of str to int
+    indices : mapping of str to tuple of int
+        The contents of the index tables.
+    flat : Kernel
+        The kernel without loops that computes the same, its results row by row.
+    """
+
+    kernel: Kernel
+    lengths: Mapping[str, int]
+    indices: Mapping[str, tuple[int, ...]]
+    flat: Kernel
+
+    @classmethod
+    def of(cls, kernel: Kernel, procedure: Procedure, n: int, random: Random) -> Case:
+        """Lengths from `n` on, each one more than the one before, and index tables that can be used."""
+        lengths = {name: n + k for k, name in enumerate(procedure.lengths)}
+        indices = index_tables(procedure, lengths, random)
+        return cls(kernel, lengths, indices, unrolled(kernel, lengths, indices))
+
+    def arguments(self, inputs: Mapping[str, Any]) -> dict[str, Rows]:
+        """The rows of arguments and index tables, from the coefficients of the kernel without loops."""
+        found: dict[str, Rows] = {name: [[k] for k in table] for name, table in self.indices.items()}
+        remaining = iter(self.flat.parameters)
+        for parameter in self.kernel.parameters:
+            if isinstance(parameter.type, IndexOf):
+                continue
+            numbers = [inputs[name] for name in next(remaining).components]
+            count = 1
+            for name in parameter.type.lengths if isinstance(parameter.type, RowsOf) else ():
+                count *= self.lengths[name]
+            step = len(numbers) // count
+            found[parameter.name] = [numbers[k * step : (k + 1) * step] for k in range(count)]
+        return found
+
+    def expressions(self, most_steps: int) -> tuple[Expression, ...]:
+        """What the kernel without loops computes, with so many steps of iterations written out at most."""
+        with steps_limited(most_steps):
+            return trace(self.flat).expressions
+
+    def points(
+        self, expressions: Sequence[Expression], random: Random, n: int
+    ) -> Iterator[tuple[dict[str, Rows], list[Any]]]:
+        """Up to `n` points where the function has a value: arguments, and the values of the expressions."""
+        found = 0
+        for spread, _ in zip(cycle(SPREADS), range(8 * n), strict=False):
+            inputs = sample(self.flat, random, spread=spread)
+            try:
+                values = meaning(expressions, inputs)
+            except (ZeroDivisionError, ValueError, mpmath.libmp.ComplexResult):
+                continue
+            if all(_is_real(value) for multivector in values for value in multivector.terms.values()):
+                yield self.arguments(inputs), values
+                found += 1
+                if found == n:
+                    return
+
+    def near_one(self, random: Random) -> dict[str, Rows]:
+        """Ordinary elements, as exact numbers."""
+        return self.arguments(sample(self.flat, random, near_one=True))
+
+
+def _is_real(value: Any) -> bool:
+    return not isinstance(value, mpmath.mpc) and (not isinstance(value, mpmath.mpf) or bool(mpmath.isfinite(value)))
+
+
+def index_tables(procedure: Procedure, lengths: Mapping[str, int], random: Random) -> dict[str, tuple[int, ...]]:
+    """Random index tables that a procedure can use: parents come before their rows, and what is read is there."""
+    found = {}
+    for table in procedure.of(Storage.INDEX):
+        (length,) = table.lengths
+        first = 0 if table.name in procedure.read_through else -1
+        earlier = table.name in procedure.parent_tables or (table.into == length and first < 0)
+        rows = range(lengths[length])
+        if earlier and first == 0:  # the first row is its own: there is no earlier one
+            found[table.name] = tuple(random.randint(0, max(0, k - 1)) for k in rows)
+            continue
+        found[table.name] = tuple(random.randint(first, k - 1 if earlier else lengths[table.into] - 1) for k in rows)
+    return found
+
+
+def in_doubles(arguments: Mapping[str, Rows]) -> dict[str, Rows]:
+    """Arguments rounded to doubles; index tables stay whole numbers."""
+    return {
+        name: [[x if isinstance(x, int) and not isinstance(x, Fraction) else float(x) for x in row] for row in rows]
+        for name, rows in arguments.items()
+    }

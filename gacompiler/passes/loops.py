@@ -1,0 +1,208 @@
+"""Compiling kernels with loops: every straight-line part by the pipeline, as a kernel of its own; the loops as written.
+
+Each part is proved as kernels are. The loops are proved by induction over their bodies, which needs that the procedure
+says what the function does: that is compared for several lengths with the function written out (`prove_procedure`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from ..errors import GacError, KernelError
+from ..frontend.kernel import ArrayOf, Kernel, Parameter
+from ..frontend.loop_trace import LoopTrace, trace_loops
+from ..frontend.recorded import Compute, Recorded, computes
+from ..ir.procedure import (
+    Add,
+    Apply,
+    Clear,
+    Copy,
+    Loop,
+    Parent,
+    Place,
+    Previous,
+    Procedure,
+    Repeat,
+    Statement,
+    Table,
+    statements,
+)
+from ..ir.procedure_cost import Costs, procedure_costs
+from ..ir.program import Argument, Operand, Program, Result
+from ..ir.verify import verify
+from .fuse import fuse
+from .inference import LayoutInference
+from .pipeline import compile_kernel
+from .prove_loops import prove_procedure
+from .record import Compilation
+
+
+@dataclass(frozen=True, slots=True)
+class LoopCompilation:
+    """What is known of a kernel with loops when it is compiled.
+
+    Attributes
+    ----------
+    kernel : Kernel
+    trace : LoopTrace
+    parts : tuple of Compilation
+        Its straight-line parts, in the order of the text.
+    procedure : Procedure
+    """
+
+    kernel: Kernel
+    trace: LoopTrace
+    parts: tuple[Compilation, ...]
+    procedure: Procedure
+
+    @property
+    def costs(self) -> Costs:
+        """The operations, and how often they run: ``""`` once, ``"n"`` for each row, ``"n*m"``."""
+        return procedure_costs(self.procedure)
+
+
+def compile_loops(kernel: Kernel, traced: LoopTrace | None = None) -> LoopCompilation:
+    """Compile a kernel with loops.
+
+    Parameters
+    ----------
+    kernel : Kernel
+    traced : LoopTrace, optional
+        What `trace_loops` gave, if that is known.
+
+    Raises
+    ------
+    GacError
+        As compiling a kernel does; the message names the kernel.
+    """
+    traced = traced or trace_loops(kernel, LayoutInference())
+    try:
+        parts: dict[str, Compilation] = {}
+        renamed = _numbered(kernel, traced)
+        for statement in computes(traced.statements):
+            part = replace(statement.kernel, name=renamed[statement.kernel.name])
+            parts[statement.kernel.name] = compile_kernel(part, forms=False)
+    except ZeroDivisionError as error:
+        raise KernelError(kernel.where, "it divides by an expression that is zero") from error
+    except GacError as error:
+        if kernel.where in error.where:
+            raise
+        raise KernelError(kernel.where, f"{error.where}: {error.found}", error.expected, error.remedy) from error
+    tables = {record.name: record.table for record in traced.records} | {table.name: table for table in traced.indices}
+    body = tuple(_statement(each, parts, tables) for each in traced.statements)
+    procedure = fuse(_procedure(kernel, traced, tables, body))
+    prove_procedure(kernel, traced.results, procedure)
+    return LoopCompilation(kernel, traced, tuple(parts.values()), procedure)
+
+
+def _numbered(kernel: Kernel, traced: LoopTrace) -> dict[str, str]:
+    """Names for the parts: of the kernel and their number, in the order of the text."""
+    names = [statement.kernel.name for statement in computes(traced.statements)]
+    return {name: f"{kernel.name}_{k}" for k, name in enumerate(names, start=1)}
+
+
+def _procedure(
+    kernel: Kernel, traced: LoopTrace, tables: Mapping[str, Table], body: tuple[Statement, ...]
+) -> Procedure:
+    used = {place.table for each in statements(body) for place in _places(each)}
+    results = {name for name, _ in traced.results}
+    order = [parameter.name for parameter in kernel.parameters]
+    arguments = [tables[name] for name in order]
+    found = [record.table for _, record in traced.results]
+    work = [table for name, table in tables.items() if name in used and name not in results and name not in order]
+    return Procedure(kernel.name, (*arguments, *found, *work), body)
+
+
+def _places(statement: Statement) -> list[Place]:
+    """The places that a statement names, those of its loops left out."""
+    match statement:
+        case Apply():
+            own = [*statement.inputs, *statement.outputs]
+        case Loop():
+            return []
+        case Repeat():
+            return [Place(statement.until), Place(statement.steps)]
+        case Add() | Copy():
+            own = [statement.source, statement.target]
+        case Clear():
+            return [Place(statement.table)]
+    return own + [Place(place.row.start) for place in own if isinstance(place.row, (Parent, Previous))]
+
+
+def _statement(recorded: Recorded, parts: Mapping[str, Compilation], tables: Mapping[str, Table]) -> Statement:
+    if isinstance(recorded, Compute):
+        return _apply(recorded, parts[recorded.kernel.name], tables)
+    if isinstance(recorded, (Loop, Repeat)):
+        return replace(recorded, body=tuple(_statement(each, parts, tables) for each in recorded.body))  # type: ignore[arg-type]
+    return recorded
+
+
+def _apply(compute: Compute, part: Compilation, tables: Mapping[str, Table]) -> Apply:
+    """A part as a program of rows: the multivectors of a row are one argument or one result, all of its numbers."""
+    program = part.program
+    targets = {line.target for line in program.lines}
+    names = dict[str, str]()
+    arguments, taken = list[Argument](), set(targets)
+    for place, sources in _by_place(compute).items():
+        shape = tables[place.table].shape
+        argument = _argument(_stem(place, [compute.names[k] for k in sources]), shape, compute, sources, taken)
+        taken |= {argument.name, *argument.components}
+        arguments.append(argument)
+        for k in sources:
+            start = compute.sources[k].leaf.start
+            own = program.arguments[k].components
+            names.update(zip(own, argument.components[start : start + len(own)], strict=True))
+    lines = tuple(replace(line, operands=tuple(_renamed(o, names) for o in line.operands)) for line in program.lines)
+    written: dict[Place, dict[int, Operand]] = {}
+    for (place, leaf), result in zip(compute.targets, program.results, strict=True):
+        entries = {k: _renamed(operand, names) for k, operand in enumerate(result.operands, start=leaf.start)}
+        written.setdefault(place, {}).update(entries)
+    results = []
+    for place, operands in written.items():
+        name = _free(place.table, taken, "out")
+        taken.add(name)
+        results.append(Result(name, tables[place.table].shape, tuple(operands[k] for k in sorted(operands))))
+    packed = verify(Program(program.name, tuple(arguments), lines, tuple(results)))
+    return Apply(packed, tuple(_by_place(compute)), tuple(written))
+
+
+def _by_place(compute: Compute) -> dict[Place, list[int]]:
+    """The rows that a part reads, and the numbers of the arguments in each."""
+    found: dict[Place, list[int]] = {}
+    for k, source in enumerate(compute.sources):
+        found.setdefault(source.place, []).append(k)
+    return found
+
+
+def _stem(place: Place, names: Sequence[str]) -> str:
+    """What a row is called in the text: as the author's function has it, where it is one multivector."""
+    (first, *others) = names
+    return place.table if others else first
+
+
+def _argument(stem: str, shape: tuple[int, ...], compute: Compute, sources: Sequence[int], taken: set[str]) -> Argument:
+    """A row as an argument; its components are named by their place in the row and their blades."""
+    layout = compute.sources[sources[0]].leaf.layout
+    outer = shape if layout.is_scalar else shape[:-1]
+    n = 1
+    while True:
+        name = stem if n == 1 else f"{stem}_{n}"
+        components = Parameter(name, ArrayOf(layout, outer) if outer else layout).components
+        if not {name, *components} & taken:
+            return Argument(name, shape, components)
+        n += 1
+
+
+def _free(name: str, taken: set[str], ending: str) -> str:
+    """A name that is not taken: the given one, or that with an ending."""
+    if name not in taken:
+        return name
+    n = 1
+    while (found := f"{name}_{ending}{n if n > 1 else ''}") in taken:
+        n += 1
+    return found
+
+
+def _renamed(operand: Operand, names: Mapping[str, str]) -> Operand:
+    return names.get(operand, operand) if isinstance(operand, str) else operand

@@ -1,0 +1,28 @@
+"""Comparison of a program that was read from a text with the author's definition."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from .backends import as_printed
+from .ir.program import Program
+from .passes.prove import Truth, disagreement, program_reader, read
+
+
+def difference_of_program(text: Program, program: Program, known: Sequence[Truth]) -> str:
+    """How a text differs from the definition at these points.
+
+    Where it cannot hold the numbers of its program, the program is to be the definition, and the text the program with
+    its numbers rounded once.
+    """
+    printed = as_printed(program)
+    if printed == program:
+        return disagreement(program_reader(text), known)
+    difference = disagreement(program_reader(program), known)
+    if difference:
+        return difference
+    reader = program_reader(printed)
+    return disagreement(
+        program_reader(text), [replace(truth, results=(tuple(read(reader, truth)),)) for truth in known]
+    )

@@ -1,0 +1,192 @@
+"""Proof of emitted kernels with loops: the text has the compiled loops, its programs are the author's definition."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from random import Random
+from typing import Any
+
+import numpy as np
+
+from .backends import as_printed
+from .errors import GacError
+from .frontend.kernel import trace
+from .frontend.recorded import Compute, computes
+from .generation.compiled import CompiledLoops
+from .ir.procedure import Apply, Loop, Place, Procedure, Repeat, Statement, Storage, Table, statements
+from .ir.program import Program
+from .passes.loop_accuracy import largest, results_ulps, without_rounding
+from .passes.loop_samples import Case, Rows, in_doubles
+from .passes.prove import Truth, truths
+from .passes.prove_loops import LENGTHS, procedure_difference
+from .program_text import difference_of_program
+
+POINTS = 11
+"""Elements of the batch that is run: more than fit into the lanes of a vector, and no multiple of them."""
+
+
+def part_truths(record: CompiledLoops) -> list[list[Truth]]:
+    """Points for the straight-line parts and what their definitions give there, as rows of tables."""
+    found = []
+    pairs = zip(computes(record.trace.statements), record.parts, strict=True)
+    # Parts are numbered as they were traced; fused loops have them in another order.
+    parts = {f"{record.kernel.name}_{k}": pair for k, pair in enumerate(pairs, start=1)}
+    for apply in _applies(record.source.procedure):
+        compute, part = parts[apply.program.name]
+        known = truths(compute.kernel, trace(compute.kernel).expressions, part.slots, part.program)
+        found.append([_as_rows(truth, compute, apply) for truth in known])
+    return found
+
+
+def _as_rows(truth: Truth, compute: Compute, apply: Apply) -> Truth:
+    """A point with the multivectors of each row one after the other; what a part does not read is 0."""
+    sources = [(source.place, source.leaf.start) for source in compute.sources]
+    targets = [(place, leaf.start) for place, leaf in compute.targets]
+    inputs = _rows([len(argument.components) for argument in apply.program.arguments], sources, truth.inputs)
+    results = _rows([len(result.operands) for result in apply.program.results], targets, truth.results)
+    return replace(truth, inputs=inputs, results=results)
+
+
+def _rows(
+    sizes: Sequence[int], at: Sequence[tuple[Place, int]], values: Sequence[Sequence[Any]]
+) -> tuple[tuple[Any, ...], ...]:
+    """The rows of the places, in the order in which they are first named."""
+    places = dict.fromkeys(place for place, _ in at)
+    rows = {place: [0] * size for place, size in zip(places, sizes, strict=True)}
+    for (place, start), numbers in zip(at, values, strict=True):
+        rows[place][start : start + len(numbers)] = numbers
+    return tuple(map(tuple, rows.values()))
+
+
+def loops_difference(
+    found: Procedure | None,
+    record: CompiledLoops,
+    known: Sequence[Sequence[Truth]],
+    renamed: Callable[[Procedure], Procedure] = lambda procedure: procedure,
+) -> str:
+    """How a procedure that was read from a text differs from the definition; empty where it does not.
+
+    Parameters
+    ----------
+    found : Procedure or None
+    record : CompiledLoops
+    known : sequence of sequence of Truth
+        What `part_truths` gave.
+    renamed : callable
+        Gives a procedure the names that it has in the text.
+    """
+    own = record.source.procedure
+    if found is None:
+        return "is not there"
+    printed = renamed(own)
+    difference = _other_tables(found.tables, printed.tables) or _other_statements(found.body, printed.body)
+    if difference:
+        return difference
+    pairs = zip(_applies(found), _applies(own), known, strict=True)
+    for printed_apply, compiled, points in pairs:
+        difference = difference_of_program(printed_apply.program, compiled.program, points)
+        if difference:
+            return f"{compiled.program.name}: {difference}"
+    exact = all(as_printed(program) == program for program in own.programs)
+    text = _with_programs(own, found.programs) if exact else own
+    return procedure_difference(record.kernel, record.trace.results, text)
+
+
+def _with_programs(procedure: Procedure, programs: Sequence[Program]) -> Procedure:
+    """A procedure with other programs of the same names."""
+    known = {program.name: program for program in programs}
+
+    def changed(statement: Statement) -> Statement:
+        if isinstance(statement, Apply):
+            return replace(statement, program=known[statement.program.name])
+        if isinstance(statement, (Loop, Repeat)):
+            return replace(statement, body=tuple(map(changed, statement.body)))
+        return statement
+
+    return replace(procedure, body=tuple(map(changed, procedure.body)))
+
+
+def _applies(procedure: Procedure) -> list[Apply]:
+    return [statement for statement in statements(procedure.body) if isinstance(statement, Apply)]
+
+
+def _other_tables(found: Sequence[Table], own: Sequence[Table]) -> str:
+    for a, b in zip(found, own, strict=False):
+        if a != b:
+            return f"has the table {a}, expected {b}"
+    return "" if len(found) == len(own) else f"has {len(found)} tables, expected {len(own)}"
+
+
+def _other_statements(found: Sequence[Statement], own: Sequence[Statement]) -> str:
+    """Where statements differ in anything but their programs."""
+    for a, b in zip(found, own, strict=False):
+        if isinstance(a, (Loop, Repeat)) and isinstance(b, (Loop, Repeat)):
+            inner = _other_statements(a.body, b.body)
+            if inner:
+                return inner
+        if _outside(a) != _outside(b):
+            return f"has the statement {_outside(a)}, expected {_outside(b)}"
+    return "" if len(found) == len(own) else f"has {len(found)} statements in a row, expected {len(own)}"
+
+
+def _outside(statement: Statement) -> Any:
+    """A statement without its program, which has a name and shapes, and without what it repeats."""
+    if isinstance(statement, Apply):
+        program: Program = statement.program
+        shapes = [argument.shape for argument in program.arguments], [result.shape for result in program.results]
+        return program.name, *shapes, statement.inputs, statement.outputs
+    return replace(statement, body=()) if isinstance(statement, (Loop, Repeat)) else statement
+
+
+def error_of_loops(run: Any, record: CompiledLoops) -> float:
+    """Largest error in ulp of a generated function on arrays of 1, 2 and 3 rows, against the same without rounding."""
+    procedure, random = record.source.procedure, Random(6)
+    errors = []
+    for n in LENGTHS:
+        case = Case.of(record.kernel, procedure, n, random)
+        points, exact = _batch(case, procedure, random)
+        for k, found in enumerate(_results(run, procedure, case, points)):
+            errors.append(results_ulps(found, exact[k]))
+    return largest(errors, procedure)
+
+
+def _batch(case: Case, procedure: Procedure, random: Random) -> tuple[list[dict[str, Rows]], list[dict[str, Rows]]]:
+    """Arguments in doubles at which the procedure has a value, with that value; shared arrays are the same in all."""
+    shared = {table.name for table in procedure.parameters if table.shared}
+    points, exact = list[dict[str, Rows]](), list[dict[str, Rows]]()
+    for _ in range(4 * POINTS):
+        given = in_doubles(case.near_one(random))
+        if points:
+            given |= {name: points[0][name] for name in shared}
+        try:
+            value = without_rounding(procedure, case.lengths, given)
+        except (ArithmeticError, ValueError, TypeError, GacError):
+            continue
+        points.append(given)
+        exact.append(value)
+        if len(points) == POINTS:
+            break
+    return points, exact
+
+
+def _results(run: Any, procedure: Procedure, case: Case, points: Sequence[Mapping[str, Rows]]) -> list[dict[str, Rows]]:
+    """What a function gives on a batch: the rows of each result by name, for each point."""
+    if not points:
+        return []
+    arrays = []
+    for table in procedure.parameters:
+        own = points[:1] if table.shared or table.storage is Storage.INDEX else points
+        shape = (*(case.lengths[name] for name in table.lengths), *table.shape)
+        kind = np.int64 if table.storage is Storage.INDEX else np.float64
+        array = np.array([[x for row in point[table.name] for x in row] for point in own], kind)
+        arrays.append(array.reshape(shape if own is not points else (len(points), *shape)))
+    value = run(*arrays)
+    values = value if isinstance(value, tuple) else (value,)
+    n_given = len(points) if any(not table.shared for table in procedure.of(Storage.ARGUMENT)) else 1
+    found: list[dict[str, Rows]] = [{} for _ in range(n_given)]
+    for table, result in zip(procedure.results, values, strict=True):
+        rows = np.asarray(result, float).reshape(n_given, -1, table.size)
+        for k in range(n_given):
+            found[k][table.name] = rows[k].tolist()
+    return found

@@ -1,0 +1,172 @@
+"""What a kernel with loops is, as the parts of the runtime hand it to each other."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from .definition import COUNTS, counted
+from .layout import Layout
+
+ROW_OR, ADD_TO, SUM = "_row_or", "_add_to", "_sum"
+"""The free names of a loop's text: a row of a table or another one, adding to a row, and the sum of two rows."""
+
+ROWS_TYPE = "int(*)(void *, void *, void *, intptr_t)"
+"""A compiled loop over elements: of lengths, addresses, steps and the number of elements."""
+
+
+class Table(NamedTuple):
+    """An argument, a result, or an intermediate array."""
+
+    name: str
+    lengths: tuple[str, ...]
+    """The names of the lengths of its leading axes."""
+    shape: tuple[int, ...]
+    """The shape of a row."""
+    rule: str = ""
+    """For an index table what its rows have to be, ``an earlier row or -1``."""
+    into: str = ""
+    """For an index table the length that its rows refer to."""
+    shared: bool = False
+    """Whether batches usually have one such array for all elements."""
+
+    @property
+    def is_index(self) -> bool:
+        """Whether it holds numbers of rows."""
+        return bool(self.rule)
+
+    def core(self, lengths: Mapping[str, int]) -> tuple[int, ...]:
+        """The shape in one element."""
+        return (*(lengths[name] for name in self.lengths), *self.shape)
+
+    @property
+    def shape_text(self) -> str:
+        """As readers know it, ``(..., n, 6)``; index tables have no leading axes."""
+        sizes = [*self.lengths, *map(str, self.shape)]
+        return f"({sizes[0]},)" if self.is_index else f"({', '.join(['...', *sizes])})"
+
+
+class Part(NamedTuple):
+    """A straight-line part of a kernel with loops, on rows."""
+
+    function: Callable[..., Any]
+    shapes: list[tuple[int, ...]]
+    out_shapes: list[tuple[int, ...]]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LoopDefinition:
+    """A kernel with loops: its function on one element, its tables, and its parts.
+
+    Attributes
+    ----------
+    name : str
+    function : callable
+        Of the lengths, the parameters, the results, and the intermediate tables over lengths.
+    lengths : tuple of str
+    parameters, results, work : tuple of Table
+    parts : mapping of str to Part
+        The functions that it calls, by their names in its text.
+    layouts : mapping of str to Layout
+    cost : mapping of str to mapping of str to int
+        Operations by how often they run: ``""`` once, ``"n"`` for each row, ``"n*m"``.
+    signature : str
+    repeats : bool
+        Whether how often something runs depends on the numbers of an element.
+    """
+
+    name: str
+    function: Callable[..., Any]
+    lengths: tuple[str, ...]
+    parameters: tuple[Table, ...]
+    results: tuple[Table, ...]
+    work: tuple[Table, ...]
+    parts: Mapping[str, Part]
+    layouts: Mapping[str, Layout]
+    cost: Mapping[str, Mapping[str, int]]
+    signature: str
+    repeats: bool
+
+    def blades(self, name: str) -> str:
+        """The blades of an argument or a result, at the end of an error message."""
+        layout = self.layouts.get(name)
+        return f" with last axis {' '.join(layout.blades)}" if layout is not None and layout.blades else ""
+
+    def work_of(self, lengths: Mapping[str, int]) -> int:
+        """Bytes of one element in doubles, and its operations as so many bytes: what decides about threads."""
+        numbers = sum(math.prod(table.core(lengths)) for table in (*self.parameters, *self.results))
+        operations = sum(
+            sum(counts.values()) * math.prod(lengths.get(name, 1) for name in often.split("*"))
+            for often, counts in self.cost.items()
+        )
+        return 8 * numbers + 4 * operations
+
+
+def loop_definition(
+    function: Callable[..., Any],
+    signature: str,
+    layouts: Sequence[Layout | None],
+    parts: Mapping[str, Part],
+    *,
+    cost: str,
+    names: str = "",
+    shared: str = "",
+    indices: Mapping[str, str] | None = None,
+    work: str = "",
+    repeats: bool = False,
+) -> LoopDefinition:
+    """A kernel with loops from what its module declares, see `GeneratedModule.loops`."""
+    inputs, outputs = ([_sizes(shape) for shape in part[1:-1].split("),(")] for part in signature.split("->"))
+    lengths = tuple(dict.fromkeys(name for named, _ in inputs for name in named))
+    code = function.__code__
+    public = names.split() or code.co_varnames[len(lengths) : len(lengths) + len(inputs) + len(outputs)]
+    rules = {name: rule.rpartition(" of ") for name, rule in (indices or {}).items()}
+    tables = [
+        Table(name, *sizes, *(rules[name][::2] if name in rules else ("", "")), name in shared.split())
+        for name, sizes in zip(public, (*inputs, *outputs), strict=True)
+    ]
+    declared = [Table(name, *_sizes(sizes)) for name, sizes in re.findall(r"(\w+)\(([^)]*)\)", work)]
+    known = {name: layout for name, layout in zip(public, layouts, strict=True) if layout is not None}
+    used = {name: parts[name] for name in code.co_names if name in parts}
+    return LoopDefinition(
+        function.__name__,
+        function,
+        lengths,
+        tuple(tables[: len(inputs)]),
+        tuple(tables[len(inputs) :]),
+        tuple(table for table in declared if table.lengths),
+        used,
+        known,
+        _costs(cost),
+        signature,
+        repeats,
+    )
+
+
+def _sizes(text: str) -> tuple[tuple[str, ...], tuple[int, ...]]:
+    """The lengths and the shape of a row in ``n,6``."""
+    sizes = [size for size in text.split(",") if size]
+    named = tuple(size for size in sizes if not size.isdigit())
+    return named, tuple(map(int, sizes[len(named) :]))
+
+
+def _costs(text: str) -> dict[str, dict[str, int]]:
+    """The counts in ``n * (51 mul, 36 add) + 48 mul, 40 add``."""
+    found = {}
+    for term in text.split(" + "):
+        often, mark, counts = term.partition(" * (")
+        found[often if mark else ""] = counted(counts.rstrip(")") if mark else term)
+    return found
+
+
+def cost_text(cost: Mapping[str, Mapping[str, int]]) -> str:
+    """Costs for readers."""
+    terms = []
+    for often, counts in cost.items():
+        shown = [name for name in COUNTS[:-1] if counts[name] or name in ("mul", "add")]
+        text = ", ".join(f"{counts[name]} {name}" for name in shown)
+        terms.append(f"{often} * ({text})" if often else text)
+    return " + ".join(terms)

@@ -1,0 +1,414 @@
+"""The kernel with loops of a generated module: it checks its arguments, takes lengths from them, and runs them.
+
+Where the extension is built, it serves calls on one element of doubles; all other calls, and all calls without it, come
+to `LoopKernel.call`. A kernel and what `bind` makes of it depend on each other, so they are one file.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .arrays import FLOAT32, FLOAT64, address_of, as_returned, coalesced, outer_offsets, steps_of
+from .documentation import Facts
+from .extension import LoopCall, extension
+from .foreign import LOCK, foreign
+from .kernel import Settings
+from .layout import Layout
+from .loop_arguments import (
+    Fixed,
+    as_fixed,
+    check_rows,
+    checked,
+    checked_outs,
+    is_unusable,
+    resolved,
+    usable,
+)
+from .loop_arrays import evaluate_loops
+from .loop_definition import ROWS_TYPE, LoopDefinition, Table
+from .loop_documentation import Described, LoopSignature, docstring
+from .loop_element import Plans
+from .threads import LEAST_WORK, checked_threads, in_threads
+
+_SUFFIX = {FLOAT32: "f32", FLOAT64: "f64"}
+_PATIENCE = 1 << 16
+"""Numbers in the arrays of one element up to which other threads of Python wait for it: some ten microseconds."""
+
+NO_LENGTHS: Mapping[str, int] = MappingProxyType({})
+
+
+class Rows(NamedTuple):
+    """A compiled loop over elements of one type."""
+
+    call: Callable[..., int]
+    """Of pointers to lengths, addresses and steps, and the number of elements; not 0 where memory is missing."""
+    address: int
+    work: tuple[Table, ...]
+    """The intermediate tables that it wants behind the results."""
+    keep: Any
+    """What has to live as long."""
+
+
+class LoopKernel(LoopCall):  # type: ignore[misc]
+    """A generated function of arrays whose lengths are found when it is called.
+
+    Leading axes broadcast; the last axes are those of `signature`, in which axes of the same name have the same length.
+    Index tables have no leading axes: all elements of a batch share them.
+
+    Arguments are given in order or by name. ``kernel(..., out=array)`` writes to an array, a tuple of arrays where
+    there are several results, and ``kernel(..., num_threads=2)`` shares the elements of a large batch among threads.
+
+    Attributes
+    ----------
+    name, signature : str
+        The signature is that of a generalised ufunc, ``(n),(n,6),(8)->(8)``.
+    lengths : tuple of str
+        The names of the lengths.
+    layouts : mapping of str to Layout
+        By name of argument and result.
+    cost : mapping of str to mapping of str to int
+        Operations of one element by how often they run: ``""`` once, ``"n"`` for each row, ``"n*m"``.
+    """
+
+    __signature__ = LoopSignature()
+
+    def __init__(self, definition: LoopDefinition, facts: Facts, settings: Settings) -> None:
+        self.name = self.__name__ = self.__qualname__ = definition.name
+        self.__module__ = definition.function.__module__
+        self.definition = definition
+        self.layouts: Mapping[str, Layout] = MappingProxyType(dict(definition.layouts))
+        self.cost: Mapping[str, Mapping[str, int]] = MappingProxyType(dict(definition.cost))
+        self.signature = definition.signature
+        self.lengths = definition.lengths
+        self.argument_names = [
+            table.name if table.name not in ("out", "num_threads") else f"{table.name}_"
+            for table in definition.parameters
+        ]
+        self._facts = facts
+        self._settings = settings
+        self._rows: dict[tuple[str, np.dtype[Any]], Rows | None] = {}
+        self._quick_backend: Any = None
+        self._plans = self.new_plans()
+
+    def __repr__(self) -> str:
+        return f"<kernel {self.__module__}.{self.name}{self.signature}>"
+
+    def __reduce__(self) -> str:
+        return self.name
+
+    def describe(self) -> str:
+        """The text of `help`."""
+        return docstring(self.definition, self._facts)
+
+    @property
+    def jit(self) -> Any:
+        """Kernels with loops have none."""
+        raise AttributeError(
+            f"{self.name}.jit: a kernel with loops cannot be called inside numba; call {self.name} on a batch, or the "
+            "kernels of its rows"
+        )
+
+    def bind(self, lengths: Mapping[str, int] = NO_LENGTHS, /, **fixed: Any) -> BoundLoops:
+        """A function of the remaining arguments: the given ones are checked and copied once.
+
+        Parameters
+        ----------
+        lengths : mapping of str to int, optional
+            Lengths that remaining arguments must have.
+        **fixed
+            Arguments by name. Later changes of the arrays have no effect.
+
+        Returns
+        -------
+        callable
+            It takes the other arguments in order, and ``out`` and ``num_threads``.
+
+        Raises
+        ------
+        TypeError, ValueError
+            As a call does.
+        """
+        names = self.argument_names
+        for name in fixed:
+            if name not in names:
+                raise TypeError(f"{self.name}.bind: an unknown argument {name}; expected some of {', '.join(names)}")
+        for name in lengths:
+            if name not in self.lengths:
+                known = ", ".join(self.lengths)
+                raise TypeError(f"{self.name}.bind: an unknown length {name}; expected some of {known}")
+        kept: list[Fixed | None] = []
+        for name, table in zip(names, self.definition.parameters, strict=True):
+            kept.append(as_fixed(self.definition, table, fixed[name]) if name in fixed else None)
+        return BoundLoops(self, kept, lengths)
+
+    def call(self, /, *arrays: Any, out: Any = None, num_threads: int | None = None, **named: Any) -> Any:
+        """A call with any arguments."""
+        if out is None and num_threads is None and not named:
+            found = self._plans.call(arrays)
+            if found is not None:
+                return found
+        if named:
+            arrays = self._in_order(arrays, named)
+        if len(arrays) != len(self.argument_names):
+            names = ", ".join(self.argument_names)
+            raise TypeError(f"{self.name}: {len(arrays)} arguments; expected {len(self.argument_names)} ({names})")
+        fixed = (None,) * len(arrays)
+        found = self.run(arrays, fixed, out, num_threads, self._plans)
+        self._quick_backend = self.quicken(self, fixed, self._quick_backend)
+        return found
+
+    _in_python = call
+    """The name under which the extension knows it."""
+    if extension is None:
+        __call__ = call
+
+    def new_plans(self) -> Plans:
+        """No plans yet, for this kernel or for it with some arguments fixed."""
+        return Plans(self._settings.namespace)
+
+    def quicken(
+        self, called: Any, fixed: Sequence[Fixed | None], known: Any, lengths: Mapping[str, int] = NO_LENGTHS
+    ) -> Any:
+        """Let the extension run calls of `called`, this kernel with some arguments and lengths fixed, where it can.
+
+        Returns
+        -------
+        object
+            The backend for which it does, or for which it was found that it cannot; `known` where nothing changed.
+        """
+        backend = self._settings.namespace.get("backend")
+        rows = self._rows.get((str(backend), FLOAT64))
+        if extension is None or rows is None or known is backend:
+            return known
+        definition = self.definition
+        tables = (*definition.parameters, *definition.results, *rows.work)
+        arrays = [None if one is None else one.array for one in fixed]
+        # Bound arguments of another type, or with leading axes, are left to Python.
+        fits = all(
+            array is None or (_is_quick(table, array) and array.ndim == len(table.lengths) + len(table.shape))
+            for table, array in zip(definition.parameters, arrays, strict=True)
+        )
+        if fits and all(table.into in self.lengths for table in definition.parameters if table.is_index):
+            numbers = {name: -1 - k for k, name in enumerate(self.lengths)}
+            described = tuple(
+                (
+                    (*(numbers[name] for name in table.lengths), *table.shape),
+                    table.is_index,
+                    self.lengths.index(table.into) if table.is_index else 0,
+                    -1 if table.rule.endswith("-1") else 0,
+                    table.rule.startswith("an earlier"),
+                )
+                for table in tables
+            )
+            own = tuple(lengths.get(name, -1) for name in self.lengths)
+            sizes = own, described, len(definition.parameters), len(definition.results)
+            called._bind(rows.address, *sizes, tuple(arrays), _PATIENCE, self._settings.namespace)
+        return backend
+
+    def _in_order(self, arrays: tuple[Any, ...], named: dict[str, Any]) -> tuple[Any, ...]:
+        """The arguments of a call of which some are given by name."""
+        names = self.argument_names
+        expected = ", ".join(names)
+        for name in named:
+            if name not in names:
+                raise TypeError(f"{self.name}: an unknown argument {name}; expected {expected}, and out or num_threads")
+            if name in names[: len(arrays)]:
+                raise TypeError(f"{self.name}: argument {name} is given in order and by name; expected it once")
+        missing = [name for name in names[len(arrays) :] if name not in named]
+        if missing:
+            raise TypeError(f"{self.name}: no argument {' and '.join(missing)}; expected {expected}")
+        return (*arrays, *(named[name] for name in names[len(arrays) :]))
+
+    def run(
+        self,
+        arrays: Sequence[Any],
+        fixed: Sequence[Fixed | None],
+        out: Any,
+        num_threads: int | None,
+        plans: Plans,
+        known_lengths: Mapping[str, int] = NO_LENGTHS,
+    ) -> Any:
+        """A call with all arguments in order, some of which may be fixed ones."""
+        definition = self.definition
+        threads = self._settings.num_threads if num_threads is None else num_threads
+        n_threads = checked_threads(self.name, threads)
+        operands, dtype = checked(self.definition, arrays, fixed)
+        lengths, leading = resolved(self.definition, operands, known_lengths)
+        for table, operand, known in zip(definition.parameters, operands, fixed, strict=True):
+            if table.is_index:
+                check_rows(self.definition, table, operand, known.facts if known else None, lengths)
+        cores = [table.core(lengths) for table in (*definition.parameters, *definition.results)]
+        operands = [
+            operand if table.is_index else usable(operand, dtype, len(core))
+            for table, operand, core in zip(definition.parameters, operands, cores, strict=False)
+        ]
+        out_cores = cores[len(operands) :]
+        if out is None:
+            results = [np.empty(leading + core, dtype) for core in out_cores]
+            self._fill(operands, results, leading, lengths, dtype, n_threads)
+            rows = self._rows.get((self._settings.backend, dtype))
+            work = math.prod(leading) * definition.work_of(lengths)
+            if 0 < work < LEAST_WORK and dtype is FLOAT64 and rows is not None:
+                fixed_arrays = [None if known is None else known.array for known in fixed]
+                given = [array for array, known in zip(arrays, fixed, strict=True) if known is None]
+                plans.add(definition, given, fixed_arrays, lengths, leading, rows.call, rows.work)
+            return as_returned(results)
+        outs = checked_outs(self.definition, out, leading, out_cores, dtype)
+        targets = [
+            np.empty(target.shape, dtype) if is_unusable(target, core, [*operands, *outs[:k]]) else target
+            for k, (target, core) in enumerate(zip(outs, out_cores, strict=True))
+        ]
+        self._fill(operands, targets, leading, lengths, dtype, n_threads)
+        for target, final in zip(targets, outs, strict=True):
+            if target is not final:
+                final[...] = target
+        return out
+
+    def _fill(
+        self,
+        operands: list[Any],
+        results: list[Any],
+        leading: tuple[int, ...],
+        lengths: Mapping[str, int],
+        dtype: np.dtype[Any],
+        n_threads: int,
+    ) -> None:
+        """Fill the results, which no argument overlaps and whose elements are contiguous."""
+        if 0 in leading:
+            return
+        rows = self._rows_of(dtype)
+        if rows is None:
+            found = evaluate_loops(self.definition, lengths, operands, leading, dtype)
+            for result, values in zip(results, found, strict=True):
+                result[...] = values
+            return
+        new, integers = foreign().new, "intptr_t[]"
+        numbers = new(integers, [lengths[name] for name in self.lengths])
+        arrays = [*operands, *results]
+
+        def run(starts: list[int], steps: list[int], count: int) -> None:
+            work = [np.empty(table.core(lengths), dtype) for table in rows.work]
+            starts = [*starts, *map(address_of, work)]
+            steps = [*steps, *[0] * len(work)]
+            if rows.call(numbers, new(integers, starts), new(integers, steps), count):
+                raise MemoryError(f"{self.name}: no memory for intermediate results")
+
+        if not leading:
+            run([address_of(array) for array in arrays], [0] * len(arrays), 1)
+            return
+        tables = (*self.definition.parameters, *self.definition.results)
+        shaped = [steps_of(array, leading, table.core(lengths)) for array, table in zip(arrays, tables, strict=True)]
+        sizes, outer = coalesced(leading, shaped)
+        inner = max(range(len(sizes)), key=lambda axis: (sizes[axis], axis))
+        flat = [step[inner] for step in outer]
+        addresses = [address_of(array) for array in arrays]
+
+        def piece(first: int, count: int) -> None:
+            starts = [address + first * step for address, step in zip(addresses, flat, strict=True)]
+            for offsets in outer_offsets(sizes, outer, inner):
+                run([start + offset for start, offset in zip(starts, offsets, strict=True)], flat, count)
+
+        work = math.prod(leading) * self.definition.work_of(lengths)
+        in_threads(piece, sizes[inner], n_threads if work >= LEAST_WORK else 1, work)
+
+    def _rows_of(self, dtype: np.dtype[Any]) -> Rows | None:
+        """The compiled loop over elements of one type; None where array expressions do it."""
+        if self._settings.backend == "arrays":
+            return None
+        key = self._settings.backend, dtype
+        if key not in self._rows:
+            with LOCK:
+                backend = self._settings.ready_backend()
+                key = backend, dtype
+                if key not in self._rows:
+                    self._rows[key] = self._compiled(backend, dtype)
+        return self._rows[key]
+
+    def _compiled(self, backend: str, dtype: np.dtype[Any]) -> Rows | None:
+        if backend == "c":
+            library = self._settings.library
+            address = library.address(f"{self.name}_rows_{_SUFFIX[dtype]}")
+            return Rows(foreign().cast(ROWS_TYPE, address), address, (), library)
+        from .jit import LoopRows
+
+        if LoopRows is None:
+            return None
+        compiled = LoopRows(self.definition, dtype)
+        return Rows(compiled.call, compiled.address, self.definition.work, compiled)
+
+
+class BoundLoops(LoopCall):  # type: ignore[misc]
+    """A kernel with loops of which some arguments are fixed, see `LoopKernel.bind`.
+
+    Attributes
+    ----------
+    kernel : LoopKernel
+    argument_names : list of str
+        The arguments that calls give, in order.
+    """
+
+    def __init__(self, kernel: LoopKernel, fixed: list[Fixed | None], lengths: Mapping[str, int] = NO_LENGTHS) -> None:
+        self.kernel = kernel
+        self._fixed, self._lengths = fixed, dict(lengths)
+        self._places = [k for k, known in enumerate(fixed) if known is None]
+        self.argument_names = [kernel.argument_names[k] for k in self._places]
+        self._arrays = [None if known is None else known.array for known in fixed]
+        self._quick_backend: Any = kernel.quicken(self, fixed, None, self._lengths)
+        self._plans = kernel.new_plans()
+
+    __signature__ = LoopSignature()
+
+    def __repr__(self) -> str:
+        names = [name for name in self.kernel.argument_names if name not in self.argument_names]
+        return f"<{self.kernel!r} with fixed {', '.join(names)}>"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        fixed = {
+            name: known.array
+            for name, known in zip(self.kernel.argument_names, self._fixed, strict=True)
+            if known is not None
+        }
+        return _bound, (self.kernel, self._lengths, fixed)
+
+    def call(self, /, *arrays: Any, out: Any = None, num_threads: int | None = None) -> Any:
+        """A call with any of the remaining arguments."""
+        if out is None and num_threads is None:
+            found = self._plans.call(arrays)
+            if found is not None:
+                return found
+        if len(arrays) != len(self._places):
+            names = ", ".join(self.argument_names)
+            raise TypeError(
+                f"{self.kernel.name} with fixed arguments: {len(arrays)} arguments; expected {len(self._places)} "
+                f"({names})"
+            )
+        every = list(self._arrays)
+        for k, array in zip(self._places, arrays, strict=True):
+            every[k] = array
+        found = self.kernel.run(every, self._fixed, out, num_threads, self._plans, self._lengths)
+        self._quick_backend = self.kernel.quicken(self, self._fixed, self._quick_backend, self._lengths)
+        return found
+
+    _in_python = call
+    if extension is None:
+        __call__ = call
+
+
+def _bound(kernel: LoopKernel, lengths: dict[str, int], fixed: dict[str, Any]) -> BoundLoops:
+    return kernel.bind(lengths, **fixed)
+
+
+def _is_quick(table: Table, array: Any) -> bool:
+    """Whether the extension reads an array of that type."""
+    return table.is_index or array.dtype is FLOAT64
+
+
+if extension is not None:
+    LoopKernel._adopt()
+    BoundLoops._adopt()
+LoopKernel.__doc__ = Described(LoopKernel.__doc__ or "")  # type: ignore[assignment]

@@ -1,0 +1,208 @@
+"""The Python text of kernels with loops: what it looks like, and that it is read back as what was printed."""
+
+from __future__ import annotations
+
+import ast
+import re
+from fractions import Fraction
+from random import Random
+
+import pytest
+from support.loop_examples import KERNELS, NAMES, module_source, sources
+
+from gacompiler import SCALAR, array, kernel
+from gacompiler.backends import python_source
+from gacompiler.backends.module import KernelSource, LoopSource, ModuleSource
+from gacompiler.backends.python_loop_reader import outline, python_procedures
+from gacompiler.backends.python_loops import costs_text, index_rules
+from gacompiler.backends.readers import python_programs
+from gacompiler.errors import BackendError, GacError
+from gacompiler.frontend.loops import total
+from gacompiler.ir.cost import cost
+from gacompiler.ir.interpret import interpret
+from gacompiler.ir.procedure import Procedure
+from gacompiler.ir.program import Argument, Program, Result
+from gacompiler.ir.scalar import Op
+from gacompiler.passes.loops import compile_loops
+
+
+@pytest.fixture(scope="module")
+def text() -> str:
+    return python_source(module_source())
+
+
+def values(program: Program) -> list[float]:
+    """The results of a program at some points; roots of sums of squares need arguments that are not negative."""
+    found: list[float] = []
+    for seed in range(12):
+        random = Random(seed)
+        least = 0.1 if any(line.op is Op.SQRT for line in program.lines) else -0.9
+        given = {a.name: [random.uniform(least, 0.9) for _ in a.components] for a in program.arguments}
+        results = interpret(program, given, lambda value: float(Fraction(value))).values()
+        found += [float(x) for result in results for x in result]
+    return found
+
+
+def same(read: Procedure, compiled: Procedure) -> bool:
+    """Whether two procedures have the same tables and statements, and their programs the same values."""
+    return outline(read) == outline(compiled) and all(
+        values(a) == pytest.approx(values(b)) for a, b in zip(read.programs, compiled.programs, strict=True)
+    )
+
+
+def test_every_kernel_is_read_back(text: str) -> None:
+    read = python_procedures(text)
+    assert read.keys() == set(NAMES)
+    for name, source in sources().items():
+        assert read[name].tables == source.procedure.tables
+        assert same(read[name], source.procedure)
+
+
+def test_the_text_is_a_loop_over_rows(text: str) -> None:
+    assert (
+        """    m = _forward_1()
+    for i in range(n):
+        m = _forward_2(m, q[i], axes[i])
+    out[:] = _forward_3(tool, m)
+"""
+        in text
+    )
+    assert "out_0[i] = _tree_3(_row_or(out_0, parents[i], s_start), x[i], common)" in text
+    assert 'shared="axes"' in text and 'indices={"parents": "an earlier row or -1 of n"}' in text
+    assert 'cost="n * (51 mul, 36 add, 2 call, 51 fma) + 48 mul, 40 add, 48 fma"' in text
+
+
+def test_lines_are_short_and_names_are_public(text: str) -> None:
+    assert max(map(len, text.splitlines())) <= 120
+    listed = ast.literal_eval(text[text.index("__all__ = ") + len("__all__ = ") :])
+    assert set(NAMES) < set(listed)
+
+
+def test_other_readers_leave_loops_out(text: str) -> None:
+    assert python_programs(text) == {}
+
+
+def test_index_rules() -> None:
+    rules = {name: index_rules(source.procedure) for name, source in sources().items()}
+    assert rules["tree"] == rules["kept"] == rules["matrices"] == {"parents": "an earlier row or -1 of n"}
+    assert rules["picked"] == {"which": "a row of m"}
+    assert rules["dense"] == {"rows": "a row or -1 of m", "columns": "a row or -1 of k"}
+    assert rules["forward"] == {}
+
+
+def test_costs_are_sums_over_loops() -> None:
+    program = sources()["forward"].procedure.programs[1]
+    found = costs_text([("n*m", cost(program)), ("", cost(program)), ("n*m", cost(program))])
+    assert found == "n*m * (102 mul, 72 add, 4 call, 102 fma) + 51 mul, 36 add, 2 call, 51 fma"
+    assert costs_text([]) == "0 mul, 0 add, 0 fma"
+
+
+_TOKEN = re.compile(r"[A-Za-z_]\w*|\d+(?:\.\d+)?|[-+*/]|\[:\]")
+
+
+def mutated(lines: list[str], random: Random) -> list[str] | None:
+    """Lines with one thing changed: a name, a number, a sign, an order, or a line less; None where nothing was."""
+    k = random.randrange(len(lines))
+    found = list(lines)
+    kind = random.choice(("token", "token", "token", "token", "delete", "swap", "indent"))
+    if kind == "delete":
+        del found[k]
+    elif kind == "swap" and k + 1 < len(lines):
+        found[k], found[k + 1] = found[k + 1], found[k]
+    elif kind == "indent":
+        found[k] = "    " + found[k]
+    else:
+        tokens = list(_TOKEN.finditer(lines[k]))
+        if not tokens:
+            return None
+        token = random.choice(tokens)
+        others = {t.group() for line in lines for t in _TOKEN.finditer(line)}
+        same_kind = [t for t in sorted(others) if t[0].isalpha() == token.group()[0].isalpha() and t != token.group()]
+        if token.group()[0].isdigit():
+            same_kind = [str(int(float(token.group())) + 1)]
+        if not same_kind:
+            return None
+        found[k] = lines[k][: token.start()] + random.choice(same_kind) + lines[k][token.end() :]
+    return found if found != lines else None
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_mutations_are_noticed(text: str, seed: int) -> None:
+    random = Random(seed)
+    start = text.index("@_module.part")
+    head, body = text[:start], text[start : text.index("kernels = tuple")].splitlines()
+    documented = {f'    """{source.summary}"""' for source in sources().values()}
+    editable = [k for k, line in enumerate(body) if line.strip() and line not in documented and "error=" not in line]
+    unnoticed = []
+    tried = 0
+    while tried < 60:
+        first = random.choice(editable)
+        span = [k for k in range(first, min(first + 6, len(body))) if k in editable]
+        if span != list(range(first, first + len(span))):
+            continue
+        changed = mutated([body[k] for k in span], random)
+        if changed is None:
+            continue
+        new = [*body[:first], *changed, *body[first + len(span) :]]
+        tried += 1
+        try:
+            read = python_procedures(head + "\n".join(new) + "\n")
+        except GacError:
+            continue
+        if read.keys() == set(NAMES) and all(same(read[n], s.procedure) for n, s in sources().items()):
+            unnoticed.append((body[first : first + len(span)], changed))
+    assert not unnoticed
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        (
+            "for i in range(n):\n        m = _forward_2",
+            "for i in range(n - 1, -1, -1):\n        m = _forward_2",
+        ),
+        ("_row_or(out_0, i + 1, s_start)", "_row_or(out_0, i - 1, s_start)"),
+        ("_add_to(c, i - 1, out[i])", "_add_to(c, i + 1, out[i])"),
+        ("(rows[i], columns[i])", "(columns[i], rows[i])"),
+        ("for k in range(6):", "for k in range(7):"),
+        ('work="m(8)"', 'work="m(9)"'),
+        ('shared="axes"', 'shared="q"'),
+        ("an earlier row or -1 of n", "a row or -1 of n"),
+        ("51 mul", "52 mul"),
+        ("        r = next_r\n", ""),
+        ("    c[:] = 0\n", ""),
+    ],
+)
+def test_a_change_of_a_statement_is_noticed(text: str, before: str, after: str) -> None:
+    assert before in text
+    try:
+        read = python_procedures(text.replace(before, after, 1))
+    except BackendError as error:
+        assert "Python text" in str(error)
+    else:
+        assert not all(same(read[name], source.procedure) for name, source in sources().items())
+
+
+def test_names_of_parts_belong_to_the_module() -> None:
+    loops = LoopSource(compile_loops(KERNELS[1]).procedure, "S", (), ())
+    for taken in ("squares", "squares_1", "squares_rows", "squares_work"):
+        program = Program(taken, (Argument("x", (), ("x",)),), (), (Result("out", (), ("x",)),))
+        kernels = (KernelSource(program, "S", (), cost(program)),)
+        with pytest.raises(BackendError, match=f"its name {taken} belongs to kernel"):
+            python_source(ModuleSource("m", "S", "gac", "00", kernels, (loops,)))
+
+
+def test_names_that_python_has_for_something_else() -> None:
+    @kernel(range=array(SCALAR, "sin"), sin=SCALAR)
+    def odd(range, sin):
+        """Names of functions."""
+        return total(lambda v: v * sin, range)
+
+    procedure = compile_loops(odd).procedure
+    text = python_source(ModuleSource("m", "S", "gac", "00", (), (LoopSource(procedure, "S", (), ()),)))
+    assert "def odd(sin__, range_, sin_, out):" in text and 'names="range sin out"' in text
+    compile(text, "m.py", "exec")
+    with pytest.raises(BackendError, match="cost"):
+        python_procedures(text)  # no costs were given
+    text = text.replace('cost="0 mul, 0 add, 0 fma"', 'cost="sin * (1 mul, 1 add, 1 fma)"')
+    assert outline(python_procedures(text)["odd"]) == outline(procedure)

@@ -1,0 +1,487 @@
+"""Calls of kernels with loops: results by every backend, arguments of every kind, and errors."""
+
+from __future__ import annotations
+
+import inspect
+import pickle
+import re
+import sys
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+from support.backend_programs import extension_of, load_beside, write
+from support.loop_examples import NAMES, arguments, expected, module_source, sources
+
+from gacompiler.backends.build import build_extension
+from gacompiler.gac_runtime.build import find_compiler
+from gacompiler.gac_runtime.names import library_label
+from gacompiler.ir.procedure import Storage
+
+BACKENDS = ("arrays", "numba", "extension")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A module of all examples; numba keeps what it compiled beside it."""
+    folder = tmp_path_factory.mktemp("loops")
+    write(module_source("loops"), folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def module(tmp_path_factory: pytest.TempPathFactory) -> ModuleType:
+    """The module on a runtime without the extension."""
+    folder = tmp_path_factory.mktemp("without_extension")
+    write(module_source("loops"), folder)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("GAC_CACHE", str(tmp_path_factory.mktemp("cache")))
+        for name in [name for name in sys.modules if name.startswith("calls_")]:
+            patch.delitem(sys.modules, name)
+        found = load_beside(folder / "loops.py", "loops")
+    assert extension_of(found) is None
+    return found
+
+
+@pytest.fixture(scope="module")
+def quick_module(folder: Path) -> ModuleType:
+    """The module on a runtime with the extension."""
+    if build_extension(folder) is None:
+        pytest.skip("no C compiler, or no headers of Python")
+    found = load_beside(folder / "loops.py", "loops")
+    assert extension_of(found) is not None
+    return found
+
+
+@pytest.fixture
+def rng() -> np.random.Generator:
+    return np.random.default_rng(11)
+
+
+@pytest.fixture(params=BACKENDS)
+def loops(request: pytest.FixtureRequest) -> ModuleType:
+    module: ModuleType = request.getfixturevalue("quick_module" if request.param == "extension" else "module")
+    module.backend = "numba" if request.param == "extension" else request.param  # type: ignore[attr-defined]
+    return module
+
+
+def as_list(results: Any) -> list[Any]:
+    return list(results) if isinstance(results, tuple) else [results]
+
+
+def lengths_of(name: str, least: int) -> dict[str, int]:
+    return {length: least + k for k, length in enumerate(sources()[name].procedure.lengths)}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_results_are_those_of_the_interpreter(loops: ModuleType, name: str, rng: np.random.Generator) -> None:
+    procedure = sources()[name].procedure
+    for n in (1, 2, 5):
+        lengths = lengths_of(name, n)
+        given = arguments(procedure, lengths, rng)
+        found = as_list(getattr(loops, name)(**given))
+        for one, known in zip(found, expected(procedure, lengths, given), strict=True):
+            np.testing.assert_allclose(one, known, rtol=1e-12, strict=isinstance(one, np.ndarray))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_elements_of_a_batch(loops: ModuleType, name: str, rng: np.random.Generator) -> None:
+    procedure = sources()[name].procedure
+    lengths = lengths_of(name, 3)
+    given = arguments(procedure, lengths, rng, (2, 3))
+    found = as_list(getattr(loops, name)(*given.values()))
+    for place in np.ndindex(2, 3):
+        element = {
+            table.name: given[table.name]
+            if table.shared or table.storage is Storage.INDEX
+            else given[table.name][place]
+            for table in procedure.parameters
+        }
+        for one, known in zip(found, expected(procedure, lengths, element), strict=True):
+            np.testing.assert_allclose(one[place], known, rtol=1e-12)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_floats(loops: ModuleType, name: str, rng: np.random.Generator) -> None:
+    procedure = sources()[name].procedure
+    lengths = lengths_of(name, 4)
+    given = arguments(procedure, lengths, rng, (3,))
+    single = {key: value if value.dtype.kind == "i" else value.astype(np.float32) for key, value in given.items()}
+    wide = {key: value if value.dtype.kind == "i" else value.astype(float) for key, value in single.items()}
+    kernel = getattr(loops, name)
+    for one, known in zip(as_list(kernel(**single)), as_list(kernel(**wide)), strict=True):
+        assert one.dtype == np.float32
+        if name not in ("newton", "nested"):  # which stop at another step where differences are rounded to zero
+            np.testing.assert_allclose(one, known, rtol=3e-5)
+
+
+def test_an_iteration_ends_for_each_element_by_itself(loops: ModuleType) -> None:
+    x, a = np.ones((3, 1)), np.array([1.0, 4.0, 1e8])
+    root, converged, steps = loops.newton(x, a)
+    assert list(converged) == [1, 1, 0] and list(steps) == [1, 6, 6]
+    np.testing.assert_allclose(root[:2], [1, 2], rtol=1e-12)
+
+
+def test_without_rows(loops: ModuleType) -> None:
+    tool = np.arange(8.0)
+    np.testing.assert_array_equal(loops.forward(np.empty(0), np.empty((0, 6)), tool), tool)
+    np.testing.assert_array_equal(loops.forward(np.empty((3, 0)), np.empty((0, 6)), tool), [tool] * 3)
+    assert loops.squares(np.empty(0)) == 0
+    up, down = loops.tree(np.empty((4, 0)), [], 1.0)
+    assert up.shape == down.shape == (4, 0)
+    summed, lowest, place = loops.picked([], [], np.ones(3))
+    assert list(summed) == [0, 0, 0] and (lowest, place) == (0, -1)
+
+
+def test_empty_batches(loops: ModuleType) -> None:
+    found = loops.forward(np.empty((0, 5)), np.empty((5, 6)), np.empty(8))
+    assert found.shape == (0, 8) and found.dtype == float
+    up, down = loops.tree(np.empty((2, 0, 3)), [-1, 0, 0], 1.0)
+    assert up.shape == down.shape == (2, 0, 3)
+
+
+def test_numbers_come_back_as_numbers(loops: ModuleType) -> None:
+    assert isinstance(loops.squares([1, 2, 3]), np.float64) and loops.squares([1, 2, 3]) == 14
+    assert loops.squares(np.array([1, 2, 3], np.int8)).dtype == np.float32
+    assert loops.squares(np.array([True, False, True])).dtype == np.float32
+    assert loops.squares(np.array([1, 2], ">f8")) == 5
+    assert loops.squares(np.array([1, 2], ">f4")).dtype == np.dtype(np.float32)
+
+
+def test_mixed_types_are_promoted(loops: ModuleType, rng: np.random.Generator) -> None:
+    given = arguments(sources()["forward"].procedure, {"n": 3}, rng)
+    q, axes, tool = given.values()
+    single = loops.forward(q.astype(np.float32), axes, tool)
+    assert single.dtype == float
+    np.testing.assert_array_equal(single, loops.forward(q.astype(np.float32).astype(float), axes, tool))
+    x = q.astype(np.float32)
+    assert loops.tree(x, [-1, 0, 1], 2.0)[0].dtype == np.float32
+    assert loops.tree(x, [-1, 0, 1], np.float64(2))[0].dtype == float
+
+
+@pytest.mark.parametrize("name", ["forward", "matrices", "dense"])
+def test_any_strides(loops: ModuleType, name: str, rng: np.random.Generator) -> None:
+    procedure = sources()[name].procedure
+    given = arguments(procedure, lengths_of(name, 4), rng, (5, 2))
+    known = as_list(getattr(loops, name)(**given))
+    orders = [
+        {key: np.asfortranarray(value) for key, value in given.items()},
+        {key: np.repeat(value, 2, -1)[..., ::2] if value.ndim else value for key, value in given.items()},
+        {
+            key: np.ascontiguousarray(value[..., ::-1])[..., ::-1] if value.ndim else value
+            for key, value in given.items()
+        },
+    ]
+    unaligned = {}
+    for key, value in given.items():
+        raw = np.empty(value.nbytes + 1, np.uint8)
+        unaligned[key] = raw[1:].view(value.dtype).reshape(value.shape)
+        unaligned[key][...] = value
+        unaligned[key].flags.writeable = False
+    for changed in (*orders, unaligned):
+        for one, right in zip(as_list(getattr(loops, name)(**changed)), known, strict=True):
+            np.testing.assert_array_equal(one, right)
+
+
+def test_steps_between_elements(loops: ModuleType, rng: np.random.Generator) -> None:
+    q, axes, tool = arguments(sources()["forward"].procedure, {"n": 3}, rng, (6, 4)).values()
+    known = loops.forward(q, axes, tool)
+    np.testing.assert_array_equal(loops.forward(q[::-2, 1:], axes, tool[::-2, 1:]), known[::-2, 1:])
+    np.testing.assert_array_equal(loops.forward(q[:, :1], axes, tool[0]), loops.forward(q[:, :1], axes, tool[:1, :]))
+    np.testing.assert_array_equal(loops.forward(q[:, 0].T.copy().T, axes, tool[:, 0]), known[:, 0])
+    several = rng.uniform(-1, 1, (4, 3, 6))
+    found = loops.forward(q, several, tool)
+    for k in range(4):
+        np.testing.assert_array_equal(found[:, k], loops.forward(q[:, k], several[k], tool[:, k]))
+
+
+def test_out(loops: ModuleType, rng: np.random.Generator) -> None:
+    q, axes, tool = arguments(sources()["forward"].procedure, {"n": 3}, rng, (5,)).values()
+    known = loops.forward(q, axes, tool)
+    out = np.full((5, 8), np.nan)
+    assert loops.forward(q, axes, tool, out=out) is out
+    np.testing.assert_array_equal(out, known)
+    wide = np.full((5, 16), np.nan)
+    loops.forward(q, axes, tool, out=wide[:, ::2])
+    np.testing.assert_array_equal(wide[:, ::2], known)
+    assert np.isnan(wide[:, 1::2]).all()
+    pair = np.empty((5, 3)), np.empty((5, 3))
+    assert loops.tree(q, [-1, 0, 0], 2.0, out=pair) is pair
+    np.testing.assert_array_equal(pair, loops.tree(q, [-1, 0, 0], 2.0))
+
+
+def test_out_may_overlap_arguments(loops: ModuleType, rng: np.random.Generator) -> None:
+    q, axes, tool = arguments(sources()["forward"].procedure, {"n": 3}, rng, (5,)).values()
+    known = loops.forward(q, axes, tool)
+    assert loops.forward(q, axes, tool, out=tool) is tool
+    np.testing.assert_array_equal(tool, known)
+    x = rng.uniform(size=(4, 6))
+    known = loops.chain(x)
+    buffer = np.concatenate([x.ravel(), np.zeros(1)])
+    loops.chain(buffer[:24].reshape(4, 6), out=buffer[1:].reshape(4, 6))
+    np.testing.assert_array_equal(buffer[1:].reshape(4, 6), known)
+    same = np.empty((2, 3))
+    loops.tree(np.ones((2, 3)), [-1, 0, 1], 1.0, out=(same, same))
+    np.testing.assert_array_equal(same, loops.tree(np.ones((2, 3)), [-1, 0, 1], 1.0)[1])
+
+
+def test_nan_passes_through(loops: ModuleType) -> None:
+    x = np.ones((2, 4))
+    x[0, 1] = np.nan
+    up, down = loops.tree(x, [-1, 0, 0, 1], 1.0)
+    assert list(np.isnan(up[0])) == [False, True, False, True] and list(np.isnan(down[0])) == [True, True, False, True]
+    assert not np.isnan([up[1], down[1]]).any()
+
+
+def test_threads(loops: ModuleType, rng: np.random.Generator) -> None:
+    q, axes, tool = arguments(sources()["forward"].procedure, {"n": 6}, rng, (20_000,)).values()
+    np.testing.assert_array_equal(loops.forward(q, axes, tool, num_threads=2), loops.forward(q, axes, tool))
+    x = rng.uniform(size=(20_000, 20))
+    parents = np.arange(20) - 1
+    for one, known in zip(
+        loops.tree(x, parents, 0.5, num_threads=3), loops.tree(x, parents, 0.5, num_threads=1), strict=True
+    ):
+        np.testing.assert_array_equal(one, known)
+
+
+def test_index_tables_of_any_integers(loops: ModuleType) -> None:
+    x = np.ones(70)
+    parents = np.arange(70) // 2 - 1
+    known = loops.tree(x, parents, 1.0)
+    for table in (parents.tolist(), parents.astype(np.int8), np.repeat(parents, 2)[::2], parents.astype(">i4")):
+        np.testing.assert_array_equal(loops.tree(x, table, 1.0), known)
+    assert list(loops.picked([1.0], np.array([1], np.uint64), [5.0, 7.0])[0]) == [0, 7]
+
+
+@pytest.mark.parametrize(
+    ("name", "given", "message"),
+    [
+        ("forward", (np.ones(7), np.ones((5, 6)), np.ones(8)),
+         r"axes has shape \(5, 6\); expected \(..., n, 6\) with n = 7 as q has"),
+        ("forward", (np.ones(7), np.ones((7, 5)), np.ones(8)), r"axes has shape \(7, 5\); expected \(..., n, 6\)"),
+        ("forward", (np.ones(7), np.ones(6), np.ones(8)), r"axes has shape \(6,\); expected \(..., n, 6\)"),
+        ("forward", (1.0, np.ones((1, 6)), np.ones(8)), r"q has shape \(\); expected \(..., n\)"),
+        ("forward", (np.ones(1), np.ones((1, 6)), np.ones(7)), r"tool has shape \(7,\); expected \(..., 8\) with last"),
+        ("forward", (np.ones((2, 1)), np.ones((1, 6)), np.ones((3, 8))), "leading axes do not broadcast: q"),
+        ("tree", (np.ones(3), [-1, 0], 1.0), r"parents has shape \(2,\); expected \(n,\) with n = 3 as x has"),
+        ("tree", (np.ones(3), [[-1, 0, 0]], 1.0), "all elements of a batch share an index table"),
+        ("tree", (np.ones(3), [-1, 0, 2], 1.0), "parents is 2 in row 2; expected an earlier row or -1 of n"),
+        ("tree", (np.ones(3), [-1, -2, 0], 1.0), "parents is -2 in row 1"),
+        ("tree", (np.ones(70), np.arange(70), 1.0), "parents is 0 in row 0"),
+        ("picked", (np.ones(2), [0, 3], np.ones(3)), "which is 3 in row 1; expected a row of m, which has 3 rows"),
+        ("picked", (np.ones(2), [0, -1], np.ones(3)), "which is -1 in row 1; expected a row of m"),
+        ("picked", (np.ones(1), np.array([2**63], np.uint64), np.ones(3)), "which has a row 9223372036854775808"),
+        ("squares", ([[1.0], [1.0, 2.0]],), "not an array of numbers"),
+    ],
+)  # fmt: skip
+def test_wrong_values(loops: ModuleType, name: str, given: tuple[Any, ...], message: str) -> None:
+    with pytest.raises(ValueError, match=f"{name}: .*{message}"):
+        getattr(loops, name)(*given)
+
+
+@pytest.mark.parametrize(
+    ("name", "given", "options", "message"),
+    [
+        ("squares", (np.ones(3) * 1j,), {}, "dtype complex128; expected float32 or float64$"),
+        ("squares", (np.array(["a"]),), {}, "dtype <U1"),
+        ("tree", (np.ones(2), [-1.0, 0.0], 1.0), {}, "parents has dtype float64; expected integers"),
+        ("tree", (np.ones(2), [-1, 0]), {}, r"2 arguments; expected 3 \(x, parents, scale\)"),
+        ("tree", (np.ones(2), [-1, 0]), {"size": 1.0}, "unknown argument size"),
+        ("tree", (np.ones(2), [-1, 0]), {"x": 1.0}, "argument x is given in order and by name"),
+        ("tree", (np.ones(2),), {"scale": 1.0}, "no argument parents"),
+        ("squares", (np.ones(2),), {"out": [1.0]}, "out is float|out is list"),
+        ("tree", (np.ones(2), [-1, 0], 1.0), {"out": np.ones(2)}, r"expected a tuple of 2 arrays \(out_0, out_1\)"),
+        ("chain", (np.ones(2),), {"out": np.ones(2, np.float32)}, "out has dtype float32; expected float64"),
+    ],
+)
+def test_wrong_arguments(
+    loops: ModuleType, name: str, given: tuple[Any, ...], options: dict[str, Any], message: str
+) -> None:
+    with pytest.raises(TypeError, match=f"{name}: .*({message})"):
+        getattr(loops, name)(*given, **options)
+
+
+def test_wrong_outs(loops: ModuleType) -> None:
+    with pytest.raises(ValueError, match=r"out has shape \(3,\); expected \(2,\)"):
+        loops.chain(np.ones(2), out=np.ones(3))
+    fixed = np.ones(2)
+    fixed.flags.writeable = False
+    with pytest.raises(ValueError, match="out is read-only"):
+        loops.chain(np.ones(2), out=fixed)
+    with pytest.raises(ValueError, match="num_threads is 0; expected a positive integer"):
+        loops.chain(np.ones(2), num_threads=0)
+
+
+def test_bound_arguments(loops: ModuleType, rng: np.random.Generator) -> None:
+    q, axes, tool = arguments(sources()["forward"].procedure, {"n": 3}, rng, (5,)).values()
+    known = loops.forward(q, axes, tool)
+    bound = loops.forward.bind(axes=axes)
+    assert bound.argument_names == ["q", "tool"] and str(inspect.signature(bound)).startswith("(q, tool, /, *, out=")
+    np.testing.assert_array_equal(bound(q, tool), known)
+    alone = loops.forward.bind(axes=axes, tool=tool[0])
+    np.testing.assert_array_equal(alone(q[0]), known[0])
+    out = np.empty(8)
+    assert alone(q[0], out=out) is out
+    np.testing.assert_array_equal(out, known[0])
+    axes *= 2
+    np.testing.assert_array_equal(alone(q[0]), known[0])
+    assert alone(q[0].astype(np.float32)).dtype == float
+    with pytest.raises(ValueError, match=r"q has shape \(2,\)|axes has shape \(3, 6\); expected .* n = 2 as q has"):
+        alone(q[0, :2])
+    with pytest.raises(TypeError, match=r"forward with fixed arguments: 2 arguments; expected 1 \(q\)"):
+        alone(q, tool)
+    with pytest.raises(TypeError, match="unknown argument joints"):
+        loops.forward.bind(joints=1)
+    assert "axes, tool" in repr(alone)
+
+
+def test_bound_index_tables_are_checked_once_and_copied(loops: ModuleType) -> None:
+    parents = np.array([-1, 0, 0, 1])
+    bound = loops.tree.bind(parents=parents, scale=2.0)
+    known = loops.tree(np.ones(4), parents, 2.0)
+    parents[:] = 1000
+    np.testing.assert_array_equal(bound(np.ones(4)), known)
+    np.testing.assert_array_equal(bound(np.ones((2, 4)))[1][1], known[1])
+    with pytest.raises(ValueError, match=r"parents has shape \(4,\); expected \(n,\) with n = 5 as x has"):
+        bound(np.ones(5))
+    which = loops.picked.bind(which=[0, 2])
+    assert list(which(np.ones(2), np.ones(3))[0]) == [1, 0, 1]
+    with pytest.raises(ValueError, match="which is 2 in row 1; expected a row of m, which has 2 rows"):
+        which(np.ones(2), np.ones(2))
+
+
+def test_attributes(loops: ModuleType) -> None:
+    kernel = loops.forward
+    assert (kernel.name, kernel.signature, kernel.lengths) == ("forward", "(n),(n,6),(8)->(8)", ("n",))
+    assert kernel.layouts["axes"].blades == ("e12", "e13", "e23", "e01", "e02", "e03")
+    assert kernel.cost["n"]["mul"] == 51 and kernel.cost["n"]["call"] == 2 and kernel.cost[""]["add"] == 40
+    assert repr(kernel) == f"<kernel {kernel.__module__}.forward(n),(n,6),(8)->(8)>"
+    assert str(inspect.signature(kernel)) == "(q, axes, tool, *, out=None, num_threads=None)"
+    for line in (
+        "Pose of the end effector by the product of exponentials.",
+        "q : array_like, (..., n)",
+        "axes : array_like, (..., n, 6)",
+        "out : array, (..., 8)",
+        "Assumes ``a = a``.",
+        "Costs n * (51 mul, 36 add, 2 call) + 48 mul, 40 add.",
+    ):
+        assert line in kernel.__doc__.splitlines()
+    assert "parents : array_like of int, (n,)" in loops.tree.__doc__
+    assert "Each entry is the number of an earlier row or -1 of n." in loops.tree.__doc__
+    assert "forward" in loops.kernels and "forward" in loops.__all__
+    with pytest.raises(AttributeError, match=r"forward.jit: a kernel with loops cannot be called inside numba"):
+        _ = kernel.jit
+
+
+def test_pickling(module: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "loops", module)
+    assert pickle.loads(pickle.dumps(module.forward)) is module.forward
+    bound = module.squares.bind()
+    assert pickle.loads(pickle.dumps(bound))([1.0, 2.0]) == 5
+    tree = pickle.loads(pickle.dumps(module.tree.bind(parents=[-1, 0])))
+    np.testing.assert_array_equal(tree(np.ones(2), 1.0), module.tree(np.ones(2), [-1, 0], 1.0))
+
+
+def test_numba_code_is_kept(module: ModuleType) -> None:
+    module.backend = "numba"
+    module.squares([1.0])
+    kept = [path.name for path in (Path(str(module.__file__)).parent / "__pycache__").iterdir()]
+    assert any(name.startswith("loops.squares_rows_float64") for name in kept)
+
+
+C_TEXT = """// Two kernels with loops, by hand: the sum of squares, and one that finds no memory.
+#include <stdint.h>
+
+#define ROWS(NAME, REAL)                                                                                   \\
+    int NAME(const intptr_t *lengths, char **args, const intptr_t *steps, intptr_t count)                  \\
+    {                                                                                                      \\
+        for (intptr_t k = 0; k < count; k++) {                                                             \\
+            const REAL *x = (const REAL *)(args[0] + k * steps[0]);                                        \\
+            REAL sum = 0;                                                                                  \\
+            for (intptr_t i = 0; i < lengths[0]; i++)                                                      \\
+                sum += x[i] * x[i];                                                                        \\
+            *(REAL *)(args[1] + k * steps[1]) = sum;                                                       \\
+        }                                                                                                  \\
+        return 0;                                                                                          \\
+    }
+ROWS(by_hand_squares_rows_f64, double)
+ROWS(by_hand_squares_rows_f32, float)
+
+int by_hand_chain_rows_f64(const intptr_t *lengths, char **args, const intptr_t *steps, intptr_t count)
+{
+    return 1;
+}
+"""
+
+
+@pytest.fixture(scope="module")
+def by_hand(tmp_path_factory: pytest.TempPathFactory) -> ModuleType:
+    """A module with a library that is not generated."""
+    folder = tmp_path_factory.mktemp("by_hand")
+    write(module_source("by_hand", ("squares", "chain")), folder)
+    text = (folder / "by_hand.py").read_text()
+    text = re.sub(r'library="[^"]*"', f'library="{library_label("by_hand", C_TEXT)}"', text)
+    (folder / "by_hand.py").write_text(text)
+    (folder / "by_hand.c").write_text(C_TEXT)
+    if find_compiler() is None:
+        pytest.skip("no C compiler")
+    return load_beside(folder / "by_hand.py", "by_hand")
+
+
+def test_a_library_is_called(by_hand: ModuleType, rng: np.random.Generator) -> None:
+    assert by_hand.backend == "c"
+    for _ in range(2):  # by Python, and then by the extension if it is built
+        for x in (rng.uniform(size=7), rng.uniform(size=(3, 2, 7)), rng.uniform(size=(7, 9)).T):
+            np.testing.assert_allclose(by_hand.squares(x), (x * x).sum(-1), rtol=1e-14)
+            single = x.astype(np.float32)
+            found = by_hand.squares(single)
+            assert found.dtype == np.float32
+            np.testing.assert_allclose(found, (x * x).sum(-1), rtol=1e-5)
+    many = rng.uniform(size=(100_000, 20))
+    np.testing.assert_allclose(by_hand.squares(many, num_threads=2), (many * many).sum(-1), rtol=1e-14)
+
+
+def test_missing_memory_is_an_error(by_hand: ModuleType) -> None:
+    for _ in range(2):
+        with pytest.raises(MemoryError, match="chain: no memory for intermediate results"):
+            by_hand.chain(np.ones(3))
+    with pytest.raises(MemoryError):
+        by_hand.chain.bind()(np.ones(3))
+
+
+def test_calls_after_a_change_of_the_backend(quick_module: ModuleType) -> None:
+    x = np.array([1.0, 2.0])
+    bound = quick_module.squares.bind()
+    for backend in ("numba", "arrays", "numba"):
+        quick_module.backend = backend  # type: ignore[attr-defined]
+        for _ in range(2):
+            assert quick_module.squares(x) == bound(x) == 5
+
+
+def test_quick_calls_refuse_what_others_do(quick_module: ModuleType) -> None:
+    """What the extension cannot do at once is left to Python, which says what is wrong, or does it."""
+    quick_module.backend = "numba"  # type: ignore[attr-defined]
+    x, parents = np.ones(3), np.array([-1, 0, 1])
+    known = quick_module.tree(x, parents, 1.0)
+    for wrong in ([-1, 0, 2], [-1, 1, 0], [-2, 0, 0]):
+        with pytest.raises(ValueError, match="expected an earlier row or -1 of n"):
+            quick_module.tree(x, np.array(wrong), 1.0)
+    with pytest.raises(ValueError, match=r"with n = 3 as x has"):
+        quick_module.tree(x, parents[:2], 1.0)
+    for same in (parents.astype(np.int32), parents.tolist(), np.repeat(parents, 2)[::2]):
+        np.testing.assert_array_equal(quick_module.tree(x, same, 1), known)
+    with pytest.raises(TypeError, match="expected integers"):
+        quick_module.tree(x, x, 1.0)
+    which = quick_module.picked.bind(which=[0, 2])
+    assert list(which(np.ones(2), np.ones(3))[0]) == [1, 0, 1]
+    for _ in range(2):
+        with pytest.raises(ValueError, match="which is 2 in row 1"):
+            which(np.ones(2), np.ones(2))
+    buffer = np.arange(9.0)
+    known = quick_module.chain(buffer[:8].copy())
+    quick_module.chain(buffer[:8], out=buffer[1:])
+    np.testing.assert_array_equal(buffer[1:], known)
+    large = np.ones(20_000)
+    assert quick_module.squares(large) == 20_000 and quick_module.squares(large[:10_000]) == 10_000
