@@ -228,6 +228,20 @@ def test_what_cannot_be_differentiated_says_so() -> None:
         jacobian(declare(lambda a: (a, a), {"a": VGA3.VECTOR}), "a")
 
 
+def test_a_derivative_that_is_a_number_is_a_multivector_still() -> None:
+    """The derivative of ``s s + e12`` by s is the number 2 s: what is taken of the sum is taken of that number."""
+    e12 = VGA3.multivector({"e12": 1})
+    for taken, expected in (
+        (lambda s: (s * s + e12)["1"], 6),
+        (lambda s: (s * s + e12).grade(0), 6),
+        (lambda s: dual(s * s + e12)["e123"], 6),
+        (lambda s: ((s * s + e12) & (s * 0 + 1))["1"], 0),
+    ):
+        definition = declare(taken, {"s": SCALAR})
+        *_, slope = run(jvp(definition, "s"), {"s": 3, "s_tangent": 1})
+        assert [abs(x) for x in slope] == [expected]
+
+
 SECOND: dict[str, tuple[Callable[..., Any], dict[str, Layout], str]] = {
     "join": (lambda m, p, q: norm_squared(sandwich(m, p) & q), {"m": PGA3.MOTOR, "p": PGA3.POINT, "q": PGA3.LINE}, "m"),
     "interval": (

@@ -1,0 +1,248 @@
+"""Tables of cotangents, beside the tables of a traced kernel, and adding to them.
+
+Every table that changes with the parameter has one: numbers for the coefficients of its derivatives.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import Any, Protocol
+
+from ..algebra.layout import SCALAR, Layout
+from ..errors import KernelError
+from ..frontend.expression import Expression, lift
+from ..frontend.loop_trace import LoopTrace
+from ..frontend.recorded import Compute, Record
+from ..frontend.recorder import Recorder
+from ..frontend.rows import Leaf
+from ..ir.procedure import Add, Clear, Counter, Following, Loop, Parent, Place, Previous, Row, Storage
+from .forward import shape_of
+from .replay import Edges, Replay, flattened, reads_of, start_of, writes_of
+from .stored import only_added, set_once
+from .tangents import Key
+
+
+class Seed(Protocol):
+    """The cotangent of a result."""
+
+    def numbers(self, leaf: int, layout: Layout, row: Row) -> list[list[Expression]]:
+        """For each cotangent the coefficients of `layout` of multivector number `leaf` in a row of it."""
+
+    def table(self, layouts: Sequence[Layout]) -> Record | None:
+        """The table that holds those numbers in this order, if there is one."""
+
+
+class Cotangents(Replay):
+    """A traced kernel with tables for the cotangents of its tables.
+
+    Parameters
+    ----------
+    recorder : Recorder
+    traced : LoopTrace
+    arguments : sequence
+        Of the traced kernel.
+    layouts : mapping
+        Of derivatives, see `tangents.tangent_layouts`.
+    wrt : str
+        The parameter to differentiate by.
+    seeds : mapping of str to Seed
+        The cotangents of results.
+    count : int
+        How many cotangents each result has.
+    """
+
+    def __init__(
+        self,
+        recorder: Recorder,
+        traced: LoopTrace,
+        arguments: Sequence[Any],
+        layouts: Mapping[Key, Layout],
+        wrt: str,
+        seeds: Mapping[str, Seed],
+        count: int = 1,
+    ) -> None:
+        super().__init__(recorder, traced, arguments)
+        self._layouts, self._wrt, self._count, self._seeds = layouts, wrt, count, seeds
+        statements = list(flattened(traced.statements))
+        self._set_once = set_once(traced.statements)
+        self._reads = [place for statement in statements for place in reads_of(statement)]
+        self._read = {name for place in self._reads for name in (place.table, start_of(place))}
+        changed = {place.table for each in statements if not isinstance(each, Clear) for place in writes_of(each)}
+        self._zeros = {record.name for record in traced.records if record.storage is Storage.WORK} - changed
+        self._edges: list[tuple[str, Edges]] = []
+        self._roots: dict[str, tuple[Record, Record]] = {}
+        self._starts: dict[tuple[str, int, int], int] = {}
+        self._adjoints = self._tables()
+
+    def _tables(self) -> dict[str, Record]:
+        found: dict[str, Record] = {}
+        for record in self.traced.records:
+            active = [leaf for leaf in record.leaves if (record.name, leaf.start) in self._layouts]
+            layouts = [self._layouts[record.name, leaf.start] for leaf in active]
+            if not active:
+                continue
+            n = 0
+            for seed in range(self._count):
+                for leaf, layout in zip(active, layouts, strict=True):
+                    self._starts[record.name, leaf.start, seed] = n
+                    n += layout.size
+            table = self._seeds[record.name].table(layouts) if record.name in self._seeds else None
+            if self._is_direct(record.name):
+                if table is not None:
+                    found[record.name] = table
+                continue
+            leaves = [Leaf(SCALAR, k) for k in range(n)]
+            found[record.name] = self.table_like(record, f"{record.name}_adjoint", leaves, shape_of(record, n))
+        return found
+
+    def _is_direct(self, name: str) -> bool:
+        """Whether the cotangent of a result is what the caller gives, and nothing is added to it."""
+        if name not in self._seeds or name in self._read:
+            return False
+        if name in self._set_once:
+            return True
+        layouts = [self._layouts[key] for key in self._layouts if key[0] == name]
+        is_sum = name in only_added([s for s in self.traced.statements if not isinstance(s, Clear)])
+        return is_sum and self._seeds[name].table(layouts) is not None
+
+    def _is_sole(self, place: Place) -> bool:
+        """Whether one part alone reads a table, row by row: its cotangent is set, and not added up."""
+        table = place.table
+        if not isinstance(place.row, Counter) or table in self._seeds or self.old[table].lengths == ():
+            return False
+        if [p for p in self._reads if table in (p.table, start_of(p))] != [place]:
+            return False
+        reads = [s for s in flattened(self.traced.statements) if place in reads_of(s)]
+        return all(isinstance(s, Compute) for s in reads) and any(
+            isinstance(outer, Loop) and outer.counter == place.row.loop and reads[0] in outer.body
+            for outer in self.traced.statements
+        )
+
+    def _begin(self) -> None:
+        """Set the cotangents: those of results as given, the others to zero."""
+        sole = {place.table for place in self._reads if self._is_sole(place)}
+        for name, record in self._adjoints.items():
+            if self._is_direct(name):
+                continue
+            if name in self._seeds:
+                self._copy_seed(name, record)
+            elif name not in sole:
+                self.clear(record)
+
+    def _copy_seed(self, name: str, record: Record) -> None:
+        old = self.old[name]
+        if len(old.lengths) > 1:
+            raise KernelError(
+                self.traced.kernel.where, f"the matrix of rows {name} is a result and read", "one of the two"
+            )
+
+        def assign(row: Row) -> None:
+            values: dict[int, Expression] = {}
+            for k, leaf in enumerate(old.leaves):
+                layout = self._layouts.get((name, leaf.start))
+                if layout is not None:
+                    for seed, given in enumerate(self._seeds[name].numbers(k, layout, row)):
+                        first = self._starts[name, leaf.start, seed]
+                        values.update(enumerate(given, start=first))
+            self._write(values, Place(record.name, row))
+
+        if not old.lengths:
+            assign(None)
+            return
+        with self.loop(Loop("", old.lengths[0], False, ()), False):
+            assign(Counter(self.counters[""]))
+
+    def _write(self, values: Mapping[int, Expression], place: Place) -> None:
+        order = sorted(values)
+        self.recorder.compute([values[k] for k in order], [(place, Leaf(SCALAR, k)) for k in order])
+
+    def gradient(self) -> list[Any]:
+        """The cotangent of the parameter, number by number."""
+        return self.held(self._adjoints[self._wrt])
+
+    @contextmanager
+    def _backward_loop(self, loop: Loop) -> Iterator[None]:
+        """Record the transposed statements of a loop, in the opposite direction."""
+        with self.loop(loop, not loop.reverse) as edges:
+            self._edges.append((loop.counter, edges))
+            yield
+            self._edges.pop()
+
+    # Rows of cotangents.
+
+    def _symbol(self, table: str, place: Place, leaf: Leaf) -> Expression:
+        return self.recorder.symbol(f"{table}_adjoint", place, leaf)
+
+    def _cotangent(self, target: Place) -> Place:
+        """The cotangent of a row that was added to: zero where there is no such row."""
+        if not isinstance(target.row, Following):
+            return self.place(target, self._adjoints)
+        own = self._adjoints[target.table]
+        zero = self.new_table("zero", (), own.leaves, own.shape)
+        self.clear(zero, self.recorder.depth - 1)
+        return Place(own.name, Previous(self.counters[target.row.loop], zero.name))
+
+    def _add(self, source: Place, old: Place) -> None:
+        """Add a row of cotangents to that of an old place."""
+        own, start = self._adjoints[old.table], start_of(old)
+        to_start = self._adjoints.get(start) if start not in self._zeros else None
+        match old.row:
+            case Previous(loop, _):
+                target = Place(own.name, Following(self.counters[loop]))
+                if to_start is None:
+                    self.record(Add(source, target))
+                else:
+                    self._add_before(source, loop, target, Place(to_start.name))
+            case Parent():
+                if to_start is not None:
+                    self._add_to_start(source, old.row, own, to_start)
+                self.record(Add(source, Place(own.name, self.through(old.row))))
+            case _:
+                self.record(Add(source, self.place(old, self._adjoints)))
+
+    def _add_before(self, source: Place, loop: str, target: Place, start: Place) -> None:
+        """Add a row to that of the row before, or to the start: the last row of the reverse loop is the first one."""
+        own = self.recorder.records[target.table]
+        edges = dict(self._edges)[loop]
+        is_inner = loop != self._edges[-1][0]
+        if is_inner or source.row is not None:
+            single = Place(self.new_table("passed", (), own.leaves, own.shape).name)
+            if is_inner:
+                self.record(Add(source, single))
+            else:
+                self.copy(source, single)
+            source = single
+        passed = self.recorder.records[source.table]
+        if is_inner:  # what an inner loop gives is added up
+            edges.first += self.clearing(passed, edges.depth + 1)
+            edges.last.append(Add(source, target))
+        else:
+            self.record(Add(source, target))
+        self.clear(passed, edges.depth)  # where there are no rows
+        edges.after.append(Add(source, start))
+
+    def _add_to_start(self, source: Place, row: Parent, own: Record, start: Record) -> None:
+        """Add a row to the start where an index table names no row: times 1 there, and times 0 elsewhere."""
+        length = self._index_length(row.index)
+        zeros, one = self._marks(length)
+        mark = Parent(self.row(row, self.tables).index, self.counters[row.loop], one.name)  # type: ignore[union-attr]
+        is_root = self.recorder.symbol("is_root", Place(zeros.name, mark), Leaf(SCALAR, 0))
+        values = {leaf.start: is_root * self.recorder.symbol("given", source, leaf) for leaf in own.leaves}
+        single = Place(self.new_table("of_roots", (), own.leaves, own.shape).name)
+        self._write(values, single)
+        self.record(Add(single, Place(start.name)))
+
+    def _index_length(self, index: str) -> str:
+        return next(table.lengths[0] for table in self.traced.indices if table.name == index)
+
+    def _marks(self, length: str) -> tuple[Record, Record]:
+        """A table of zeros and a table of a one: a row of the first, where there is one, else the second."""
+        if length not in self._roots:
+            leaves = (Leaf(SCALAR, 0),)
+            zeros = self.new_table("zeros", self.lengths([length]), leaves, ())
+            one = self.new_table("one", (), leaves, ())
+            self.clear(zeros, self.base)
+            self.recorder.compute([lift(1)], [(Place(one.name), leaves[0])], self.base)
+            self._roots[length] = zeros, one
+        return self._roots[length]

@@ -1,0 +1,321 @@
+"""Recording the statements of one traced kernel again, inside another: what derivatives of kernels with loops add to.
+
+A kernel with loops is differentiated by its statements (`frontend.loop_trace.LoopTrace`). They are recorded a second
+time, by the same recorder that loop functions use, with new tables; derivatives record further statements between them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from ..algebra.layout import SCALAR
+from ..algebra.operations import Operation
+from ..errors import KernelError
+from ..frontend.expression import Expression, lift
+from ..frontend.kernel import Parameter
+from ..frontend.loop_bodies import row_of
+from ..frontend.loop_trace import LoopTrace
+from ..frontend.recorded import Compute, Record, Recorded, Source, targets_in
+from ..frontend.recorder import Recorder
+from ..frontend.rows import IndexOf, Leaf, Rows, RowsOf, leaves_of, nested
+from ..frontend.traced import substituted
+from ..ir.procedure import (
+    Add,
+    Clear,
+    Copy,
+    Counter,
+    Following,
+    Loop,
+    Parent,
+    Place,
+    Previous,
+    Repeat,
+    Row,
+    Storage,
+    Through,
+)
+
+
+@dataclass(slots=True)
+class Edges:
+    """Statements right after a loop, and at the beginning and the end of each row.
+
+    What is recorded at `depth` while the loop is open comes before it.
+    """
+
+    depth: int
+    first: list[Any] = field(default_factory=list)
+    last: list[Any] = field(default_factory=list)
+    after: list[Any] = field(default_factory=list)
+
+
+class Replay:
+    """A traced kernel while its statements are recorded again.
+
+    Names of the traced kernel are called old here.
+    """
+
+    def __init__(self, recorder: Recorder, traced: LoopTrace, arguments: Sequence[Any]) -> None:
+        self.recorder, self.traced = recorder, traced
+        self.base = recorder.depth
+        self.old = {record.name: record for record in traced.records}
+        self.tables: dict[str, Record] = {}
+        self.counters: dict[str, str] = {}
+        self._indices: dict[str, str] = {}
+        self._lengths: dict[str, str] = {}
+        for parameter, argument in zip(traced.kernel.parameters, arguments, strict=True):
+            if isinstance(parameter.type, IndexOf):
+                self._indices[parameter.name] = argument.name
+                self._lengths |= {parameter.type.length: argument.length, parameter.type.into: argument.into}
+            else:
+                self.tables[parameter.name] = self._bound(parameter, argument)
+        for record in traced.records:
+            if record.storage is not Storage.ARGUMENT:
+                self.tables[record.name] = self.table_like(record, record.name, record.leaves, record.shape)
+
+    def _bound(self, parameter: Parameter, argument: Any) -> Record:
+        """The table that holds an argument; a copy where it is computed, or part of a table."""
+        bound = bound_argument(self.recorder, parameter, argument)
+        if isinstance(parameter.type, RowsOf):
+            self._lengths.update(zip(parameter.type.lengths, bound.lengths, strict=True))
+        return bound
+
+    # Tables.
+
+    def lengths(self, lengths: Sequence[str]) -> tuple[str, ...]:
+        """What old lengths are called here."""
+        return tuple(self._lengths[name] for name in lengths)
+
+    def table_like(self, record: Record, stem: str, leaves: Sequence[Leaf], shape: tuple[int, ...]) -> Record:
+        """A new table with as many rows as an old one."""
+        return self.new_table(stem, self.lengths(record.lengths), leaves, shape)
+
+    def new_table(self, stem: str, lengths: tuple[str, ...], leaves: Sequence[Leaf], shape: tuple[int, ...]) -> Record:
+        """A new table for intermediate values."""
+        scope = self.recorder.scopes[self.base].number
+        name = self.recorder.unique(stem)
+        return self.recorder.add(Record(name, lengths, tuple(leaves), Storage.WORK, shape, scope=scope))
+
+    # Rows.
+
+    def row(self, row: Row, tables: Mapping[str, Record]) -> Row:
+        """An old row; the table in place of its start is taken from `tables`."""
+        match row:
+            case None:
+                return None
+            case Through(indices, loop):
+                return Through(tuple(self._indices[name] for name in indices), self.counters[loop])
+            case Previous(loop, start):
+                return Previous(self.counters[loop], tables[start].name)
+            case Parent(index, loop, start):
+                return Parent(self._indices[index], self.counters[loop], tables[start].name)
+            case Counter() | Following():
+                return replace(row, loop=self.counters[row.loop])
+
+    def place(self, place: Place, tables: Mapping[str, Record] | None = None) -> Place:
+        """An old place, in the table that stands in `tables` for the old one."""
+        tables = self.tables if tables is None else tables
+        return Place(tables[place.table].name, self.row(place.row, tables))
+
+    def through(self, parent: Parent) -> Through:
+        """The row that an index table names, without a row for where it names none."""
+        return Through((self._indices[parent.index],), self.counters[parent.loop])
+
+    # Statements.
+
+    def record(self, statement: Recorded) -> None:
+        """Append a statement to the innermost scope."""
+        self.recorder.append(statement)
+
+    def clear(self, record: Record, depth: int | None = None) -> None:
+        """Set a table to zero, in the innermost scope or in one further out."""
+        depth = self.recorder.depth if depth is None else depth
+        if record.lengths:
+            self.recorder.scopes[depth].statements.append(Clear(record.name))
+        else:
+            targets = [(Place(record.name), Leaf(SCALAR, k)) for k in range(record.table.size)]
+            self.recorder.compute([lift(0)] * len(targets), targets, depth)
+
+    def clearing(self, record: Record, depth: int) -> list[Recorded]:
+        """The statements that set a table to zero, for a place that is not the end of a scope."""
+        scope = self.recorder.scopes[depth]
+        kept, scope.statements = scope.statements, []
+        self.clear(record, depth)
+        found, scope.statements = scope.statements, kept
+        return found
+
+    def copy(self, source: Place, target: Place) -> None:
+        """Copy a row; by a part, if that is to a variable of emitted text, which would change with the table."""
+        old, new = self.recorder.records[source.table], self.recorder.records[target.table]
+        if source.row is None or new.lengths or not new.shape:
+            self.record(Copy(source, target))
+            return
+        symbols = [self.recorder.symbol(source.table, source, leaf) for leaf in old.leaves]
+        self.recorder.compute(symbols, [(target, leaf) for leaf in new.leaves])
+
+    @contextmanager
+    def loop(self, old: Loop, reverse: bool) -> Iterator[Edges]:
+        """Record a loop over the rows of an old one."""
+        counter, edges = self.recorder.counter(), Edges(self.recorder.depth)
+        self.counters[old.counter] = counter
+        with self.recorder.scope() as scope:
+            yield edges
+        if scope.statements:
+            (length,) = self.lengths([old.length])
+            statements = self.recorder.scopes[-1].statements
+            statements.append(Loop(counter, length, reverse, (*edges.first, *scope.statements, *edges.last)))
+            statements += edges.after
+
+    def symbols(self, compute: Compute) -> dict[Expression, Expression]:
+        """New symbols in place of those that a part is computed from."""
+        return {
+            symbol: self.symbol(symbol, source)
+            for symbol, source in zip(compute.kernel.function.symbols, compute.sources, strict=True)  # type: ignore[attr-defined]
+        }
+
+    def symbol(self, symbol: Expression, source: Source) -> Expression:
+        """A new symbol in place of one whose value is at an old source."""
+        return self.recorder.symbol(symbol.data.name, self.place(source.place), source.leaf, self.base + source.depth)
+
+    def compute(self, compute: Compute) -> None:
+        """Record a part as it is."""
+        values = substituted(values_of(compute), self.symbols(compute))
+        self.recorder.compute(values, [(self.place(place), leaf) for place, leaf in compute.targets])
+
+    def primal(self, statement: Recorded) -> None:
+        """Record an old statement as it is."""
+        match statement:
+            case Compute():
+                self.compute(statement)
+            case Add(source, target) | Copy(source, target):
+                self.record(type(statement)(self.place(source), self.place(target)))
+            case Clear(table):
+                self.record(Clear(self.tables[table].name))
+            case Loop():
+                with self.loop(statement, statement.reverse):
+                    for inner in statement.body:
+                        self.primal(inner)  # type: ignore[arg-type]
+            case Repeat():
+                self.repeat(statement)
+
+    def repeat(self, statement: Repeat) -> None:
+        """Record an old iteration."""
+        with self.recorder.scope() as scope:
+            for inner in statement.body:
+                self.primal(inner)  # type: ignore[arg-type]
+        until, steps = self.tables[statement.until].name, self.tables[statement.steps].name
+        self.record(Repeat(statement.limit, until, steps, tuple(scope.statements)))
+
+    # Results.
+
+    def value(self, old: Record, record: Record) -> Any:
+        """What a table that stands for the result `old` holds: arrays of rows or expressions, in nested tuples."""
+        outer = old.shape if old.leaves[0].layout.is_scalar else old.shape[:-1]
+        return nested(self.held(record), outer)
+
+    def held(self, record: Record) -> list[Any]:
+        """The arrays of rows, or the expressions, in a table."""
+        if record.lengths:
+            return [Rows(record.name, record.lengths, leaf) for leaf in record.leaves]
+        return [self.recorder.symbol(record.name, Place(record.name), leaf) for leaf in record.leaves]
+
+    def values(self) -> list[Any]:
+        """The results of the kernel."""
+        return [self.value(record, self.tables[name]) for name, record in self.traced.results]
+
+
+def bound_argument(recorder: Recorder, parameter: Parameter, argument: Any) -> Record:
+    """The table that holds an argument of a kernel, as a parameter declares it; a copy where there is none."""
+    given = leaves_of(argument)
+    layout = parameter.layout
+    leaves = tuple(Leaf(layout, k * layout.size) for k in range(len(given)))
+    if isinstance(given[0], Rows):
+        return _bound_rows(recorder, parameter, given, leaves)
+    if all(isinstance(e, Expression) and e.operation is Operation.INPUT for e in given):
+        sources = [recorder.source(symbol) for symbol in given]
+        record = recorder.records[sources[0].place.table]
+        is_whole = tuple(source.leaf for source in sources) == record.leaves == leaves
+        if is_whole and record.storage is Storage.ARGUMENT and {s.place for s in sources} == {Place(record.name)}:
+            return record
+    stored = recorder.packed(parameter.name, (), [layout] * len(given), parameter.outer_shape)
+    recorder.compute([lift(e) for e in given], targets_in(stored))
+    return recorder.records[stored[0].table]
+
+
+def _bound_rows(recorder: Recorder, parameter: Parameter, given: Sequence[Rows], leaves: tuple[Leaf, ...]) -> Record:
+    """The table that holds arrays of rows; a copy unless they are all of one."""
+    record = recorder.records[recorder.check_rows(given[0]).table]
+    whole = [Rows(record.name, record.lengths, leaf) for leaf in leaves]
+    if record.leaves == leaves and list(given) == whole:
+        return record
+    if any(len(rows.lengths) > 1 and not rows.through for rows in given):
+        raise KernelError(f"a derivative by {parameter.name}", "part of a matrix of rows", "all of it")
+    if any(rows.leaf.layout != parameter.layout for rows in given):
+        raise KernelError(
+            f"argument {parameter.name}", f"rows of {', '.join(str(rows.leaf.layout) for rows in given)}",
+            f"rows of {parameter.layout}", "return that layout from the loop that makes them",
+        )  # fmt: skip
+    length = given[0].length
+    copied = recorder.packed(parameter.name, (length,), [parameter.layout] * len(given), parameter.outer_shape)
+    counter = recorder.counter()
+    with recorder.scope() as scope:
+        symbols = [recorder.row_symbol(parameter.name, rows, row_of(rows, counter)) for rows in given]
+        recorder.compute(symbols, targets_in(copied, Counter(counter)))
+    recorder.append(Loop(counter, length, False, tuple(scope.statements)))
+    return recorder.records[copied[0].table]
+
+
+# What statements read and write.
+
+
+def values_of(compute: Compute) -> list[Expression]:
+    """The expressions of a part, in its own symbols."""
+    return list(compute.kernel.function.value)  # type: ignore[attr-defined]
+
+
+def flattened(statements: Sequence[Any]) -> Iterator[Any]:
+    """All statements, those in loops after the loop."""
+    for statement in statements:
+        yield statement
+        if isinstance(statement, (Loop, Repeat)):
+            yield from flattened(statement.body)
+
+
+def reads_of(statement: Any) -> list[Place]:
+    """The places that one statement reads, without those that it adds to."""
+    match statement:
+        case Compute():
+            own = [source.place for source in statement.sources]
+        case Add(source, _) | Copy(source, _):
+            own = [source]
+        case _:
+            return []
+    return list(dict.fromkeys(own))
+
+
+def writes_of(statement: Any) -> list[Place]:
+    """The places that one statement writes or adds to; of a cleared table its only row."""
+    match statement:
+        case Compute():
+            return list(dict.fromkeys(place for place, _ in statement.targets))
+        case Add(_, target) | Copy(_, target):
+            return [target]
+        case Clear(table):
+            return [Place(table)]
+        case Repeat(_, until, steps, _):
+            return [Place(until), Place(steps)]
+        case _:
+            return []
+
+
+def start_of(place: Place) -> str:
+    """The table that a place refers to where there is no row; empty for others."""
+    return place.row.start if isinstance(place.row, (Previous, Parent)) else ""
+
+
+def written(statements: Sequence[Any]) -> set[str]:
+    """The tables that statements write or add to."""
+    return {place.table for each in flattened(statements) for place in writes_of(each)}

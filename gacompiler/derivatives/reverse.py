@@ -1,0 +1,350 @@
+"""Reverse mode through loops: the statements are recorded, and then their transposes in reverse order.
+
+Every table that changes with the parameter has a second one, of cotangents (`cotangents`). The transpose of a part
+reads the cotangents of what the part writes, and adds to those of what it reads. Adding a row to another one,
+transposed, adds the other way round. A loop runs the transposes of its statements over the rows in reverse order.
+
+Values that are overwritten are kept for each row of their loop (`stored`). Where a loop contains loops, one value for
+each row of the outer loop is kept, and the transposed outer loop runs the inner loops once more before it runs their
+transposes. So the number of operations is proportional to that of the kernel.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from ..algebra.layout import SCALAR, Layout
+from ..errors import KernelError
+from ..frontend.expression import Expression, lift
+from ..frontend.loop_trace import LoopTrace
+from ..frontend.recorded import Compute, Record, Recorded
+from ..frontend.recorder import Recorder
+from ..frontend.rows import Leaf
+from ..frontend.traced import substituted
+from ..ir.procedure import Add, Clear, Copy, Counter, Loop, Place, Repeat, Through
+from .adjoints import Adjoint, adjoint, grouped
+from .cotangents import Cotangents, Seed
+from .replay import written
+from .rules import added, is_zero
+from .stored import Position, carried, has_loops, only_added, reads_within
+from .tangents import Key
+
+Backward = Callable[[], None]
+"""Records the transpose of a statement."""
+
+
+class Reverse(Cotangents):
+    """A traced kernel that is recorded with its transposed derivative.
+
+    Parameters
+    ----------
+    recorder : Recorder
+    traced : LoopTrace
+    arguments : sequence
+        Of the traced kernel.
+    layouts : mapping
+        Of derivatives, see `tangents.tangent_layouts`.
+    wrt : str
+        The parameter to differentiate by.
+    seeds : mapping of str to Seed
+        The cotangents of results.
+    count : int
+        How many cotangents each result has.
+    """
+
+    def __init__(
+        self,
+        recorder: Recorder,
+        traced: LoopTrace,
+        arguments: Sequence[Any],
+        layouts: Mapping[Key, Layout],
+        wrt: str,
+        seeds: Mapping[str, Seed],
+        count: int = 1,
+    ) -> None:
+        super().__init__(recorder, traced, arguments, layouts, wrt, seeds, count)
+        self._parts: dict[str, Adjoint] = {}
+        self._saved: dict[Place, tuple[Record, str]] = {}
+        self._skipped: set[str] = set()
+        backward = self._sweep(traced.statements, None, ())
+        self._results = {name: self._kept_result(record) for name, record in traced.results}
+        self._begin()
+        for run in reversed(backward):
+            run()
+
+    def values(self) -> list[Any]:
+        """The results of the kernel, as they were before loops were run once more."""
+        return [self.value(record, self._results[name]) for name, record in self.traced.results]
+
+    def _kept_result(self, record: Record) -> Record:
+        """The table of a result; a copy of a row that loops change."""
+        table = self.tables[record.name]
+        if record.lengths or record.name in self._set_once:
+            return table
+        kept = self.new_table(f"{record.name}_kept", (), record.leaves, record.shape)
+        self.copy(Place(table.name), Place(kept.name))
+        return kept
+
+    # Forward, keeping what is needed.
+
+    def place(self, place: Place, tables: Mapping[str, Record] | None = None) -> Place:
+        """An old place; what was kept in place of it, where that is needed again."""
+        if tables is None and place in self._saved:
+            kept, loop = self._saved[place]
+            return Place(kept.name, Counter(self.counters[loop]))
+        return super().place(place, tables)
+
+    def primal(self, statement: Recorded) -> None:
+        """Record an old statement, without sums that outlive the loop that is run once more."""
+        if not (isinstance(statement, Add) and statement.target.table in self._skipped):
+            super().primal(statement)
+
+    def _sweep(self, body: Sequence[Any], loop: Loop | None, after: Sequence[Any]) -> list[Backward]:
+        """Record statements, and give their transposes, in the order of the statements."""
+        found: list[Backward] = []
+        for number, statement in enumerate(body):
+            position = Position(body, number, loop, after)
+            if isinstance(statement, Compute):
+                kept = self._kept(statement, position)
+                self.primal(statement)
+                found.append(self._transposed(statement, kept, position))
+            elif isinstance(statement, Loop):
+                found.append(self._loop(statement, body[number + 1 :]))
+            else:
+                self.primal(statement)
+                if isinstance(statement, Add):
+                    found.append(self._transposed_add(statement))
+                elif isinstance(statement, Copy):
+                    found.append(self._transposed_copy(statement))
+                elif isinstance(statement, Clear):
+                    found.append(self._zero(Place(statement.table), position))
+                elif isinstance(statement, Repeat):
+                    self._check_repeat(statement)
+        return found
+
+    def _check_repeat(self, statement: Repeat) -> None:
+        changing = {table for table, _ in self._layouts}
+        if written(statement.body) & changing:
+            raise KernelError(
+                self.traced.kernel.where, f"the reverse mode through iterate(), which changes with {self._wrt}",
+                "loops over arrays, which run as often as arrays are long", "use jvp(), or fold() over an array",
+            )  # fmt: skip
+
+    def _part(self, compute: Compute) -> Adjoint:
+        name = compute.kernel.name
+        if name not in self._parts:
+            self._parts[name] = adjoint(compute, self._layouts, self._count)
+        return self._parts[name]
+
+    def _copied(self, place: Place, loop: Loop | None) -> Record:
+        """Copy a row, for each row of a loop if one is given."""
+        old = self.old[place.table]
+        lengths = self.lengths([loop.length]) if loop is not None else ()
+        kept = self.new_table(f"{place.table}_kept", lengths, old.leaves, old.shape)
+        row = Counter(self.counters[loop.counter]) if loop is not None else None
+        self.copy(self.place(place), Place(kept.name, row))
+        return kept
+
+    def _kept(self, compute: Compute, position: Position) -> dict[Place, tuple[Record, str]]:
+        """Copies of what the transpose of a part needs and cannot read any more."""
+        found: dict[Place, tuple[Record, str]] = {}
+        for k in sorted(self._part(compute).used):
+            place = compute.sources[k].place
+            if place not in found and place not in self._saved and position.changes(place):
+                loop = position.loop
+                found[place] = (self._copied(place, loop), loop.counter if loop is not None else "")
+        return found
+
+    def _loop(self, loop: Loop, after: Sequence[Any]) -> Backward:
+        changing = {table for table, _ in self._layouts}
+        if not written([loop]) & changing:
+            self.primal(loop)
+            return lambda: None
+        return self._outer_loop(loop, after) if has_loops(loop.body) else self._inner_loop(loop, after)
+
+    def _inner_loop(self, loop: Loop, after: Sequence[Any]) -> Backward:
+        """A loop without loops in it: values are kept for each row."""
+        with self.loop(loop, loop.reverse):
+            inner = self._sweep(loop.body, loop, after)
+
+        def backward() -> None:
+            with self._backward_loop(loop):
+                for run in reversed(inner):
+                    run()
+
+        return backward
+
+    def _outer_loop(self, loop: Loop, after: Sequence[Any]) -> Backward:
+        """A loop with loops in it: what each row begins with is kept, and the transposed loop runs the row again."""
+        passed: dict[str, Record] = {}
+        saved: dict[Place, tuple[Record, str]] = {}
+        with self.loop(loop, loop.reverse):
+            for table, place in carried(loop.body).items():
+                if getattr(place.row, "loop", None) == loop.counter:
+                    continue
+                if self.old[table].lengths:
+                    raise KernelError(
+                        self.traced.kernel.where,
+                        f"the reverse mode through loops in loops that carry {table}, an array",
+                        "carries that are multivectors or numbers", "use jvp()",
+                    )  # fmt: skip
+                passed[table] = self._copied(Place(table), loop)
+            for number, statement in enumerate(loop.body):
+                position = Position(loop.body, number, loop, after)
+                for place in reads_within(statement):
+                    own = getattr(place.row, "loop", None) == loop.counter
+                    if own and place not in saved and position.changes(place):
+                        saved[place] = (self._copied(place, loop), loop.counter)
+                self.primal(statement)  # type: ignore[arg-type]
+
+        def backward() -> None:
+            with self._backward_loop(loop):
+                outer, skipped = self._saved, self._skipped
+                self._saved, self._skipped = {**outer, **saved}, skipped | only_added(loop.body)
+                for table, kept in passed.items():
+                    row = Counter(self.counters[loop.counter])
+                    self.copy(Place(kept.name, row), Place(self.tables[table].name))
+                inner = self._sweep(loop.body, None, ())
+                for run in reversed(inner):
+                    run()
+                self._saved, self._skipped = outer, skipped
+
+        return backward
+
+    # Backward.
+
+    def _transposed(self, compute: Compute, kept: Mapping[Place, tuple[Record, str]], position: Position) -> Backward:
+        part, places = self._part(compute), grouped(compute, self._part(compute))
+        targets = [place for place, _ in compute.targets]
+        zeros = [] if self._is_first(position) else list(dict.fromkeys(targets))
+        zeros = [p for p in zeros if p.table in self._adjoints and p not in places and p.table not in self._set_once]
+
+        def backward() -> None:
+            by = self._values(compute, part, kept) | self._weights(compute, part)
+            values = dict(zip(part.entries, substituted([entry.value for entry in part.entries], by), strict=True))
+            results: list[Expression] = []
+            written_to: list[tuple[Place, Leaf]] = []
+            further: list[tuple[Place, Place]] = []
+            for place, entries in places.items():
+                sums: dict[int, list[Expression]] = {}
+                for entry, start in entries:
+                    at = self._starts[place.table, start, entry.seed] + entry.slot
+                    sums.setdefault(at, []).append(values[entry])
+                is_set = place in targets or self._is_sole(place)
+                if not is_set and all(is_zero(value) for given in sums.values() for value in given):
+                    continue
+                row, target = self._target(place, is_set, further)
+                own = self._adjoints[place.table].leaves
+                for leaf in own:
+                    given = list(sums.get(leaf.start, []))
+                    if row is not None:
+                        given.insert(0, self._symbol(place.table, row, leaf))
+                    results.append(added(given))
+                    written_to.append((target, leaf))
+            for place in zeros:
+                for leaf in self._adjoints[place.table].leaves:
+                    results.append(lift(0))
+                    written_to.append((self.place(place, self._adjoints), leaf))
+            if results:
+                self.recorder.compute(results, written_to)
+            for source, old in further:
+                self._add(source, old)
+
+        return backward
+
+    def _is_first(self, position: Position) -> bool:
+        """Whether nothing can have used what the statement writes before."""
+        return (
+            position.loop is None
+            and len(self.recorder.scopes) == self.base + 1
+            and not (
+                written([position.body[position.number]])
+                & {
+                    t
+                    for s in position.body[: position.number]
+                    for t in (*written([s]), *(p.table for p in reads_within(s)))
+                }
+            )
+        )
+
+    def _target(self, place: Place, is_set: bool, further: list[tuple[Place, Place]]) -> tuple[Place | None, Place]:
+        """Where what a row is given is written, and what it is added to, if that can be done at once."""
+        is_inner = len(self._edges) > 1 and not is_set  # sums that outlive a loop are not to be sums again in it
+        # Rows that index tables name are in no order, which a loop that reads sums of them would need.
+        is_scattered = any(p.table == place.table and isinstance(p.row, Through) for p in self._reads) and not is_set
+        if (place.row is None or isinstance(place.row, Counter)) and not is_inner and not is_scattered:
+            own = self.place(place, self._adjoints)
+            return (None if is_set else own), own
+        own_record = self._adjoints[place.table]
+        single = self.new_table(f"{place.table}_part", (), own_record.leaves, own_record.shape)
+        further.append((Place(single.name), place))
+        return None, Place(single.name)
+
+    def _values(
+        self, compute: Compute, part: Adjoint, kept: Mapping[Place, tuple[Record, str]]
+    ) -> dict[Expression, Expression]:
+        """Symbols for the values that a transpose reads."""
+        found: dict[Expression, Expression] = {}
+        symbols: tuple[Expression, ...] = compute.kernel.function.symbols  # type: ignore[attr-defined]
+        for k in sorted(part.used):
+            symbol, source = symbols[k], compute.sources[k]
+            if source.place in kept:
+                record, loop = kept[source.place]
+                place = Place(record.name, Counter(self.counters[loop]) if loop else None)
+                found[symbol] = self.recorder.symbol(symbol.data.name, place, source.leaf)
+            else:
+                found[symbol] = self.symbol(symbol, source)
+        return found
+
+    def _weights(self, compute: Compute, part: Adjoint) -> dict[Expression, Expression]:
+        """The cotangents of what a part writes, in place of the symbols for them."""
+        found: dict[Expression, Expression] = {}
+        given: dict[int, list[list[Expression]]] = {}
+        for weight in part.weights:
+            place, leaf = compute.targets[weight.target]
+            if self._is_direct(place.table):
+                if weight.target not in given:
+                    number = self.old[place.table].leaves.index(leaf)
+                    layout = self._layouts[place.table, leaf.start]
+                    row = self.row(place.row, self.tables)
+                    given[weight.target] = self._seeds[place.table].numbers(number, layout, row)
+                found[weight.symbol] = given[weight.target][weight.seed][weight.slot]
+            else:
+                at = self._starts[place.table, leaf.start, weight.seed] + weight.slot
+                own = self.place(place, self._adjoints)
+                found[weight.symbol] = self._symbol(place.table, own, Leaf(SCALAR, at))
+        return found
+
+    def _transposed_add(self, statement: Add) -> Backward:
+        source, target = statement.source, statement.target
+
+        def backward() -> None:
+            if source.table in self._adjoints and target.table in self._adjoints:
+                self._add(self._cotangent(target), source)
+
+        return backward
+
+    def _transposed_copy(self, statement: Copy) -> Backward:
+        def backward() -> None:
+            source, target = statement.source, statement.target
+            if target.table not in self._adjoints:
+                return
+            own = self.place(target, self._adjoints)
+            if source.table in self._adjoints:
+                self._add(own, source)
+            if target.table not in self._set_once:
+                values = {leaf.start: lift(0) for leaf in self._adjoints[target.table].leaves}
+                self._write(values, own)
+
+        return backward
+
+    def _zero(self, place: Place, position: Position) -> Backward:
+        """What a table held before it was cleared is given nothing."""
+        is_first = self._is_first(position)
+
+        def backward() -> None:
+            if place.table in self._adjoints and not is_first and not self._is_direct(place.table):
+                self.clear(self._adjoints[place.table])
+
+        return backward

@@ -1,0 +1,112 @@
+"""Which values the reverse mode has to keep: those that are overwritten before the reverse loops need them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from ..ir.procedure import Add, Clear, Counter, Loop, Parent, Place, Previous
+from .replay import flattened, reads_of, start_of, writes_of, written
+
+
+@dataclass(frozen=True, slots=True)
+class Position:
+    """Where a statement stands.
+
+    Attributes
+    ----------
+    body : sequence of statements
+        Those of the innermost loop, or of the kernel.
+    number : int
+        Of the statement in `body`.
+    loop : Loop or None
+        The loop of the body, where a value can be kept for each row of it.
+    after : sequence of statements
+        What runs after that loop, before the reverse loops.
+    """
+
+    body: Sequence[Any]
+    number: int
+    loop: Loop | None = None
+    after: Sequence[Any] = ()
+
+    def changes(self, place: Place) -> bool:
+        """Whether a place that the statement reads may hold something else in the reverse loops, or be out of reach."""
+        tables = {place.table, start_of(place)} - {""}
+        if self.loop is None:
+            return bool(tables & written(self.body[self.number :]))
+        if isinstance(place.row, Previous) or tables & written(self.after):
+            return True
+        if not tables & written(self.body):
+            return False
+        if isinstance(place.row, (Counter, Parent)) and start_of(place) not in written(self.body):
+            return not self._is_written_once(place)
+        return True
+
+    def _is_written_once(self, place: Place) -> bool:
+        """Whether a row of the loop is written in its turn only, and before the statement where that reads it."""
+        assert self.loop is not None
+        for k, statement in enumerate(self.body):
+            for each in flattened([statement]):
+                for target in writes_of(each):
+                    if target.table != place.table:
+                        continue
+                    if isinstance(each, (Add, Clear)) or target.row != Counter(self.loop.counter):
+                        return False
+                    if isinstance(place.row, Counter) and k >= self.number:
+                        return False
+        return True
+
+
+def has_loops(body: Sequence[Any]) -> bool:
+    """Whether there are loops among some statements."""
+    return any(isinstance(statement, Loop) for statement in body)
+
+
+def reads_within(statement: Any) -> Iterator[Place]:
+    """The places that a statement and those in it read."""
+    for each in flattened([statement]):
+        yield from reads_of(each)
+
+
+def carried(body: Sequence[Any]) -> dict[str, Place]:
+    """The tables that the statements of a loop read before they write them, and then write: what rows pass on."""
+    seen: dict[str, Place | None] = {}
+    writes = written(body)
+    for each in flattened(body):
+        for place in reads_of(each):
+            start = start_of(place)
+            found = Place(start) if start else place  # rows before the own one were written by the same loop
+            if found.table in writes:
+                seen.setdefault(found.table, found)
+        for place in writes_of(each):
+            seen.setdefault(place.table, None)
+    return {table: place for table, place in seen.items() if place is not None}
+
+
+def only_added(body: Sequence[Any]) -> set[str]:
+    """The tables that statements add to and do not set: what they add up outlives them."""
+    adds, sets = set[str](), set[str]()
+    for each in flattened(body):
+        (adds if isinstance(each, Add) else sets).update(place.table for place in writes_of(each))
+    return adds - sets
+
+
+def set_once(statements: Sequence[Any]) -> set[str]:
+    """The tables of which every row is set by one statement, once."""
+    found: dict[str, list[bool]] = {}
+
+    def visit(body: Sequence[Any], loops: tuple[str, ...]) -> None:
+        for statement in body:
+            if isinstance(statement, Loop):
+                visit(statement.body, (*loops, statement.counter))
+            else:
+                for place in (p for each in flattened([statement]) for p in writes_of(each)):
+                    row = () if place.row is None else (getattr(place.row, "loop", ""),)
+                    is_set = not isinstance(statement, (Add, Clear)) and row == loops
+                    plain = place.row is None or isinstance(place.row, Counter)
+                    found.setdefault(place.table, []).append(is_set and plain)
+
+    visit(statements, ())
+    return {table for table, sets in found.items() if sets == [True]}
