@@ -32,10 +32,6 @@ class Constants(Protocol):
         """(N, 6), unit lines of the joints."""
 
     @property
-    def twists(self) -> Floats:
-        """(N, 6), twists of the joints at unit speed."""
-
-    @property
     def home(self) -> Floats:
         """(N, 8), motors of the frames after every joint."""
 
@@ -46,10 +42,6 @@ class Constants(Protocol):
     @property
     def tool(self) -> Floats:
         """(8,), the motor of the end effector."""
-
-    @property
-    def tool_point(self) -> Floats:
-        """(3,), the origin of the end effector."""
 
     @property
     def bodies(self) -> Floats:
@@ -74,3 +66,7 @@ class Constants(Protocol):
     @property
     def module(self) -> Any:
         """Kernels with constants folded, or None."""
+
+    @property
+    def n_joints(self) -> int:
+        """The number of variables."""

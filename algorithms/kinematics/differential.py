@@ -10,9 +10,8 @@ from numpy.typing import ArrayLike
 from generated import pga3
 
 from ..arguments import Reals, real_array
-from .chains import blocks, joint_twists, motions, tool_points
 from .changes import Changes
-from .denavit_hartenberg import Joint
+from .errors import DescriptionError
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,13 +60,15 @@ class Differential(Changes):
         shape, (start, end) = self._together((q0, "q0"), (q1, "q1"))
         return (end - start).reshape(*shape, self.n_joints)
 
-    def jacobian(self, q: ArrayLike) -> Reals:
-        """The geometric Jacobian of the end effector, in the base frame.
+    def jacobian(self, q: ArrayLike, link: str | None = None) -> Reals:
+        """The geometric Jacobian of the end effector, or of another link, in the base frame.
 
         Parameters
         ----------
         q : array_like, (..., n)
             Joint variables: radians, or metres where the joint slides. float32 gives float32.
+        link : str, optional
+            The name of a link of a URDF file, whose frame is meant instead of the end effector's.
 
         Returns
         -------
@@ -77,26 +78,24 @@ class Differential(Changes):
         Raises
         ------
         TypeError, ValueError
-            Where `q` is not an array of n real numbers in its last axis.
+            Where `q` is not an array of n real numbers in its last axis, or the link is not known.
         """
+        if link is not None:
+            return self._jacobian_of_link(link, q)
         own = self._own.jacobian
         if own is not None:
             try:
                 return own(q)  # type: ignore[no-any-return]
             except (TypeError, ValueError):
                 pass
-        else:
-            one = self._passes.jacobian(self._table, q)
-            if one is not None:
-                return one  # type: ignore[no-any-return]
-        q, flat = self._variables(q, "q")
-        n = len(self.kinds)
-        if self._kernels.jacobian is not None:
-            return self._reduced(self._kernels.jacobian(self._positions(q)))
-        found = np.zeros((len(flat), 6, n), q.dtype)
-        for block in blocks(len(flat)):
-            self._fill_jacobian(self._positions(flat[block]), found[block])
-        return self._reduced(found).reshape(*q.shape[:-1], 6, self.n_joints)
+        return _columns(self._run(self._computed.jacobian, ("q",), q))
+
+    def _jacobian_of_link(self, name: str, q: ArrayLike) -> Reals:
+        joint, tool = self._carrier(name)
+        if joint >= 0:
+            return _columns(self._run(self._computed.jacobian_of(joint, tool), ("q",), q))
+        given = self._variables(q, "q")[0]
+        return np.zeros((*given.shape[:-1], 6, self.n_joints), given.dtype)
 
     def jacobian_rate(self, q: ArrayLike, qd: ArrayLike) -> Reals:
         """The rate of change of `jacobian` while the joints move at speeds `qd`.
@@ -115,14 +114,7 @@ class Differential(Changes):
         TypeError, ValueError
             As in `jacobian`.
         """
-        one = self._passes.jacobian_rate(self._table, q, qd)
-        if one is not None:
-            return one  # type: ignore[no-any-return]
-        shape, (flat, speeds) = self._together((q, "q"), (qd, "qd"))
-        found = np.zeros((len(flat), 6, len(self.kinds)), flat.dtype)
-        for block in blocks(len(flat)):
-            self._fill_rate(self._positions(flat[block]), self._rates(speeds[block]), found[block])
-        return self._reduced(found).reshape(*shape, 6, self.n_joints)
+        return _columns(self._run(self._computed.jacobian_rate, ("q", "qd"), q, qd))
 
     def velocity(self, q: ArrayLike, qd: ArrayLike) -> Reals:
         """The spatial velocity of the end effector, (..., 6): angular over linear, base frame.
@@ -136,8 +128,6 @@ class Differential(Changes):
         TypeError, ValueError
             As in `jacobian`.
         """
-        if self._plain(q, qd):
-            return self.jacobian(q) @ qd
         shape, (flat, speeds) = self._together((q, "q"), (qd, "qd"))
         found: Reals = np.einsum("bij,bj->bi", self.jacobian(flat), speeds)
         return found.reshape(*shape, 6)
@@ -154,8 +144,6 @@ class Differential(Changes):
         TypeError, ValueError
             As in `jacobian`.
         """
-        if self._plain(q, qd, qdd):
-            return self.jacobian(q) @ qdd + self.jacobian_rate(q, qd) @ qd
         shape, (flat, speeds, rates) = self._together((q, "q"), (qd, "qd"), (qdd, "qdd"))
         found: Reals = np.einsum("bij,bj->bi", self.jacobian(flat), rates)
         found += np.einsum("bij,bj->bi", self.jacobian_rate(flat, speeds), speeds)
@@ -215,13 +203,7 @@ class Differential(Changes):
         TypeError, ValueError
             As in `jacobian`.
         """
-        q, flat = self._variables(q, "q")
-        found = np.empty((len(flat), len(self.kinds), 6), q.dtype)
-        for block in blocks(len(flat)):
-            moved = motions(self, self._positions(flat[block]))
-            for j, twist in enumerate(joint_twists(self, moved)):
-                found[block][..., j, :] = twist
-        return found.reshape(*q.shape[:-1], len(self.kinds), 6)
+        return self._run(self._computed.twists_of_joints, ("q",), q)  # type: ignore[no-any-return]
 
     def jacobian_of_point(self, q: ArrayLike, p: ArrayLike) -> Reals:
         """How a point that the end effector holds moves: derivatives by the variables.
@@ -286,48 +268,27 @@ class Differential(Changes):
         return self._jacobian_of(q, real_array(plane, "plane", (4,), "a plane"), pga3.move_plane, pga3.twist_on_plane)
 
     def _jacobian_of(self, q: ArrayLike, element: Reals, move: pga3.Kernel, twist_on: pga3.Kernel) -> Reals:
-        q, flat = self._variables(q, "q")
-        found = np.zeros((len(flat), len(element), len(self.kinds)), q.dtype)
-        at_home = move(self.tool.astype(q.dtype), element.astype(q.dtype))
-        for block in blocks(len(flat)):
-            moved = motions(self, self._positions(flat[block]))
-            twists = joint_twists(self, moved)
-            now = move(moved[self.tip], at_home)
-            for j in self.path:
-                found[block][..., j] = twist_on(twists[j], now)
-        return self._reduced(found).reshape(*q.shape[:-1], len(element), self.n_joints)
+        q = self._variables(q, "q")[0]
+        twists = self.twists_of_joints(q)
+        now = move(self._run(self._computed.forward, ("q",), q), element.astype(q.dtype))
+        path = list(self.path)
+        found = np.zeros((*q.shape[:-1], len(element), len(self.kinds)), q.dtype)
+        found[..., path] = np.swapaxes(twist_on(twists[..., path, :], now[..., None, :]), -1, -2)
+        return self._reduced(found)
 
-    def _fill_jacobian(self, x: Reals, out: Reals) -> None:
-        moved = motions(self, x)
-        twists, point = joint_twists(self, moved), tool_points(self, moved)
-        for j in self.path:
-            _angular_over_linear(twists[j], pga3.twist_on_point(twists[j], point), out[..., j])
+    def _carrier(self, link: str) -> tuple[int, Reals]:
+        """The joint that carries a link, -1 for the base, and the link's motor at home."""
+        if link not in self.links:
+            raise DescriptionError(f"{self.name}: no link {link!r}; expected one of {', '.join(self.links) or 'none'}")
+        return self.links[link]
 
-    def _fill_rate(self, x: Reals, speeds: Reals, out: Reals) -> None:
-        moved = motions(self, x)
-        twists, point = joint_twists(self, moved), tool_points(self, moved)
-        carrier = np.zeros_like(twists[0])
-        carriers = []
-        for j in self.path:
-            carriers.append(carrier)
-            carrier = carrier + speeds[..., j, None] * twists[j]
-        velocity = pga3.twist_on_point(carrier, point)
-        origin = np.zeros(3, x.dtype)
-        for j, before in zip(self.path, carriers, strict=True):
-            rate = pga3.twist_on_line(before, twists[j])
-            linear = pga3.twist_on_point(rate, point)
-            if self.kinds[j] is Joint.REVOLUTE:
-                # the axis times the velocity of the point: of the point itself, less that of the origin
-                linear += pga3.twist_on_point(twists[j], velocity) - pga3.twist_on_point(twists[j], origin)
-            _angular_over_linear(rate, linear, out[..., j])
+
+def _columns(rows: Reals) -> Reals:
+    """A matrix (..., 6, n) from its columns (..., n, 6)."""
+    return rows.T if rows.ndim == 2 else np.swapaxes(rows, -1, -2)
 
 
 def _rank(rows: Reals) -> int:
     """How many velocities independent of each other are among the columns of several Jacobians."""
     values = np.linalg.svd(np.concatenate(list(rows), axis=-1), compute_uv=False)
     return int((values > 1e-9 * values.max(initial=0.0)).sum())
-
-
-def _angular_over_linear(twist: Reals, linear: Reals, out: Reals) -> None:
-    out[..., 0], out[..., 1], out[..., 2] = twist[..., 2], -twist[..., 1], twist[..., 0]
-    out[..., 3:] = linear

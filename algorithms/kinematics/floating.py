@@ -7,7 +7,7 @@ inertias are summed about the origin of the base: results do not depend on how f
 there is no attitude without description. Two things remain: accelerations of the six joints are not quite those of the
 base (`turning`), and gravity is an acceleration of the base upwards.
 
-Forces of the base are a torque about its origin, and a force, in its frame.
+Forces of the base are a torque about its origin, and a force, in its frame. One class, in one file.
 """
 
 from __future__ import annotations
@@ -22,7 +22,6 @@ from numpy.typing import ArrayLike
 from generated import pga3
 
 from ..arguments import Reals, real_array
-from .chains import motions
 from .errors import FloatingBaseError
 from .inverse import Solutions
 from .robot import Robot, for_base
@@ -69,8 +68,6 @@ class FloatingRobot(Robot):
             )
         kept = {name: getattr(self, name) for name in _FIELDS}
         object.__setattr__(self, "_still_base", Robot(**kept, free_fall=np.zeros(3)))
-        for name in ("_table", "_heavy", "_weightless"):  # of methods that know nothing of the motor
-            object.__setattr__(self, name, None)
 
     @property
     def n_positions(self) -> int:
@@ -138,10 +135,17 @@ class FloatingRobot(Robot):
         now = self._at(q)
         return pga3.motor_product(now.base[..., None, :], self._still_base.forward_all(now.x))  # type: ignore[no-any-return]
 
-    def jacobian(self, q: ArrayLike) -> Reals:
+    def link(self, name: str, q: ArrayLike) -> Reals:
+        """As `Robot.link`; a link that the base does not carry stands still in the world."""
+        now, there = self._at(q), self._carrier(name)[1]
+        if self._carrier(name)[0] >= 0:
+            there = pga3.motor_product(now.base, self._still_base.link(name, now.x))
+        return np.broadcast_to(there, now.base.shape).astype(now.base.dtype)
+
+    def jacobian(self, q: ArrayLike, link: str | None = None) -> Reals:
         """As `Robot.jacobian`, (..., 6, n)."""
         now = self._at(q)
-        return turned(now.base, self._still_base.jacobian(now.x)[..., self._order])
+        return turned(now.base, self._still_base.jacobian(now.x, link)[..., self._order])
 
     def jacobian_rate(self, q: ArrayLike, qd: ArrayLike) -> Reals:
         """As `Robot.jacobian_rate`, (..., 6, n)."""
@@ -210,6 +214,10 @@ class FloatingRobot(Robot):
         """As `Robot.mass_matrix`, (..., n, n); the place and attitude of the base make no difference."""
         return self._still_base.mass_matrix(self._at(q).x)[..., self._order[:, None], self._order]
 
+    def inverse_mass_matrix(self, q: ArrayLike) -> Reals:
+        """As `Robot.inverse_mass_matrix`, (..., n, n)."""
+        return self._still_base.inverse_mass_matrix(self._at(q).x)[..., self._order[:, None], self._order]
+
     def forward_dynamics(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike) -> Reals:
         """As `Robot.forward_dynamics`, (..., n)."""
         self._need_inertia()
@@ -220,21 +228,42 @@ class FloatingRobot(Robot):
         found[..., :6] += times(turning(now.rates[0]), now.rates[0][..., :6])
         return found
 
-    def inverse_dynamics_slopes(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> tuple[Reals, Reals]:
-        """As `Robot.inverse_dynamics_slopes`, (..., n, n) each."""
+    def inverse_dynamics_derivatives(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> tuple[Reals, Reals]:
+        """As `Robot.inverse_dynamics_derivatives`, (..., n, n) each."""
         self._need_inertia()
         now = self._at(q, (qd, "qd"), (qdd, "qdd"))
         v, a = now.rates
         falling = self._falling(now)
         mass = self.mass_matrix(q)
         speeds, rates = v[..., self._places], self._there(v, a, falling)[..., self._places]
-        found = self._still_base.inverse_dynamics_slopes(now.x, speeds, rates)
+        found = self._still_base.inverse_dynamics_derivatives(now.x, speeds, rates)
         by_q, by_qd = (slope[..., self._order[:, None], self._order] for slope in found)
         # As the base turns, gravity turns back; where it is, makes no difference.
         by_q[..., :3] = -mass[..., 3:6] @ crossing(falling)
         by_q[..., 3:6] = 0
         by_qd[..., :6] -= mass[..., :6] @ turning_slope(v)
         return by_q, by_qd
+
+    def torque_regressor(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> Reals:
+        """As `Robot.torque_regressor`, (..., n, N, 10); the first five of N joints carry nothing but the base."""
+        now = self._at(q, (qd, "qd"), (qdd, "qdd"))
+        v, a = now.rates
+        speeds, rates = v[..., self._places], self._there(v, a, self._falling(now))[..., self._places]
+        return self._still_base.torque_regressor(now.x, speeds, rates)[..., self._order, :, :]
+
+    def centre_of_mass(self, q: ArrayLike) -> Reals:
+        """As `Robot.centre_of_mass`, in the world."""
+        now = self._at(q)
+        return pga3.move_point(now.base, self._still_base.centre_of_mass(now.x))  # type: ignore[no-any-return]
+
+    def centroidal_momentum_matrix(self, q: ArrayLike) -> Reals:
+        """As `Robot.centroidal_momentum_matrix`, (..., 6, n), in the directions of the world."""
+        now = self._at(q)
+        return turned(now.base, self._still_base.centroidal_momentum_matrix(now.x)[..., self._order])
+
+    def centroidal_momentum(self, q: ArrayLike, qd: ArrayLike) -> Reals:
+        """As `Robot.centroidal_momentum`."""
+        return times(self.centroidal_momentum_matrix(q), self._at(q, (qd, "qd")).rates[0])
 
     def kinetic_energy(self, q: ArrayLike, qd: ArrayLike) -> Reals:
         """As `Robot.kinetic_energy`."""
@@ -244,13 +273,11 @@ class FloatingRobot(Robot):
     def potential_energy(self, q: ArrayLike) -> Reals:
         """As `Robot.potential_energy`: zero where all centres of mass are level with the world's origin."""
         self._need_inertia()
-        now, inner = self._at(q), self._still_base
-        rows, bases = now.x.reshape(-1, self.n_joints), now.base.reshape(-1, _MOTOR)
-        found = np.zeros(len(rows), rows.dtype)
-        for motor, body in zip(motions(inner, inner._positions(rows)), self.bodies, strict=True):
-            centres = pga3.move_point(bases, pga3.move_point(motor, body[1:4].astype(rows.dtype)))
-            found -= centres @ (body[0] * self.free_fall).astype(rows.dtype)
-        return found.reshape(now.x.shape[:-1])[()]
+        mass = self.bodies[:, 0].sum()
+        if mass == 0:
+            return np.zeros_like(self._at(q).x[..., 0])[()]
+        centre = self.centre_of_mass(q)
+        return np.asarray(-mass * (centre @ self.free_fall.astype(centre.dtype)), centre.dtype)[()]
 
     def _start(self, q: ArrayLike, qd: ArrayLike) -> tuple[tuple[int, ...], list[Reals]]:
         now = self._at(q, (qd, "qd"))

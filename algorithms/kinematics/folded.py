@@ -16,7 +16,7 @@ from typing import Any
 
 from .constants import Constants
 
-GENERIC = "generated.pga3"
+GENERIC = "generated.robots"
 """The module that any robot can be computed with."""
 
 _WHERE = ("joints", "axes", "tool")
@@ -31,16 +31,20 @@ _DEPENDS: dict[str, tuple[str, ...]] = {
 _CALLS: dict[str, tuple[str, ...]] = {
     **{name: ("forward",) for name in ("forward", "pose")},
     **{name: ("jacobian",) for name in ("jacobian", "velocity", "manipulability")},
-    **{name: ("inverse_dynamics",) for name in ("inverse_dynamics", "gravity", "coriolis", "coriolis_matrix")},
-    **{name: ("mass_matrix",) for name in ("mass_matrix", "kinetic_energy")},
-    "acceleration": ("jacobian",),
-    "forward_dynamics": ("inverse_dynamics", "mass_matrix"),
-    **{name: () for name in ("forward_all", "jacobian_rate", "potential_energy", "inverse_dynamics_slopes")},
-    **{name: ("inverse_dynamics", "mass_matrix") for name in ("forward_dynamics_slopes", "simulate")},
-    **{name: () for name in ("inverse", "link", "twists_of_joints")},
-    **{name: () for name in ("jacobian_of_point", "jacobian_of_line", "jacobian_of_plane")},
+    "acceleration": ("jacobian", "jacobian_rate"),
+    "inverse_dynamics": ("inverse_dynamics",),
+    **{name: ("mass_matrix",) for name in ("mass_matrix", "inverse_mass_matrix")},
+    "forward_dynamics_derivatives": ("mass_matrix", "inverse_dynamics_derivatives"),
 }
-"""The kernels of a robot's own module that its methods call."""
+"""The kernels that methods call where the robot's own module may have one of them."""
+
+_NEVER_OWN = (
+    *("forward_all", "link", "inverse", "jacobian_rate", "twists_of_joints", "gravity", "coriolis", "coriolis_matrix"),
+    *("forward_dynamics", "simulate", "kinetic_energy", "potential_energy", "inverse_dynamics_derivatives"),
+    *("torque_regressor", "centre_of_mass", "centroidal_momentum", "centroidal_momentum_matrix"),
+    *("jacobian_of_point", "jacobian_of_line", "jacobian_of_plane"),
+)
+"""The other methods."""
 
 _LINE = re.compile(r"^ {4}(\w+) ([0-9a-f]{12})$", re.MULTILINE)
 
@@ -92,12 +96,10 @@ def folded_parts(module: Any) -> set[str]:
 
 def uses(kernels: Folded, module: Any) -> Mapping[str, str]:
     """For each method the module whose kernels it calls."""
-    found = {}
+    found = dict.fromkeys(_NEVER_OWN, GENERIC)
     for method, names in _CALLS.items():
-        own = [getattr(kernels, name) is not None for name in names]
-        found[method] = module.__name__ if own and all(own) else GENERIC
-        if any(own) and not all(own):
-            found[method] = f"{module.__name__}, {GENERIC}"
+        modules = {GENERIC if getattr(kernels, name, None) is None else module.__name__ for name in names}
+        found[method] = ", ".join(sorted(modules, key=GENERIC.__eq__))
     return found
 
 

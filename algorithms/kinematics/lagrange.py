@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike
 from generated import pga3
 
 from ..arguments import Reals, real_array
-from .chains import joint_twists, motions
 from .robot import Robot
 
 
@@ -46,8 +45,8 @@ def scalar_inertia_dynamics(
     n = len(robot.kinds)
     scalars = real_array(inertias, f"{robot.name}: inertias", (n,), "one for each link")
     shape, (flat, speeds) = robot._together((q, "q"), (qd, "qd"))
-    moved = motions(robot, robot._positions(flat))
-    axes = joint_twists(robot, moved)
+    moved = np.moveaxis(pga3.motor_product(robot.forward_all(flat), pga3.motor_inverse(robot.home)), -2, 0)
+    axes = np.moveaxis(robot.twists_of_joints(flat), -2, 0)
     velocity = np.zeros((len(flat), n, n, 3))
     rate = np.zeros_like(velocity)
     for i in range(n):

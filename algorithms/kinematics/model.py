@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from importlib import import_module
 from types import MappingProxyType
@@ -11,18 +11,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from generated import pga3
-
 from ..arguments import Reals, real_array
-from . import folded, single
+from . import folded
+from .computed import Computed
 from .constants import Floats
 from .denavit_hartenberg import Joint
 from .errors import DescriptionError, JointCountError, MissingInertiaError, NotFiniteError, UnknownJointTypeError
+from .tables import path_to
 
-_FLOATS = (np.dtype(np.float64), np.dtype(np.float32))
-
-_FAR = 5.0
-"""How many times its size a robot may be away from the origin until inertias are summed elsewhere."""
+_FLOAT64 = np.dtype(np.float64)
+_FLOATS = (_FLOAT64, np.dtype(np.float32))
 
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)
 """The acceleration of free fall that robots' tables are made with, m/s²."""
@@ -94,21 +92,10 @@ class Model:
     coupling: Floats = field(default_factory=_empty)
     links: Mapping[str, tuple[int, Floats]] = field(default_factory=dict)
     module: Any = None
-    _passes: single.Passes = field(init=False, repr=False)
-    """What one configuration takes; they read a table, and give None for all else."""
-    _table: Floats | None = field(default=None, init=False, repr=False)
-    """What passes read; none where joints follow others."""
-    _near: Model = field(init=False, repr=False)
-    """The robot where inertias are summed about the origin: moved there if it is far, else itself."""
-    _heavy: Floats | None = field(default=None, init=False, repr=False)
-    """The same of `_near` for those that need masses; none where something is not known of them."""
-    _weightless: Floats | None = field(default=None, init=False, repr=False)
-    """The same without gravity."""
-    _kernels: folded.Folded = field(default=folded.NOTHING, init=False, repr=False)
-    """The kernels of the module that were made from the same constants."""
+    _computed: Computed = field(init=False, repr=False)
+    """The kernels of `generated.robots` with the tables of this robot."""
     _own: folded.Folded = field(default=folded.NOTHING, init=False, repr=False)
-    """The same where each joint has its own variable: they can be called with what callers give."""
-    _still: Floats = field(default_factory=_empty, init=False, repr=False)
+    """The kernels of the module that were made from the same constants; none where joints follow others."""
 
     def __post_init__(self) -> None:
         count = len(self.kinds)
@@ -160,50 +147,12 @@ class Model:
             raise DescriptionError(
                 f"{self.name}: parents {self.parents}; expected an earlier joint or -1 for each joint"
             )
-        fill("_still", np.zeros(self.n_joints))
         for name in ("axes", "home", "tool", "bodies", "armature", "free_fall", "limits", "coupling"):
             kept = np.array(getattr(self, name), float)
             kept.flags.writeable = False
             fill(name, kept)
-        heavy = bool(self.bodies.size) and not self.without_inertia
-        fill("_passes", single.passes(count))
-        fill("_table", single.table_of(self))
-        fill("_near", self._brought_near() if heavy else self)
-        fill("_heavy", single.table_of(self._near) if heavy else None)
-        fill("_weightless", single.table_of(self._near, gravity=False) if heavy else None)
-        fill("_kernels", folded.kernels_of(self))
-        fill("_own", folded.NOTHING if self.coupling.size else self._kernels)
-
-    def _brought_near(self) -> Model:
-        """The same robot beside the origin, where it is further from it than ten times its size.
-
-        Moments of inertia about a distant point are large, and forces are small differences of them.
-        """
-        centres = self.bodies[self.bodies[:, 0] > 0, 1:4]
-        if not len(centres):
-            return self
-        middle = centres[0]
-        directions = np.stack([self.axes[:, 2], -self.axes[:, 1], self.axes[:, 0]], axis=1)
-        turning = [kind is Joint.REVOLUTE for kind in self.kinds]
-        # Lengths by their largest coordinate: no sum whose order is that of the machine.
-        away = np.abs(np.cross(middle, directions) - self.axes[:, 3:])[turning]
-        size = max(away.max(initial=0.0), np.abs(centres - middle).max())
-        if np.abs(middle).max() <= _FAR * size or size == 0:
-            return self
-        back = pga3.motor_from_rotor_translation(np.eye(4)[0], -middle)
-        bodies = self.bodies.copy()
-        bodies[:, 1:4] -= middle
-        return Model(
-            self.name,
-            self.kinds,
-            pga3.move_line(back, self.axes),
-            pga3.motor_product(back, self.home),
-            self.parents,
-            bodies=bodies,
-            armature=self.armature,
-            free_fall=self.free_fall,
-            coupling=self.coupling,
-        )
+        fill("_computed", Computed(self))
+        fill("_own", folded.NOTHING if self.coupling.size else folded.kernels_of(self))
 
     def __reduce__(self) -> tuple[Any, ...]:
         kept = {entry.name: getattr(self, entry.name) for entry in fields(self) if entry.init}
@@ -222,37 +171,36 @@ class Model:
 
     @property
     def uses(self) -> Mapping[str, str]:
-        """For each method the module whose kernels it calls: the robot's own, or ``generated.pga3`` as for any robot.
+        """For each method the module whose kernels it calls: the robot's own, or ``generated.robots`` as for any robot.
 
         Kernels of the module that were made from other constants than the robot has are not used. So a robot with
-        another tool has the generic `forward`, and its own `mass_matrix`. Compiled passes over the joints count as
-        generic.
+        another tool has the generic `forward`, and its own `mass_matrix`.
         """
-        return MappingProxyType(folded.uses(self._kernels, self.module))
+        return MappingProxyType(folded.uses(self._own, self.module))
 
     @property
     def path(self) -> tuple[int, ...]:
         """The joints from the base to the end effector."""
-        found, joint = [], self.tip
-        while joint >= 0:
-            found.append(joint)
-            joint = self.parents[joint]
-        return tuple(reversed(found))
+        return path_to(self, self.tip)
 
-    @property
-    def twists(self) -> Floats:
-        """(N, 6), twists of the joints at unit speed, at home: the line of a turn, the line at infinity of a slide."""
-        found = self.axes.copy()
-        for j, kind in enumerate(self.kinds):
-            if kind is Joint.PRISMATIC:
-                e12, e13, e23 = self.axes[j, :3]
-                found[j] = 0, 0, 0, e23, -e13, e12
-        return found
-
-    def _plain(self, *rows: Any) -> bool:
-        """Whether these are all one configuration in double precision."""
-        form = (self.n_joints,)
-        return all(type(a) is np.ndarray and a.dtype is _FLOATS[0] and a.shape == form for a in rows)
+    def _run(self, kernel: Callable[..., Any], names: Sequence[str], *values: ArrayLike) -> Any:
+        """A kernel of `generated.robots` on variables, rates and forces; float32 gives float32."""
+        for value in values:
+            if type(value) is not np.ndarray or value.dtype.char != "d":
+                break
+        else:
+            try:
+                return kernel(*values)
+            except ValueError:
+                pass  # what follows names the robot
+        shape, rows = self._together(*zip(values, names, strict=True))
+        arrays = [row.reshape(*shape, self.n_joints) for row in rows]
+        found = kernel(*(array.astype(_FLOAT64, copy=False) for array in arrays))
+        if arrays[0].dtype is _FLOAT64:
+            return found
+        if isinstance(found, tuple):
+            return tuple(np.asarray(each, arrays[0].dtype)[()] for each in found)
+        return np.asarray(found, arrays[0].dtype)[()]
 
     def _variables(self, value: ArrayLike, name: str) -> tuple[Reals, Reals]:
         """Joint variables or their rates as given, and as rows."""
@@ -274,28 +222,11 @@ class Model:
             raise ValueError(f"{self.name}: {shapes}; expected leading axes that broadcast") from None
         return together[0].shape[:-1], [a.reshape(-1, self.n_joints).astype(dtype, copy=False) for a in together]
 
-    def _positions(self, q: Reals) -> Reals:
-        """(B, N), positions of all joints."""
-        if not self.coupling.size:
-            return q
-        coupling = self.coupling.astype(q.dtype)
-        return np.asarray(q @ coupling[:, :-1].T + coupling[:, -1])
-
-    def _rates(self, qd: Reals) -> Reals:
-        """(B, N), rates of all joints."""
-        return qd @ self.coupling[:, :-1].T.astype(qd.dtype) if self.coupling.size else qd
-
     def _reduced(self, columns: Reals) -> Reals:
         """Derivatives by all joints (..., N) as derivatives by the variables (..., n)."""
         if not self.coupling.size:
             return columns
         return columns @ self.coupling[:, :-1].astype(columns.dtype)  # type: ignore[no-any-return]
-
-    def _folded(self, kernel: Any, *rows: Reals) -> Reals:
-        """A kernel of the robot's own module on rows; a single row is quicker without a batch."""
-        if rows[0].ndim == 2 and len(rows[0]) == 1:
-            return kernel(*(row[0] for row in rows))[None]  # type: ignore[no-any-return]
-        return kernel(*rows)  # type: ignore[no-any-return]
 
     def _need_inertia(self) -> None:
         if self.without_inertia:
@@ -303,11 +234,6 @@ class Model:
             raise MissingInertiaError(f"{self.name}: no inertia of {links}; expected one for every link that moves")
         if not self.bodies.size:
             raise MissingInertiaError(f"{self.name}: nothing known of masses; expected bodies, one for each joint")
-
-    @property
-    def tool_point(self) -> Floats:
-        """(3,), the origin of the end effector's frame at home."""
-        return pga3.motor_to_matrix(self.tool)[:3, 3]  # type: ignore[no-any-return]
 
 
 def _unpickled(cls: type[Model], kept: dict[str, Any]) -> Model:

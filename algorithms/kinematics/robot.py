@@ -17,22 +17,21 @@ from generated import pga3
 from ..arguments import Reals, real_array
 from . import urdf
 from .bodies import Body, moved
-from .chains import blocks, motions
 from .denavit_hartenberg import Convention, Joint, Table, convention_of, rows_of
 from .errors import DescriptionError, JointCountError
 from .inverse import Solutions
 from .inverse import inverse as _inverse
 from .named import FOLDED, table_of
-from .slopes import Slopes
+from .simulation import Simulated
 
 _LINE_Z = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 """The axis z as a unit line of PGA3, e12."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Robot(Slopes):
-    """A robot, a chain or a tree of joints: see `Model` for what it holds, `Differential`, `Dynamics` and `Slopes`
-    for more of what it can do. Every method takes any leading axes, in float64 or float32.
+class Robot(Simulated):
+    """A robot, a chain or a tree of joints: see `Model` for what it holds, `Differential` and `Dynamics` for more
+    of what it can do. Every method takes any leading axes, in float64 or float32.
     """
 
     @classmethod
@@ -223,18 +222,7 @@ class Robot(Slopes):
                 return own(q)  # type: ignore[no-any-return]
             except (TypeError, ValueError):
                 pass
-        else:
-            one = self._passes.forward(self._table, q)
-            if one is not None:
-                return one  # type: ignore[no-any-return]
-        q, flat = self._variables(q, "q")
-        if self._kernels.forward is not None:
-            return self._kernels.forward(self._positions(q))  # type: ignore[no-any-return]
-        motors = np.empty((len(flat), 8), q.dtype)
-        tool = self.tool.astype(q.dtype)
-        for block in blocks(len(flat)):
-            pga3.motor_product(motions(self, self._positions(flat[block]))[self.tip], tool, out=motors[block])
-        return motors.reshape(*q.shape[:-1], 8)
+        return self._run(self._computed.forward, ("q",), q)  # type: ignore[no-any-return]
 
     def forward_all(self, q: ArrayLike) -> Reals:
         """Where every link is: the motors of all frames.
@@ -254,16 +242,7 @@ class Robot(Slopes):
         TypeError, ValueError
             As in `forward`.
         """
-        one = self._passes.forward_all(self._table, q)
-        if one is not None:
-            return one  # type: ignore[no-any-return]
-        q, flat = self._variables(q, "q")
-        motors = np.empty((len(flat), len(self.kinds), 8), q.dtype)
-        home = self.home.astype(q.dtype)
-        for block in blocks(len(flat)):
-            for j, motion in enumerate(motions(self, self._positions(flat[block]))):
-                pga3.motor_product(motion, home[j], out=motors[block][..., j, :])
-        return motors.reshape(*q.shape[:-1], len(self.kinds), 8)
+        return self._run(self._computed.forward_all, ("q",), q)  # type: ignore[no-any-return]
 
     def link(self, name: str, q: ArrayLike) -> Reals:
         """Where a link of a URDF file is, (..., 8).
@@ -279,12 +258,11 @@ class Robot(Slopes):
         TypeError, ValueError
             As in `forward`, and for an unknown link.
         """
-        if name not in self.links:
-            raise DescriptionError(f"{self.name}: no link {name!r}; expected one of {', '.join(self.links) or 'none'}")
-        joint, tool = self.links[name]
+        joint, tool = self._carrier(name)
         if joint >= 0:
-            return replace(self, tip=joint, tool=tool, module=None).forward(q)
-        return np.broadcast_to(tool, (*self._variables(q, "q")[0].shape[:-1], 8)).copy()
+            return self._run(self._computed.forward_to(joint, tool), ("q",), q)  # type: ignore[no-any-return]
+        given = self._variables(q, "q")[0]
+        return np.broadcast_to(tool, (*given.shape[:-1], 8)).astype(given.dtype)
 
     def pose(self, q: ArrayLike) -> Reals:
         """Where the end effector is, as a matrix that acts on columns (x, y, z, 1).

@@ -404,8 +404,8 @@ def test_slopes_of_the_dynamics(arm: Robot) -> None:
     q, qd, qdd = states(arm, 10)
     tau = arm.inverse_dynamics(q, qd, qdd)
     direction = states(arm, 10, seed=6)[0]
-    by_q, by_qd = arm.inverse_dynamics_slopes(q, qd, qdd)
-    ahead = arm.forward_dynamics_slopes(q, qd, tau)
+    by_q, by_qd = arm.inverse_dynamics_derivatives(q, qd, qdd)
+    ahead = arm.forward_dynamics_derivatives(q, qd, tau)
     moves = (
         (by_q, along(lambda x: arm.inverse_dynamics(x, qd, qdd), q, direction)),
         (by_qd, along(lambda v: arm.inverse_dynamics(q, v, qdd), qd, direction)),

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from algorithms.kinematics import DescriptionError, JointCountError, NotFiniteError, Robot, passes
+from algorithms.kinematics import DescriptionError, JointCountError, NotFiniteError, Robot
 from generated import pga3
 
 ARMS = {
@@ -78,7 +78,7 @@ def test_twists_of_joints_are_their_axes() -> None:
     twists, frames = arm.twists_of_joints(q), arm.forward_all(q)
     axis = np.array([1.0, 0, 0, 0, 0, 0])
     before = pga3.move_line(frames, axis)  # z of the frame after a joint is the axis of the next, in this convention
-    assert np.abs(twists[:, 0] - axis).max() == 0
+    assert np.abs(twists[:, 0] - axis).max() < 1e-15
     for j in (1, 3, 4, 5):
         assert np.abs(twists[:, j] - before[:, j - 1]).max() < 1e-14
     along = pga3.motor_to_matrix(frames[:, 1])[:, :3, 2]
@@ -92,7 +92,7 @@ def test_planar_arm_in_closed_form() -> None:
     jacobian = arm.jacobian(q)
     x = np.array([[-0.7 * s1 - 0.4 * s12, -0.4 * s12], [0.7 * c1 + 0.4 * c12, 0.4 * c12]]).transpose(2, 0, 1)
     assert np.abs(jacobian[:, 3:5] - x).max() < 1e-15
-    assert np.array_equal(jacobian[:, :3], np.broadcast_to([[0, 0], [0, 0], [1, 1]], (20, 3, 2)))
+    assert np.abs(jacobian[:, :3] - [[0, 0], [0, 0], [1, 1]]).max() < 1e-15
     assert arm.manipulability(q) == pytest.approx(0.7 * 0.4 * np.abs(np.sin(q[:, 1])), rel=1e-13)
     assert arm.manipulability([0.3, 0.0]) < 1e-15
 
@@ -199,8 +199,7 @@ def test_models_cannot_be_changed() -> None:
         arm.name = "other"  # type: ignore[misc]
 
 
-@pytest.mark.slow
-def test_blocks_batches_and_single_configurations_agree() -> None:
+def test_batches_and_single_configurations_agree() -> None:
     arm = replace(Robot.named("panda"), module=None)
     q, qd, _ = states(arm, 2100)
     for method, *given in (
@@ -210,13 +209,9 @@ def test_blocks_batches_and_single_configurations_agree() -> None:
         (arm.twists_of_joints, q),
     ):
         batch = method(*given)
-        exact = method == arm.twists_of_joints  # which has no compiled pass; those round as they like
         for k in (0, 1023, 1024, 2099):
-            # lists are never given to a compiled pass
-            assert np.array_equal(method(*(rows[k].tolist() for rows in given)), batch[k])
-            several = [method(*(rows[k] for rows in given)) for _ in range(passes.PATIENCE + 2)]
-            for one in (several[0], several[-1]):
-                assert np.abs(one - batch[k]).max() <= (0 if exact else 1e-14 * np.abs(batch[k]).max())
+            assert np.array_equal(method(*(rows[k].tolist() for rows in given)), method(*(rows[k] for rows in given)))
+            assert np.abs(method(*(rows[k] for rows in given)) - batch[k]).max() <= 1e-14 * np.abs(batch[k]).max()
     single = arm.jacobian(q.astype(np.float32))
     assert single.dtype == np.float32 and np.abs(single - arm.jacobian(q)).max() < 1e-4
     assert arm.jacobian(np.empty((0, 3, 7))).shape == (0, 3, 6, 7)

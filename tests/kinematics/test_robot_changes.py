@@ -28,7 +28,9 @@ METHODS = (
     *(("forward", 1), ("forward_all", 1), ("pose", 1), ("jacobian", 1), ("jacobian_rate", 2), ("velocity", 2)),
     *(("acceleration", 3), ("manipulability", 1), ("twists_of_joints", 1), ("inverse_dynamics", 3), ("gravity", 1)),
     *(("coriolis", 2), ("coriolis_matrix", 2), ("mass_matrix", 1), ("forward_dynamics", 3), ("kinetic_energy", 2)),
-    *(("potential_energy", 1), ("inverse_dynamics_slopes", 3), ("forward_dynamics_slopes", 3)),
+    *(("potential_energy", 1), ("inverse_dynamics_derivatives", 3), ("forward_dynamics_derivatives", 3)),
+    *(("inverse_mass_matrix", 1), ("torque_regressor", 3), ("centre_of_mass", 1), ("centroidal_momentum", 2)),
+    ("centroidal_momentum_matrix", 1),
 )
 TOOL = pga3.motor_from_rotation_vector_translation([0.3, -0.2, 0.5], [0.05, 0.1, 0.2])
 BASE = pga3.motor_from_rotation_vector_translation([1.0, 0.4, -0.7], [0.3, -0.8, 0.5])
@@ -79,7 +81,7 @@ def test_every_change_reaches_every_method(name: str, change: str) -> None:
 
 def test_what_each_method_runs_on() -> None:
     robot = Robot.named("ur5")
-    moves, forces = {"forward", "pose", "jacobian"}, {"inverse_dynamics", "gravity"}
+    moves, forces = {"forward", "pose", "jacobian"}, {"inverse_dynamics"}
 
     def own(changed: Robot) -> set[str]:
         assert set(changed.uses) >= moves | forces | {"mass_matrix"}
@@ -92,7 +94,13 @@ def test_what_each_method_runs_on() -> None:
     assert own(robot.with_gravity((0, 0, -1.62))) == moves | {"mass_matrix"}
     assert own(robot.with_payload(5.0)) == moves == own(robot.with_armature(np.ones(6)))
     assert own(robot.with_base(BASE)) == set() == own(replace(robot, module=None))
-    assert robot.with_gravity((0, 0, -1.62)).uses["forward_dynamics"] == "generated.ur5, generated.pga3"
+    assert robot.with_gravity((0, 0, -1.62)).uses["gravity"] == "generated.robots"
+    assert robot.uses["acceleration"] == "generated.ur5, generated.robots"
+    # a robot whose joints follow others has variables that no kernel of the module has
+    coupled = replace(robot, coupling=np.eye(6, 7), limits=np.empty(0))
+    assert set(coupled.uses.values()) == {"generated.robots"}
+    q = np.linspace(-1, 1, 6)
+    assert largest(coupled.mass_matrix(q), robot.mass_matrix(q)) < 1e-14
     # a change that is taken back
     assert own(robot.with_gravity((0, 0, 9.81)).with_gravity((0, 0, -9.81))) == everything
     assert own(robot.with_tool(TOOL).with_tool(pga3.motor_inverse(TOOL))) == everything
@@ -113,11 +121,11 @@ def test_modules_of_other_robots_are_refused() -> None:
         for other in others:
             with pytest.raises(DescriptionError, match=rf"ur5: module generated.ur5 is another robot's.*{part}"):
                 other.with_module(ur5)
-            assert other.uses["inverse_dynamics"] == "generated.pga3" or part == "tool"
+            assert other.uses["inverse_dynamics"] == "generated.robots" or part == "tool"
     unsigned = SimpleNamespace(__name__="old", forward=ur5.forward, jacobian=ur5.jacobian)
     with pytest.raises(DescriptionError, match="module old is another robot's, made from other axes, joints, tool"):
         robot.with_module(unsigned)
-    assert replace(robot, module=unsigned).uses["forward"] == "generated.pga3"
+    assert replace(robot, module=unsigned).uses["forward"] == "generated.robots"
     for wrong in (None, 5, "ur5", np):
         with pytest.raises(TypeError, match=r"ur5: module .*; expected one that gac robot wrote"):
             robot.with_module(wrong)
@@ -170,7 +178,7 @@ def test_dynamics_far_from_the_origin(distance: float) -> None:
     assert largest(far.inverse_dynamics(q, qd, qdd), robot.inverse_dynamics(q, qd, qdd)) < limit
     assert largest(far.mass_matrix(q), robot.mass_matrix(q)) < limit
     assert largest(far.coriolis_matrix(q, qd), robot.coriolis_matrix(q, qd)) < limit
-    slopes = (arm.inverse_dynamics_slopes(q, qd, qdd) for arm in (far, robot))
+    slopes = (arm.inverse_dynamics_derivatives(q, qd, qdd) for arm in (far, robot))
     assert largest(*slopes) < limit
     energies = far.potential_energy(q) - robot.bodies[:, 0].sum() * 9.81 * base_height(base)
     assert np.abs(energies - robot.potential_energy(q)).max() < 1e-12 * (1 + distance)
@@ -234,7 +242,7 @@ def test_a_pendulum_by_hand(pendulum: Robot) -> None:
         assert robot.forward_dynamics(*state[:2], np.array([2.0])) == pytest.approx((2 - weight) / inertia, rel=1e-12)
         assert robot.kinetic_energy(*state[:2]) == pytest.approx(inertia * qd**2 / 2, rel=1e-13)
         assert robot.potential_energy(state[0]) == pytest.approx(first * fall * sin(q), rel=1e-13)
-        assert robot.inverse_dynamics_slopes(*state)[0] == pytest.approx(-first * fall * sin(q), rel=1e-12)
+        assert robot.inverse_dynamics_derivatives(*state)[0] == pytest.approx(-first * fall * sin(q), rel=1e-12)
         # mounted elsewhere, and gravity turned with it
         leaning = robot.with_base(BASE)
         assert np.abs(leaning.pose(state[0]) - pga3.motor_to_matrix(BASE) @ robot.pose(state[0])).max() < 1e-14
@@ -254,7 +262,7 @@ def test_a_spec_that_was_edited_is_another_robots(pendulum: Robot, tmp_path: Pat
         '<child link="b"/></joint></robot>'
     )
     robot = Robot.from_urdf(path)
-    assert robot.with_module(written(path, tmp_path)).uses["mass_matrix"] != "generated.pga3"
+    assert robot.with_module(written(path, tmp_path)).uses["mass_matrix"] != "generated.robots"
     with pytest.raises(DescriptionError, match="made from other bodies"):
         robot.with_module(written(path, tmp_path, lambda text: text.replace("(2.25, ", "(7.25, ")))
 

@@ -1,15 +1,17 @@
-"""A single configuration takes another way than a batch of them, and gives the same."""
+"""Calls of robots' methods: one configuration and many, kinds of numbers, what is refused, threads, first calls."""
 
 from __future__ import annotations
 
 import os
-from dataclasses import fields, replace
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from alone import alone
 
 from algorithms.kinematics import (
     Body,
@@ -18,18 +20,11 @@ from algorithms.kinematics import (
     NotFiniteError,
     Robot,
     UnknownJointTypeError,
-    passes,
-    single,
 )
 from gacompiler.gac_runtime.build import STEM
-from generated import pga3
-from generated.gac_runtime.extension import extension
+from generated import robots
 
-HIDE_EXTENSION = f"""
-from pathlib import Path
-exists = Path.exists
-Path.exists = lambda path: not path.name.startswith("{STEM}_") and exists(path)
-"""
+ROOT = Path(__file__).resolve().parents[2]
 
 METHODS = {
     "forward": 1,
@@ -37,6 +32,7 @@ METHODS = {
     "pose": 1,
     "jacobian": 1,
     "jacobian_rate": 2,
+    "twists_of_joints": 1,
     "velocity": 2,
     "acceleration": 3,
     "inverse_dynamics": 3,
@@ -44,15 +40,19 @@ METHODS = {
     "coriolis": 2,
     "coriolis_matrix": 2,
     "mass_matrix": 1,
+    "inverse_mass_matrix": 1,
     "forward_dynamics": 3,
+    "inverse_dynamics_derivatives": 3,
+    "forward_dynamics_derivatives": 3,
+    "torque_regressor": 3,
+    "centre_of_mass": 1,
+    "centroidal_momentum_matrix": 1,
+    "centroidal_momentum": 2,
     "kinetic_energy": 2,
     "potential_energy": 1,
-    "inverse_dynamics_slopes": 3,
 }
 """How many of positions, speeds and accelerations each takes."""
-COMPILED_SOON = ("forward", "forward_all", "pose", "jacobian", "velocity", "mass_matrix")
-COMPILED_LATE = tuple(name for name in METHODS if name not in COMPILED_SOON)
-"""Their passes take numba some seconds, the first time."""
+NAMES = ("q", "qd", "qdd")
 
 
 def tree() -> Robot:
@@ -73,134 +73,182 @@ def tree() -> Robot:
     return Robot(**{name: getattr(arm, name) for name in fields}, parents=(-1, 0, 1, 0, 3, 4), tip=4)
 
 
-@pytest.mark.parametrize(
-    "names", [COMPILED_SOON, pytest.param(COMPILED_LATE, marks=pytest.mark.slow)], ids=["soon", "late"]
-)
-@pytest.mark.parametrize("robot", [tree(), Robot.named("ur5"), Robot.named("puma560")], ids=lambda robot: robot.name)
-def test_every_method_gives_what_a_batch_gives(robot: Robot, names: tuple[str, ...]) -> None:
-    rows = np.random.default_rng(1).uniform(-1.5, 1.5, (3, 2, robot.n_joints))
-    for name, count in ((name, METHODS[name]) for name in names):
-        method = getattr(robot, name)
-        batch: Any = method(*rows[:count])
-        one = [method(*rows[:count, 0]) for _ in range(passes.PATIENCE + 3)]
-        for found in (one[0], one[-1]):  # before and after it is compiled
-            pairs = zip(found, batch, strict=True) if isinstance(batch, tuple) else [(found, batch)]
-            for mine, expected in pairs:
-                assert np.shape(mine) == expected.shape[1:]
-                assert np.abs(mine - expected[0]).max() < 1e-12 * max(1, np.abs(expected[0]).max()), name
+def coupled() -> Robot:
+    """The last joint follows the one before it."""
+    coupling = np.eye(6, 7)[:, [0, 1, 2, 3, 4, 6]]
+    coupling[5] = 0, 0, 0, 0, -0.5, 0.2
+    return replace(tree(), name="coupled", coupling=coupling, limits=np.empty(0))
 
 
-@pytest.mark.parametrize("kind", ["its own joints", "joints that follow others"])
-def test_energies_of_one_configuration_are_numbers_before_and_after_passes_are_compiled(
-    kind: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    robot = tree()
-    if kind == "joints that follow others":  # there are no passes for them
-        coupling = np.eye(6)
-        coupling[5] = coupling[4]
-        robot = replace(robot, coupling=coupling, limits=np.empty(0))
-    q = np.random.default_rng(5).uniform(-1, 1, robot.n_joints)
-    # As where nothing has called them yet, in this process or in what other tests did in it.
-    fresh = single.Passes(
-        *(passes.Pass(getattr(single, field.name), robot.n_joints) for field in fields(single.Passes))
-    )
-    for source in (single.potential_energy, single.kinetic_energy):
-        monkeypatch.setattr(source, "_compiled", None)
-        monkeypatch.setattr(source, "_calls", 0)
-    object.__setattr__(robot, "_passes", fresh)
-    for method, given in ((robot.potential_energy, (q,)), (robot.kinetic_energy, (q, q))):
-        found = [method(*given) for _ in range(passes.PATIENCE + 3)]
-        assert {type(each) for each in found} == {np.float64}
-        assert type(method(*(list(each) for each in given))) is np.float64
-        assert type(method(*(each.astype(np.float32) for each in given))) is np.float32
-        assert method(*(each[None] for each in given)).shape == (1,)
-    assert (single.potential_energy._compiled is not None) == (kind == "its own joints")
+ROBOTS = {"tree": tree(), "coupled": coupled(), "ur5": Robot.named("ur5"), "puma560": Robot.named("puma560")}
 
 
-def test_what_is_no_row_of_doubles_takes_the_other_way() -> None:
-    robot = tree()
-    q = np.random.default_rng(2).uniform(-1, 1, 6)
-    for _ in range(passes.PATIENCE + 2):
-        expected = robot.mass_matrix(q)
-    still = q.copy()
+@pytest.fixture(params=ROBOTS)
+def robot(request: pytest.FixtureRequest) -> Robot:
+    return ROBOTS[request.param]
+
+
+def states(robot: Robot, *lead: int) -> np.ndarray:
+    """Positions, speeds and accelerations."""
+    return np.random.default_rng(1).uniform(-1.5, 1.5, (3, *lead, robot.n_joints))
+
+
+def parts(found: Any) -> tuple[Any, ...]:
+    return found if isinstance(found, tuple) else (found,)
+
+
+def error(found: Any, expected: Any) -> float:
+    """The largest difference, relative to the largest entry."""
+    pairs = zip(parts(found), parts(expected), strict=True)
+    return max(float(np.abs(a - b).max() / max(1.0, np.abs(b).max())) for a, b in pairs)
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_one_configuration_gives_what_a_batch_gives(robot: Robot, name: str) -> None:
+    method, rows = getattr(robot, name), states(robot, 2, 3)[: METHODS[name]]
+    batch, one = method(*rows), method(*rows[:, 1, 2])
+    for mine, expected in zip(parts(one), parts(batch), strict=True):
+        assert np.shape(mine) == expected.shape[2:] and expected.shape[:2] == (2, 3)
+        assert type(mine) is (np.ndarray if np.ndim(mine) else np.float64)
+    assert error(one, tuple(part[1, 2] for part in parts(batch))) < 1e-13
+    # arguments broadcast
+    if len(rows) > 1:
+        mixed = method(rows[0], *rows[1:, 1, 2])
+        assert error(tuple(part[1, 2] for part in parts(mixed)), one) < 1e-13
+    for part in parts(method(*rows[:, :0])):
+        assert part.shape[:2] == (0, 3)
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_kinds_of_numbers(robot: Robot, name: str) -> None:
+    method, rows = getattr(robot, name), states(robot, 4)[: METHODS[name]]
+    expected = method(*rows)
+    still = rows.copy()
     still.flags.writeable = False
-    for other in (list(q), still, np.repeat(q, 2)[::2], q.astype(">f8")):
-        assert np.abs(robot.mass_matrix(other) - expected).max() < 1e-12  # type: ignore[arg-type]
-    assert robot.mass_matrix(q.astype(np.float32)).dtype == np.float32
-    for wrong in (q[:5], np.append(q, 0.0), 1.0):
-        with pytest.raises(ValueError, match="robot: q: shape"):
-            robot.mass_matrix(wrong)
-    with pytest.raises(TypeError, match="robot: q: dtype"):
-        robot.mass_matrix(q + 0j)
+    for other in (
+        rows.tolist(),
+        still,
+        np.repeat(rows, 2, axis=-1)[..., ::2],
+        np.asfortranarray(rows),
+        rows.astype(">f8"),
+        rows[:, ::-1].copy()[:, ::-1],
+    ):
+        assert error(method(*other), expected) < 1e-13
+    for given in (rows, rows[:, 0]):
+        for part, double in zip(parts(method(*given.astype(np.float32))), parts(method(*given)), strict=True):
+            assert part.dtype == np.float32 and type(part) is (np.ndarray if np.ndim(double) else np.float32)
+            assert np.abs(part - double).max() < 2e-4 * max(1.0, np.abs(double).max())
+    whole = np.ones_like(rows, int)
+    assert error(method(*whole), method(*whole.astype(float))) == 0.0
 
 
-def test_a_compiled_pass_takes_one_configuration_in_doubles_and_nothing_else() -> None:
-    robot = tree()
-    q = np.random.default_rng(3).uniform(-1, 1, 6)
-    for _ in range(passes.PATIENCE + 2):
-        robot.mass_matrix(q)
-    run, table = robot._passes.mass_matrix, robot._heavy
-    found = run(table, q)
-    assert found.shape == (6, 6) and found.flags.owndata and np.array_equal(found, robot.mass_matrix(q))
-    for other in (q[:5], q.astype(np.float32), np.stack([q, q]), np.repeat(q, 2)[::2], list(q), None, "q"):
-        assert run(table, other) is None
-    assert run(None, q) is None
-    assert isinstance(robot.potential_energy(q), float) and isinstance(robot.kinetic_energy(q, q), float)
+@pytest.mark.parametrize("name", METHODS)
+def test_wrong_arguments_are_refused_by_name(robot: Robot, name: str) -> None:
+    method, rows, count = getattr(robot, name), states(robot, 4), METHODS[name]
+    for k in range(count):
+
+        def call(wrong: Any, k: int = k) -> Any:
+            return method(*rows[:k], wrong, *rows[k + 1 : count])
+
+        what = f"{robot.name}: ({NAMES[k]}|tau|qdd)"
+        for wrong in (rows[k, :, :-1], np.append(rows[k, 0], 0.0), 1.0, []):
+            with pytest.raises(ValueError, match=f"{what}: shape.*expected .*{robot.n_joints} joint variables"):
+                call(wrong)
+        for wrong in (rows[k] + 0j, ["a"] * robot.n_joints):
+            with pytest.raises(TypeError, match=f"{what}: dtype"):
+                call(wrong)
+        if count > 1:
+            with pytest.raises(ValueError, match=f"{robot.name}: .*expected leading axes that broadcast"):
+                call(rows[k, :3])
 
 
-@pytest.fixture
-def without_compiler(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """A Python that is started now runs the generated modules as where nothing was built: neither library nor calls."""
-    monkeypatch.setenv("GAC_BACKEND", "numba")
-    (tmp_path / "sitecustomize.py").write_text(HIDE_EXTENSION)
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")]))
+@pytest.mark.parametrize("name", METHODS)
+def test_a_nan_spoils_its_own_configuration_only(robot: Robot, name: str) -> None:
+    method, rows = getattr(robot, name), states(robot, 3)[: METHODS[name]]
+    expected = parts(method(*rows))
+    for value in (np.nan, np.inf):
+        spoilt = rows.copy()
+        spoilt[0, 1] = value
+        with np.errstate(invalid="ignore"):
+            found = parts(method(*spoilt))
+        for mine, right in zip(found, expected, strict=True):
+            assert np.array_equal(mine[[0, 2]], right[[0, 2]])
+        assert any(np.isnan(mine[1]).any() for mine in found)
+
+
+def test_threads_share_a_robot() -> None:
+    """One that nothing has called yet: tables are made by whichever thread comes first."""
+    rows = states(ROBOTS["tree"], 50)
+    expected = {name: getattr(ROBOTS["tree"], name)(*rows[:count]) for name, count in METHODS.items()}
+    for _ in range(3):
+        robot = tree()
+        with ThreadPoolExecutor(8) as pool:
+            jobs = [(name, pool.submit(getattr(robot, name), *rows[:count])) for name, count in METHODS.items()] * 2
+            for name, job in jobs:
+                assert error(job.result(), expected[name]) == 0.0, name
+
+
+CALLS = f"""
+import sys
+import numpy as np
+from algorithms.kinematics import Robot
+robot = Robot.from_urdf(sys.argv[1]) if len(sys.argv) > 1 else Robot.named("puma560")
+for name, count in {METHODS}.items():
+    getattr(robot, name)(*np.ones((count, robot.n_joints)))
+print(*sorted({{"numba", "llvmlite", "gacompiler"}} & set(sys.modules)))
+"""
+
+
+@pytest.mark.skipif(robots.backend != "c", reason="needs the built library")
+def test_first_calls_need_no_numba() -> None:
+    done = subprocess.run([sys.executable, "-c", CALLS], capture_output=True, text=True, cwd=ROOT, check=True)
+    assert done.stdout.strip() == ""
+
+
+HIDE_EXTENSION = f"""
+from pathlib import Path
+exists = Path.exists
+Path.exists = lambda path: not path.name.startswith("{STEM}_") and exists(path)
+"""
+COMPARE = """
+import sys
+import numpy as np
+from algorithms.kinematics import Robot
+from generated import robots
+from generated.gac_runtime.extension import extension
+assert robots.backend == "numba" and extension is None
+robot = Robot.named("stanford")
+rows = np.load(sys.argv[1])
+found = {name: getattr(robot, name)(*rows[:count]) for name, count in (("forward", 1), ("inverse_dynamics", 3))}
+found["one"] = robot.inverse_dynamics(*rows[:, 0])
+np.savez(sys.argv[2], **found)
+"""
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("without_compiler")
-@alone
-def test_passes_without_a_c_compiler() -> None:
-    assert pga3.backend == "numba" and extension is None
-    robot = Robot.from_dh(
-        [{"a": 0.3}, {"d": 0.2, "alpha": 1.0}], bodies=[Body(1.0, (0.1, 0.2, 0.3), (1, 0, 0, 1, 0, 1))] * 2
-    )
-    q = np.array([[0.3, -0.8], [1.1, 0.4]])
-    still = q[0].copy()
-    still.flags.writeable = False
-    strided = np.repeat(q[0], 2)[::2]
-    for name in ("forward", "mass_matrix", "potential_energy"):
-        method, run = getattr(robot, name), getattr(robot._passes, name)
-        table = robot._table if name == "forward" else robot._heavy
-        batch = method(q)
-        assert run(table, q[0]) is None, "not compiled yet"
-        one = [method(q[0]) for _ in range(passes.PATIENCE + 2)]
-        found = run(table, q[0])
-        assert type(found) is (np.float64 if name == "potential_energy" else np.ndarray), "compiled"
-        for each in (one[0], one[-1], found, method(still), method(strided)):
-            assert np.shape(each) == batch.shape[1:]
-            assert np.abs(each - batch[0]).max() <= 1e-14 * np.abs(batch[0]).max()
-        for other in (still, strided, np.ones(3), q, None):
-            assert run(table, other) is None
-        assert run(None, q[0]) is None
-        for wrong in (np.ones(3), np.ones(1)):
-            with pytest.raises(ValueError, match="robot: q: shape"):
-                method(wrong)
+def test_robots_without_a_c_compiler(tmp_path: Path) -> None:
+    (tmp_path / "sitecustomize.py").write_text(HIDE_EXTENSION)
+    robot = Robot.named("stanford")
+    rows = states(robot, 5)
+    np.save(tmp_path / "rows.npy", rows)
+    path = os.pathsep.join([str(tmp_path), str(ROOT)])
+    subprocess.run(
+        [sys.executable, "-c", COMPARE, str(tmp_path / "rows.npy"), str(tmp_path / "found.npz")],
+        cwd=ROOT, env={**os.environ, "GAC_BACKEND": "numba", "PYTHONPATH": path}, check=True,
+    )  # fmt: skip
+    found = np.load(tmp_path / "found.npz")
+    assert error(found["forward"], robot.forward(rows[0])) < 1e-14
+    assert error(found["inverse_dynamics"], robot.inverse_dynamics(*rows)) < 1e-14
+    assert error(found["one"], robot.inverse_dynamics(*rows[:, 0])) < 1e-14
 
 
-def test_a_pass_without_a_file_is_compiled_and_one_that_cannot_be_bound_is_told() -> None:
-    names: dict[str, Any] = {}
-    exec("def twice(table, q, out):\n    out[0] = 2 * q[0]", {"__name__": "nowhere"}, names)
-    source = passes.Source(names["twice"], lambda n: ((n,), ()))
-    run, table = passes.Pass(source, 1), np.zeros((2, passes.COLUMNS))
-    found = [run(table, np.array([1.5])) for _ in range(passes.PATIENCE + 2)]
-    assert found[0] is None and found[-1] == 3.0
-    if extension is None:
-        return
-    long = passes.Source(names["twice"], lambda n: ((1,) * 9, ()))
-    run = passes.Pass(long, 1)
-    with pytest.raises(RuntimeError, match="too many axes"):
-        for _ in range(passes.PATIENCE + 1):
-            run(table, np.ones((1,) * 9))
+@pytest.mark.parametrize("what", ["inverse_dynamics", "forward_dynamics"])
+def test_former_names_warn(what: str) -> None:
+    robot, rows = ROBOTS["tree"], states(ROBOTS["tree"], 2)
+    with pytest.warns(DeprecationWarning, match=f"{what}_slopes is now {what}_derivatives") as caught:
+        found = getattr(robot, f"{what}_slopes")(*rows)
+    assert caught[0].filename == __file__
+    assert error(found, getattr(robot, f"{what}_derivatives")(*rows)) == 0.0
 
 
 def test_a_robot_keeps_its_numbers_and_leaves_those_of_others_alone() -> None:

@@ -99,9 +99,9 @@ def compare(robot: Robot, model: Any, frame: int, count: int) -> None:
         "gravity": robot.gravity(q),
         "coriolis matrix": robot.coriolis_matrix(q, qd),
         "forward dynamics": robot.forward_dynamics(q, qd, tau),
-        "slope by q": robot.inverse_dynamics_slopes(q, qd, qdd)[0],
-        "slope by qd": robot.inverse_dynamics_slopes(q, qd, qdd)[1],
-        "forward slope by q": robot.forward_dynamics_slopes(q, qd, tau)[0],
+        "slope by q": robot.inverse_dynamics_derivatives(q, qd, qdd)[0],
+        "slope by qd": robot.inverse_dynamics_derivatives(q, qd, qdd)[1],
+        "forward slope by q": robot.forward_dynamics_derivatives(q, qd, tau)[0],
         "kinetic energy": robot.kinetic_energy(q, qd),
         "potential energy": robot.potential_energy(q),
     }

@@ -1,0 +1,221 @@
+"""The loop kernels of `generated.robots` with the tables of one robot, each bound when it is first called."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from generated import pga3, robots
+
+from .constants import Constants, Floats
+from .tables import Joints, Pairs, carried_by, homes_of, inertias_of, joints_of, origins_of, pairs_of, path_to
+
+Method = Callable[..., Any]
+"""A kernel of which the tables are given: a function of the variables, and of their rates and forces."""
+
+_JOINTS = ("variables", "ratios", "offsets", "places", "screws", "turns")
+
+
+def _named(joints: Joints) -> dict[str, Any]:
+    return dict(zip(_JOINTS, joints.rows, strict=True))
+
+
+class Computed:
+    """The kernels for one robot, as functions of q, and of qd, qdd or tau behind it.
+
+    Results of Jacobians and of momenta have one row for each variable.
+    """
+
+    def __init__(self, model: Constants) -> None:
+        self._model = model
+        self._paths: dict[tuple[int, bytes], tuple[Method, Method]] = {}
+
+    @property
+    def _lengths(self) -> dict[str, int]:
+        """What calls must give: as many numbers as there are variables."""
+        return {"m": self._model.n_joints}
+
+    @cached_property
+    def _joints(self) -> Joints:
+        return joints_of(self._model)
+
+    @cached_property
+    def _all(self) -> dict[str, Any]:
+        return {"parents": self._joints.parents, **_named(self._joints)}
+
+    @cached_property
+    def _heavy(self) -> dict[str, Any]:
+        """The joints with inertias, the base moved to the first joint: forces do not depend on where it is."""
+        joints = self._joints.beside
+        return {"parents": joints.parents, **_named(joints), "inertias": self.inertias}
+
+    @cached_property
+    def _pairs(self) -> Pairs:
+        return pairs_of(self._model)
+
+    @cached_property
+    def _pair_tables(self) -> dict[str, Any]:
+        names = ("lower", "upper", "lower_variables", "upper_variables", "is_strict")
+        return {name: getattr(self._pairs, name) for name in names}
+
+    @property
+    def _gravity(self) -> Floats:
+        return np.array(self._model.free_fall, float)
+
+    # Kinematics.
+
+    def _along(self, joint: int, tool: Floats) -> tuple[Method, Method]:
+        """Pose and Jacobian of what a joint carries, where `tool` is its motor at home."""
+        key = joint, tool.tobytes()
+        if key not in self._paths:
+            joints = self._joints.along(path_to(self._model, joint))
+            inside = carried_by(self._model, joint, tool)
+            tip = pga3.motor_to_rotor_translation(inside)[1]
+            self._paths[key] = (
+                robots.forward.bind(self._lengths, **_named(joints), tool=inside),
+                robots.jacobian.bind(self._lengths, **_named(joints.beside), tip=tip),
+            )
+        return self._paths[key]
+
+    def forward_to(self, joint: int, tool: Floats) -> Method:
+        """The motor (..., 8) of what a joint carries."""
+        return self._along(joint, tool)[0]
+
+    def jacobian_of(self, joint: int, tool: Floats) -> Method:
+        """The Jacobian (..., m, 6) of what a joint carries."""
+        return self._along(joint, tool)[1]
+
+    @cached_property
+    def forward(self) -> Method:
+        """The motor of the end effector, (..., 8)."""
+        return self.forward_to(self._model.tip, self._model.tool)
+
+    @cached_property
+    def jacobian(self) -> Method:
+        """Velocities of the end effector for unit rates, (..., m, 6)."""
+        return self.jacobian_of(self._model.tip, self._model.tool)
+
+    @cached_property
+    def jacobian_rate(self) -> Method:
+        """The rate of `jacobian`, of q and qd."""
+        own = _named(self._joints.along(self._model.path).beside)
+        inside = carried_by(self._model, self._model.tip, self._model.tool)
+        tip = pga3.motor_to_rotor_translation(inside)[1]
+        return robots.jacobian_rate.bind(self._lengths, **own, tip=tip)
+
+    @cached_property
+    def forward_all(self) -> Method:
+        """The motors of all frames, (..., N, 8)."""
+        rotors, places = homes_of(self._model)
+        return robots.forward_all.bind(self._lengths, **self._all, home_rotors=rotors, home_places=places)
+
+    @cached_property
+    def twists_of_joints(self) -> Method:
+        """The twists of the joints at unit speed, (..., N, 6)."""
+        return robots.twists_of_joints.bind(self._lengths, **self._all)
+
+    # Dynamics.
+
+    @cached_property
+    def inertias(self) -> Floats:
+        """(N, 10), what `torque_regressor` is multiplied with."""
+        return inertias_of(self._model)
+
+    @cached_property
+    def largest_inertias(self) -> Floats:
+        """(n,), for each variable about the most inertia that may be felt there, whatever the axes are."""
+        model, joints, origins = self._model, self._joints, origins_of(self._model)
+        found = np.zeros(model.n_joints)
+        for joint in range(len(model.kinds)):
+            mass, *h = self.inertias[joint, :4]
+            spread = self.inertias[joint, [4, 7, 9]].sum()
+            for carrier in path_to(model, joint):
+                away = origins[joint] - origins[carrier]
+                about = spread + 2 * abs(away @ h) + mass * (away @ away)
+                rotor = model.armature[joint] if joint == carrier else 0.0
+                felt = (about if joints.turns[carrier] else mass) + rotor
+                found[joints.variables[carrier]] += joints.ratios[carrier] ** 2 * felt
+        return found
+
+    @cached_property
+    def inverse_dynamics(self) -> Method:
+        """Forces of the joints, of q, qd and qdd."""
+        armature = self._model.armature
+        return robots.inverse_dynamics.bind(self._lengths, **self._heavy, armature=armature, gravity=self._gravity)
+
+    @cached_property
+    def coriolis(self) -> Method:
+        """Forces without gravity and accelerations, of q and qd."""
+        still = {"gravity": np.zeros(3), "qdd": np.zeros(self._model.n_joints)}
+        return robots.inverse_dynamics.bind(self._lengths, **self._heavy, armature=self._model.armature, **still)
+
+    @cached_property
+    def gravity(self) -> Method:
+        """Forces that hold the robot still, of q."""
+        return robots.gravity_forces.bind(self._lengths, **self._heavy, gravity=self._gravity)
+
+    @cached_property
+    def mass_matrix(self) -> Method:
+        """The mass matrix, (..., m, m)."""
+        pairs, ratios = self._pairs, self._joints.ratios
+        lower, upper = pairs.lower, pairs.upper
+        return robots.mass_matrix.bind(
+            self._lengths,
+            **self._heavy,
+            lower=lower,
+            upper=upper,
+            rows=pairs.lower_variables,
+            columns=pairs.upper_variables,
+            mirrored=np.where(lower == upper, -1, pairs.lower_variables),
+            factors=ratios[lower] * ratios[upper],
+            armature=np.where(lower == upper, self._model.armature[lower], 0.0),
+        )
+
+    @cached_property
+    def coriolis_matrix(self) -> Method:
+        """The matrix of Christoffel's symbols, of q and qd, (..., m, m)."""
+        return robots.coriolis_matrix.bind(self._lengths, **self._heavy, **self._pair_tables)
+
+    @cached_property
+    def inverse_dynamics_derivatives(self) -> Method:
+        """Derivatives of the forces by q and by qd, of q, qd and qdd, (..., m, m) each."""
+        return robots.inverse_dynamics_derivatives.bind(
+            self._lengths, **self._heavy, gravity=self._gravity, **self._pair_tables
+        )
+
+    @cached_property
+    def forward_dynamics(self) -> Method:
+        """Accelerations, of q, qd and tau, where each joint has a variable of its own."""
+        armature = self._model.armature
+        return robots.forward_dynamics.bind(self._lengths, **self._heavy, armature=armature, gravity=self._gravity)
+
+    @cached_property
+    def torque_regressor(self) -> Method:
+        """The matrix of the forces by the inertias, of q, qd and qdd, (..., m, N, 10)."""
+        joints = self._joints.beside
+        tables = {"parents": joints.parents, **_named(joints)}
+        pairs = {name: self._pair_tables[name] for name in ("lower", "upper", "upper_variables")}
+        return robots.torque_regressor.bind(self._lengths, **tables, gravity=self._gravity, **pairs)
+
+    @cached_property
+    def kinetic_energy(self) -> Method:
+        """The energy of motion, of q and qd."""
+        return robots.kinetic_energy.bind(self._lengths, **self._heavy, armature=self._model.armature)
+
+    @cached_property
+    def potential_energy(self) -> Method:
+        """The energy of height, of q."""
+        return robots.potential_energy.bind(self._lengths, **self._all, inertias=self.inertias, gravity=self._gravity)
+
+    @cached_property
+    def centre_of_mass(self) -> Method:
+        """The mass of what moves and its centre, of q."""
+        return robots.centre_of_mass.bind(self._lengths, **self._all, inertias=self.inertias)
+
+    @cached_property
+    def centroidal_momentum_matrix(self) -> Method:
+        """Momenta about the centre of mass for unit rates, (..., m, 6), and the centre beside the first joint, of q."""
+        return robots.centroidal_momentum_matrix.bind(self._lengths, **self._heavy)

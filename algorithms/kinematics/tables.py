@@ -1,0 +1,158 @@
+"""The tables of a robot that the kernels of `generated.robots` loop over.
+
+Each joint has a frame in its link, with the origin on the joint's axis. Tables hold where these frames are in each
+other, so nothing in them depends on how far the robot is from the origin, but for the places of joints that the base
+carries.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from generated import pga3
+
+from .constants import Constants, Floats
+from .denavit_hartenberg import Joint
+
+Indices = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Joints:
+    """What is known of some joints, one row each; see `gacompiler.specs.robots`.
+
+    Attributes
+    ----------
+    parents, variables : array of int, (N,)
+    ratios, offsets : array, (N,)
+    places : array, (N, 3)
+    screws : array, (N, 6)
+    turns : array, (N,)
+    """
+
+    parents: Indices
+    variables: Indices
+    ratios: Floats
+    offsets: Floats
+    places: Floats
+    screws: Floats
+    turns: Floats
+
+    @property
+    def rows(self) -> tuple[NDArray[np.generic], ...]:
+        """Everything but the parents, in the order of the kernels' parameters."""
+        return self.variables, self.ratios, self.offsets, self.places, self.screws, self.turns
+
+    @property
+    def beside(self) -> Joints:
+        """The same joints with the base moved to the first one, for what does not depend on where the base is."""
+        roots, places = self.parents < 0, self.places.copy()
+        places[roots] -= places[0]
+        return replace(self, places=places)
+
+    def along(self, path: Sequence[int]) -> Joints:
+        """The joints of a path from the base, each of which carries the next."""
+        return Joints(np.arange(-1, len(path) - 1), *(np.ascontiguousarray(row[list(path)]) for row in self.rows))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pairs:
+    """Joints and those that carry them, each with itself too: the entries of matrices over the variables.
+
+    Attributes
+    ----------
+    lower, upper : array of int, (P,)
+        A joint, and a joint that carries it or is it.
+    lower_variables, upper_variables : array of int, (P,)
+    is_strict : array, (P,)
+        1 where the joints differ, else 0.
+    """
+
+    lower: Indices
+    upper: Indices
+    lower_variables: Indices
+    upper_variables: Indices
+    is_strict: Floats
+
+
+def origins_of(model: Constants) -> Floats:
+    """The origins (N, 3) of the joints' frames in the base frame, where all variables are 0.
+
+    Each is the point of the joint's axis that is nearest to the origin of the parent. Joints that the base carries have
+    the point nearest to the frame after joint `tip`, which is close to the robot wherever that stands.
+    """
+    found = np.empty((len(model.kinds), 3))
+    beside = pga3.motor_to_matrix(model.home[model.tip])[:3, 3]
+    for joint, (axis, parent) in enumerate(zip(model.axes, model.parents, strict=True)):
+        direction, moment = np.array([axis[2], -axis[1], axis[0]]), axis[3:]
+        before = found[parent] if parent >= 0 else beside
+        # Sums in one order on every machine, which BLAS does not promise.
+        along = direction[0] * before[0] + direction[1] * before[1] + direction[2] * before[2]
+        found[joint] = np.cross(direction, moment) + along * direction
+    return found
+
+
+def joints_of(model: Constants) -> Joints:
+    """The table of all joints."""
+    origins = origins_of(model)
+    places, screws = origins.copy(), np.zeros((len(model.kinds), 6))
+    for joint, (axis, parent) in enumerate(zip(model.axes, model.parents, strict=True)):
+        if parent >= 0:
+            places[joint] -= origins[parent]
+        if model.kinds[joint] is Joint.REVOLUTE:
+            screws[joint, :3] = axis[:3]
+        else:
+            screws[joint, 3:] = axis[2], -axis[1], axis[0]
+    turns = np.array([float(kind is Joint.REVOLUTE) for kind in model.kinds])
+    return Joints(np.array(model.parents, np.int64), *_followed(model), places, screws, turns)
+
+
+def _followed(model: Constants) -> tuple[Indices, Floats, Floats]:
+    """The variable that each joint follows, the ratio, and the offset."""
+    count = len(model.kinds)
+    if not model.coupling.size:
+        return np.arange(count), np.ones(count), np.zeros(count)
+    ratios = model.coupling[:, :-1]
+    variables = np.abs(ratios).argmax(axis=1)
+    return variables, np.ascontiguousarray(ratios[np.arange(count), variables]), model.coupling[:, -1].copy()
+
+
+def homes_of(model: Constants) -> tuple[Floats, Floats]:
+    """Rotors (N, 4) and places (N, 3) of the frames that the links carry, in the frames of the joints."""
+    rotors, places = pga3.motor_to_rotor_translation(model.home)
+    return rotors, places - origins_of(model)
+
+
+def carried_by(model: Constants, joint: int, motor: Floats) -> Floats:
+    """The motor, in the frame of a joint, of what has the given motor at home."""
+    rotor, place = pga3.motor_to_rotor_translation(motor)
+    return pga3.motor_from_rotor_translation(rotor, place - origins_of(model)[joint])  # type: ignore[no-any-return]
+
+
+def inertias_of(model: Constants) -> Floats:
+    """(N, 10), inertias about the origins of the joints' frames."""
+    bodies = model.bodies.copy()
+    bodies[:, 1:4] -= origins_of(model)
+    return pga3.inertia_of_moved_body(np.eye(8)[0], bodies)  # type: ignore[no-any-return]
+
+
+def path_to(model: Constants, joint: int) -> tuple[int, ...]:
+    """The joints from the base to one of them, which is the last."""
+    found = []
+    while joint >= 0:
+        found.append(joint)
+        joint = model.parents[joint]
+    return tuple(reversed(found))
+
+
+def pairs_of(model: Constants) -> Pairs:
+    """Each joint with itself and every joint that carries it."""
+    pairs = [(joint, carrier) for joint in range(len(model.kinds)) for carrier in path_to(model, joint)]
+    lower, upper = zip(*pairs, strict=True)
+    below, above = np.array(lower), np.array(upper)
+    variables = _followed(model)[0]
+    return Pairs(below, above, variables[below], variables[above], (below != above).astype(float))
