@@ -19,7 +19,8 @@ _SPAN = 1e-3
 """Seconds of a turn of calls."""
 _ROBOTS = {"ur5": ("ur_description/urdf/ur5_robot.urdf", ()), "panda": ("panda_description/urdf/panda.urdf", (7, 8))}
 """Files of example-robot-data, and joints of theirs that are held: fingers."""
-_BATCH = 10_000
+_TREE = "talos_data/robots/talos_reduced.urdf"
+_BATCH, _LARGE = 10_000, 4_000
 _SINGLE = {
     "forward": "q",
     "forward_all": "q",
@@ -31,7 +32,12 @@ _SINGLE = {
     "coriolis": "qv",
     "coriolis_matrix": "qv",
     "forward_dynamics": "qva",
-    "inverse_dynamics_slopes": "qva",
+    "inverse_mass_matrix": "q",
+    "inverse_dynamics_derivatives": "qva",
+    "forward_dynamics_derivatives": "qva",
+    "torque_regressor": "qva",
+    "centre_of_mass": "q",
+    "centroidal_momentum_matrix": "q",
     "kinetic_energy": "qv",
     "potential_energy": "q",
 }
@@ -73,6 +79,8 @@ def page(quick: bool = False) -> str:
     ]
     for name in _ROBOTS:
         parts += [f"## {name}\n", _methods(name, rounds, batch)]
+    large = 100 if quick else _LARGE
+    parts += [f"## Batches of {large:,}, by the kernels of any robot\n", _batches(rounds, large)]
     parts += [
         "## Inverse kinematics\n",
         "All branches, in batches; *recall* is the part of random configurations that are among the branches of their "
@@ -95,12 +103,8 @@ def _methods(name: str, rounds: int, batch: int) -> str:
             function = getattr(robot, method)
             calls[method, kind] = _bound(function, *(one[key] for key in letters))
             calls[method, f"{kind}, batch"] = _bound(function, *(rows[key] for key in letters))
-    for method, call in _pinocchio(name, *one.values()).items():
+    for method, call in _pinocchio(*_ROBOTS[name], *one.values()).items():
         calls[method, "Pinocchio"] = call
-    for (_, kind), call in calls.items():
-        if "batch" not in kind:
-            for _ in range(40):  # passes over one configuration are compiled when they are called often
-                call()
     spent: dict[tuple[str, str], float] = {}
     for method in _SINGLE:
         here = {kind: call for (what, kind), call in calls.items() if what == method}
@@ -117,21 +121,38 @@ def _methods(name: str, rounds: int, batch: int) -> str:
     return markdown.table(("", *kinds), lines)
 
 
+def _batches(rounds: int, batch: int) -> str:
+    from algorithms.kinematics import Robot
+
+    robots = {name: replace(Robot.named(name), module=None) for name in _ROBOTS}
+    if _file(_TREE).exists():
+        robots["talos"] = Robot.from_urdf(_file(_TREE))
+    spent = {}
+    for name, robot in robots.items():
+        rows = dict(zip("qva", np.random.default_rng(0).uniform(-1, 1, (3, batch, robot.n_joints)), strict=True))
+        for method, letters in _SINGLE.items():
+            call = _bound(getattr(robot, method), *(rows[key] for key in letters))
+            spent[method, name] = least({name: call}, rounds, _SPAN)[name]
+    lines = [(f"`{method}`", *(f"{1e6 * spent[method, name] / batch:.3f}" for name in robots)) for method in _SINGLE]
+    return markdown.table(("", *robots), lines)
+
+
 def _bound(function: Callable[..., Any], *values: Any) -> Callable[[], object]:
     return lambda: function(*values)
 
 
-def _pinocchio(name: str, q: Any, v: Any, a: Any) -> dict[str, Callable[[], object]]:
+def _file(path: str) -> Path:
+    """A file of example-robot-data, which may not be installed."""
+    return Path(sysconfig.get_paths()["purelib"]) / "cmeel.prefix/share/example-robot-data/robots" / path
+
+
+def _pinocchio(path: str, held: tuple[int, ...], q: Any, v: Any, a: Any) -> dict[str, Callable[[], object]]:
     """Its calls by the names of ours; none where it is not installed."""
-    if not installed("pinocchio"):
+    if not installed("pinocchio") or not _file(path).exists():
         return {}
     import pinocchio as pin
 
-    path, held = _ROBOTS[name]
-    data_folder = Path(sysconfig.get_paths()["purelib"]) / "cmeel.prefix/share/example-robot-data/robots"
-    if not (data_folder / path).exists():
-        return {}
-    model = pin.buildModelFromUrdf(str(data_folder / path))
+    model = pin.buildModelFromUrdf(str(_file(path)))
     if held:
         model = pin.buildReducedModel(model, [joint + 1 for joint in held], pin.neutral(model))
     data = model.createData()
@@ -146,7 +167,12 @@ def _pinocchio(name: str, q: Any, v: Any, a: Any) -> dict[str, Callable[[], obje
         "coriolis": lambda: pin.nonLinearEffects(model, data, q, v),
         "coriolis_matrix": lambda: pin.computeCoriolisMatrix(model, data, q, v),
         "forward_dynamics": lambda: pin.aba(model, data, q, v, a),
-        "inverse_dynamics_slopes": lambda: pin.computeRNEADerivatives(model, data, q, v, a),
+        "inverse_mass_matrix": lambda: pin.computeMinverse(model, data, q),
+        "inverse_dynamics_derivatives": lambda: pin.computeRNEADerivatives(model, data, q, v, a),
+        "forward_dynamics_derivatives": lambda: pin.computeABADerivatives(model, data, q, v, a),
+        "torque_regressor": lambda: pin.computeJointTorqueRegressor(model, data, q, v, a),
+        "centre_of_mass": lambda: pin.centerOfMass(model, data, q),
+        "centroidal_momentum_matrix": lambda: pin.computeCentroidalMap(model, data, q),
         "kinetic_energy": lambda: pin.computeKineticEnergy(model, data, q, v),
         "potential_energy": lambda: pin.computePotentialEnergy(model, data, q),
     }
