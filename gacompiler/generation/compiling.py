@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 
 from ..backends.module import ModuleSource
 from ..errors import GacError
-from ..frontend.kernel import Kernel, trace
+from ..frontend.kernel import Kernel
 from ..frontend.loop_trace import trace_loops
 from ..passes.inference import LayoutInference
 from ..passes.loops import compile_loops
@@ -18,7 +18,7 @@ from ..passes.pipeline import compile_kernel
 from .cache import Cache, key_of
 from .compiled import Compiled, CompiledLoops
 from .fingerprint import PROGRAM_SOURCES, TEXT_SOURCES, fingerprint
-from .kernel_key import NotDescribed, description, loops_description
+from .kernel_key import NotDescribed, description_of
 from .plain import packed, unpacked
 from .plain_loops import packed_loops, unpacked_loops
 from .rendering import render
@@ -123,9 +123,7 @@ def _kernel_key(kernel: Kernel) -> str | None:
     if compiler is None:
         return None
     try:
-        if kernel.has_loops:
-            return key_of("procedure", compiler, loops_description(trace_loops(kernel, LayoutInference())))
-        return key_of("program", compiler, description(trace(kernel)))
+        return key_of("procedure" if kernel.has_loops else "program", compiler, description_of(kernel))
     except (GacError, NotDescribed):
         return None  # if the kernel is wrong, compiling it says how
 

@@ -17,17 +17,33 @@ from ..algebra.algebra import Algebra
 from ..algebra.layout import Layout
 from ..algebra.multivector import Multivector
 from ..frontend.expression import Expression, Input, topological
-from ..frontend.kernel import Trace
+from ..frontend.kernel import Kernel, Trace
 from ..frontend.kernel import trace as trace_kernel
-from ..frontend.loop_trace import LoopTrace
+from ..frontend.loop_trace import LoopTrace, trace_loops
 from ..frontend.recorded import Compute, Recorded, computes
 from ..frontend.rows import IndexOf
 from ..ir.procedure import Loop, Repeat
+from ..passes.inference import LayoutInference
 from ..rings.polynomial import Polynomial, PolynomialRing
 
 
 class NotDescribed(Exception):
     """Something in a kernel that has no exact text: a kernel that cannot be found again."""
+
+
+def description_of(kernel: Kernel) -> str:
+    """The description of a kernel, with loops or without.
+
+    Raises
+    ------
+    GacError
+        As tracing the kernel does.
+    NotDescribed
+        As `description` does.
+    """
+    if kernel.has_loops:
+        return loops_description(trace_loops(kernel, LayoutInference()))
+    return description(trace_kernel(kernel))
 
 
 def description(trace: Trace) -> str:

@@ -16,17 +16,16 @@ import pytest
 
 from gacompiler import SCALAR, Algebra, Kernel, Layout, Multivector, array, jacobian, kernel, sandwich
 from gacompiler.algebra.catalog import PGA3, VGA3
-from gacompiler.frontend.kernel import trace
 from gacompiler.generation import kernel_key
 from gacompiler.generation.checked_in import own_specs
-from gacompiler.generation.kernel_key import NotDescribed, description
+from gacompiler.generation.kernel_key import NotDescribed, description_of
 from gacompiler.generation.spec_files import load_spec
 
 ROOT = Path(__file__).parents[2]
 
 
 def described(definition: Kernel) -> str:
-    return description(trace(definition))
+    return description_of(definition)
 
 
 def moved(
@@ -193,11 +192,10 @@ def test_all_kernels_of_the_package_have_descriptions_of_their_own() -> None:
 
 DIGEST = """
 import hashlib
-from gacompiler.frontend.kernel import trace
 from gacompiler.generation.checked_in import own_specs
-from gacompiler.generation.kernel_key import description
+from gacompiler.generation.kernel_key import description_of
 from gacompiler.generation.spec_files import load_spec
-texts = [description(trace(each)) for path in own_specs() for each in load_spec(path).kernels]
+texts = [description_of(each) for path in own_specs() for each in load_spec(path).kernels]
 print(hashlib.sha256("".join(texts).encode()).hexdigest())
 """
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import subprocess
 import sys
 from collections.abc import Callable
@@ -212,6 +213,7 @@ def written(path: Path, folder: Path, change: Callable[[str], str] = str) -> Mod
     spec = folder / f"{name}.py"
     spec.write_text(change(text))
     write(render(compile_spec(load_spec(spec))), folder / "out")
+    shutil.rmtree(folder / "out" / "__pycache__", ignore_errors=True)  # bytecode of the same second and size
     return load_module(folder / "out" / f"{name}.py", f"_{name}", "arrays")
 
 
