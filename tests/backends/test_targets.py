@@ -305,6 +305,10 @@ def test_opencl_on_a_platform(folder: Path) -> None:
     if not platforms:
         pytest.skip("no OpenCL platform")
     context = cl.Context(platforms[0].get_devices()[:1])
+    try:
+        cl.Program(context, "__kernel void nothing(__global float *x) { x[0] = 0; }").build()
+    except cl.RuntimeError as error:
+        pytest.skip(f"the OpenCL platform compiles nothing: {error}")
     queue = cl.CommandQueue(context)
     texts = {name: (folder / f"{name}.cl").read_text() for name in modules()}
     flags = cl.mem_flags.READ_WRITE | cl.mem_flags.COPY_HOST_PTR

@@ -7,6 +7,7 @@ sanitizers; they end the process at the first access out of bounds.
 import importlib.util
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -47,6 +48,22 @@ def leading_shape(random: np.random.Generator) -> tuple[int, ...]:
     ]
 
 
+def call_with_loops(random: np.random.Generator, kernel: Any, leading: tuple[int, ...], dtype: Any) -> None:
+    """Call a kernel with loops on arrays of random lengths, and index tables that name rows that are there."""
+    lengths = {name: int(random.integers(1, 6)) for name in kernel.lengths}
+    arrays = []
+    for table in kernel.definition.parameters:
+        core = table.core(lengths)
+        if not table.is_index:
+            arrays.append(an_array(random, leading if random.integers(3) else (), core, dtype))
+            continue
+        least = -1 if table.rule.endswith("-1") else 0
+        earlier = table.rule.startswith("an earlier")
+        most = [k if earlier else lengths[table.into] for k in range(core[0])]
+        arrays.append(np.array([random.integers(least, max(end, least + 1)) for end in most], np.int64))
+    kernel(*arrays)
+
+
 def main(folder: str, name: str, rounds: int) -> None:
     """Call every kernel `rounds` times."""
     spec = importlib.util.spec_from_file_location(name, Path(folder) / f"{name}.py")
@@ -62,6 +79,10 @@ def main(folder: str, name: str, rounds: int) -> None:
             for _ in range(rounds):
                 dtype = (np.float64, np.float32)[random.integers(2)]
                 leading = leading_shape(random)
+                if not isinstance(kernel, module.Kernel):
+                    call_with_loops(random, kernel, leading, dtype)
+                    count += 1
+                    continue
                 arrays = [
                     an_array(random, leading if random.integers(3) else (), shape, dtype)
                     for shape in kernel.definition.shapes

@@ -80,6 +80,9 @@ def _leading(kernel: Any, arrays: list[Any]) -> tuple[int, ...]:
 def test_random_calls(name: str) -> None:
     module = importlib.import_module(f"generated.{name}")
     kernels = [getattr(module, each) for each in module.kernels]
+    kernels = [kernel for kernel in kernels if isinstance(kernel, module.Kernel)]
+    if not kernels:
+        pytest.skip("kernels with loops have random calls of their own, in tests/gac_runtime/test_loop_kernel.py")
     rng = np.random.default_rng(MODULES.index(name))
     met: Counter[str] = Counter()
     with np.errstate(all="ignore"):
