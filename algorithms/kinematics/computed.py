@@ -24,7 +24,7 @@ def _named(joints: Joints) -> dict[str, Any]:
 
 
 class Computed:
-    """The kernels for one robot, as functions of q, and of qd, qdd or tau behind it.
+    """The kernels for one robot, as functions of q, followed by qd, qdd or tau.
 
     Results of Jacobians and of momenta have one row for each variable.
     """

@@ -17,7 +17,7 @@ def similarity(points: Reals, scale: Reals | None = None) -> Reals:
     if scale is None:
         centred = points - mean[..., None, :]
         spread = np.sqrt(np.einsum("...nd,...nd->...", centred, centred) / (n * dimension))
-        # Rounding of points that are the same is no size: it stays as small as it is.
+        # Rounding differences between equal points are not a size: they are not scaled up.
         scale = 1 / np.where(spread > rounding(points), spread, np.fmax(np.abs(mean).max(-1), 1))
     matrix = np.zeros((*points.shape[:-2], dimension + 1, dimension + 1), points.dtype)
     matrix[..., range(dimension), range(dimension)] = scale[..., None]

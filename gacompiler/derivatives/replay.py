@@ -181,12 +181,12 @@ class Replay:
         return self.recorder.symbol(symbol.data.name, self.place(source.place), source.leaf, self.base + source.depth)
 
     def compute(self, compute: Compute) -> None:
-        """Record a part as it is."""
+        """Record a part unchanged."""
         values = substituted(values_of(compute), self.symbols(compute))
         self.recorder.compute(values, [(self.place(place), leaf) for place, leaf in compute.targets])
 
     def primal(self, statement: Recorded) -> None:
-        """Record an old statement as it is."""
+        """Record an old statement unchanged."""
         match statement:
             case Compute():
                 self.compute(statement)

@@ -220,7 +220,7 @@ def accumulate(body: Callable[..., Any], zero: Any, *rows: Any, parents: Any = N
     ----------
     body : callable
         ``body(children, *row)`` returns the value of the row, where `children` is the sum of the values of the rows
-        whose parent it is; without `parents` that is the row behind it.
+        whose parent it is; without `parents` that is the next row.
     zero : 0 or nested tuple of zeros
         The sum of no values.
     *rows : arrays of one length

@@ -23,11 +23,11 @@ class Names:
         return Names(self._given)
 
     def take(self, name: str) -> None:
-        """Give a name as it is."""
+        """Reserve a name."""
         self._given.setdefault(name, 1)
 
     def unique(self, stem: str) -> str:
-        """The stem itself where it is free and legal in all languages, else with a number behind it."""
+        """The stem itself where it is free and legal in all languages, else followed by a number."""
         stem = legal(stem.strip("_") or "value")
         while True:
             n = self._given.get(stem, 0) + 1
@@ -39,7 +39,7 @@ class Names:
 
 
 def named_like(body: Callable[..., Any], function: Callable[..., Any], first: Sequence[str] = ()) -> Callable[..., Any]:
-    """A function whose parameters are named as those of another one, behind those named in `first`."""
+    """A function whose parameters have the names in `first`, followed by those of another function."""
     function.__dict__["names_of_parameters"] = [*first, *parameter_names(body)]
     return function
 
@@ -72,7 +72,7 @@ def result_stems(body: Callable[..., Any], result: Any) -> list[str]:
 
 
 def leaf_names(stem: str, structure: Any) -> list[str]:
-    """Names for the leaves of a structure: the fields of named tuples; numbers behind `stem` for others."""
+    """Names for the leaves of a structure: the fields of named tuples; `stem` and a number for others."""
     if not isinstance(structure, (tuple, list)):
         return [stem]
     fields = getattr(structure, "_fields", None)

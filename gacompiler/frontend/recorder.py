@@ -78,7 +78,7 @@ class Recorder:
         return self._names.unique(stem)
 
     def take(self, name: str) -> None:
-        """Give a name as it is to a parameter or a length; one of each may have the same."""
+        """Reserve the name of a parameter or a length; one of each may have the same."""
         self._names.take(name)
 
     def counter(self) -> str:

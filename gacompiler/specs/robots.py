@@ -187,6 +187,32 @@ def _poses(q, variables, ratios, offsets, places, screws, turns):
     return each(_pose, gather(q, variables), ratios, offsets, places, screws, turns)
 
 
+def _in_base(own, parents):
+    """The poses of the joints' frames in the base frame, from those in the frames of their parents."""
+    return scan(_after, Pose(1, (0, 0, 0)), own, parents=parents)
+
+
+def _upwards(gravity):
+    """The rate of the twist of the base: gravity counts as an acceleration upwards."""
+    return _line((0, 0, 0), tuple(-g for g in gravity))
+
+
+def _motions(own, parents, screws, speeds, rates, ratios, gravity):
+    """The motions of the links, each in its own frame."""
+
+    def outward(carrier, pose, axis, speed, rate, ratio):
+        own_twist = ratio * speed * axis
+        twist = _to_child(pose, carrier.twist) + own_twist
+        return Motion(twist, _to_child(pose, carrier.rate) + ratio * rate * axis + commutator(own_twist, twist))
+
+    return scan(outward, Motion(_NO_LINE, _upwards(gravity)), own, screws, speeds, rates, ratios, parents=parents)
+
+
+def _inertial_wrench(inertia, motion):
+    """The wrench that a body needs to move so: the rate of its momentum."""
+    return _momentum(inertia, motion.rate) + commutator(_momentum(inertia, motion.twist), motion.twist)
+
+
 @kernel(q=VALUES, parents=PARENTS, **JOINTS, home_rotors=ROTORS, home_places=VECTORS, returns=array(MOTOR, "n"))
 def forward_all(q, parents, variables, ratios, offsets, places, screws, turns, home_rotors, home_places):
     """The motors of frames that the links carry, in the base frame.
@@ -265,7 +291,7 @@ def jacobian_rate(q, variables, ratios, offsets, places, screws, turns, tip, qd)
 def twists_of_joints(q, parents, variables, ratios, offsets, places, screws, turns):
     """The twists of the joints at unit speed, as lines in the base frame."""
     own = _poses(q, variables, ratios, offsets, places, screws, turns)
-    poses = scan(_after, Pose(1, (0, 0, 0)), own, parents=parents)
+    poses = _in_base(own, parents)
     return each(_to_parent, poses, screws)
 
 
@@ -285,7 +311,7 @@ def mass_matrix(
     are the same; the product of the ratios of both joints, and the inertia of the rotor where they are the same.
     """
     own = _poses(q, variables, ratios, offsets, places, screws, turns)
-    poses = scan(_after, Pose(1, (0, 0, 0)), own, parents=parents)
+    poses = _in_base(own, parents)
     axes = each(_to_parent, poses, screws)
     bodies = each(_placed, inertias, poses)
     composite = accumulate(lambda carried, body: _plus(carried, body), (0,) * 10, bodies, parents=parents)
@@ -306,7 +332,7 @@ def forward_dynamics(
     Each joint has a variable of its own. NaN where a joint moves nothing that has inertia.
     """
     own = _poses(q, variables, ratios, offsets, places, screws, turns)
-    poses = scan(_after, Pose(1, (0, 0, 0)), own, parents=parents)
+    poses = _in_base(own, parents)
     axes = each(_to_parent, poses, screws)
     speeds = each(lambda speed, ratio: speed * ratio, gather(qd, variables), ratios)
     twists = scan(lambda carrier, axis, speed: carrier + speed * axis, _NO_LINE, axes, speeds, parents=parents)
@@ -340,7 +366,7 @@ def forward_dynamics(
         own_rate = size * (rest - (rate & momentum))
         return rate + own_rate * axis, own_rate
 
-    base = (_line((0, 0, 0), tuple(-g for g in gravity)), 0)
+    base = (_upwards(gravity), 0)
     _, rates = scan(outward, base, momenta, sizes, rests, drags, axes, parents=parents)
     return scatter(each(lambda rate, ratio: rate / ratio, rates, ratios), variables, q)
 
@@ -386,17 +412,11 @@ def inverse_dynamics(
     """The forces and torques of the joints that give accelerations, by Newton and Euler (Luh, Walker and Paul 1980)."""
     own = _poses(q, variables, ratios, offsets, places, screws, turns)
 
-    def outward(carrier, pose, axis, speed, rate, ratio):
-        own_twist = ratio * speed * axis
-        twist = _to_child(pose, carrier.twist) + own_twist
-        return Motion(twist, _to_child(pose, carrier.rate) + ratio * rate * axis + commutator(own_twist, twist))
-
     def inward(carried, motion, pose, inertia, axis):
-        wrench = _momentum(inertia, motion.rate) + commutator(_momentum(inertia, motion.twist), motion.twist) + carried
+        wrench = _inertial_wrench(inertia, motion) + carried
         return _to_parent(pose, wrench), axis & wrench
 
-    base = Motion(_NO_LINE, _line((0, 0, 0), tuple(-g for g in gravity)))
-    motions = scan(outward, base, own, screws, gather(qd, variables), gather(qdd, variables), ratios, parents=parents)
+    motions = _motions(own, parents, screws, gather(qd, variables), gather(qdd, variables), ratios, gravity)
     _, forces = accumulate(inward, _NO_LINE, motions, own, inertias, screws, parents=parents, keep=True)
     joints = each(
         lambda force, inertia, rate, ratio: ratio * (force + inertia * ratio * rate),
@@ -409,7 +429,7 @@ def inverse_dynamics(
 def gravity_forces(q, parents, variables, ratios, offsets, places, screws, turns, inertias, gravity):
     """The forces and torques of the joints that hold the robot still."""
     own = _poses(q, variables, ratios, offsets, places, screws, turns)
-    poses = scan(_after, Pose(1, (0, 0, 0)), own, parents=parents)
+    poses = _in_base(own, parents)
 
     def inward(carried, pose, inertia, screw, ratio):
         mass, first = _first_moment(inertia, pose)
@@ -445,7 +465,7 @@ def kinetic_energy(q, parents, variables, ratios, offsets, places, screws, turns
 def potential_energy(q, parents, variables, ratios, offsets, places, screws, turns, inertias, gravity):
     """The energy of height, which is 0 where all centres of mass are at the origin."""
     own = _poses(q, variables, ratios, offsets, places, screws, turns)
-    poses = scan(_after, Pose(1, (0, 0, 0)), own, parents=parents)
+    poses = _in_base(own, parents)
     return total(lambda inertia, pose: -_dot(gravity, _first_moment(inertia, pose)[1]), inertias, poses)
 
 
@@ -453,7 +473,7 @@ def potential_energy(q, parents, variables, ratios, offsets, places, screws, tur
 def centre_of_mass(q, parents, variables, ratios, offsets, places, screws, turns, inertias):
     """The mass of what moves, and its centre of mass in the base frame."""
     own = _poses(q, variables, ratios, offsets, places, screws, turns)
-    poses = scan(_after, Pose(1, (0, 0, 0)), own, parents=parents)
+    poses = _in_base(own, parents)
 
     mass, moment = total(_first_moment, inertias, poses)
     return mass, assemble(
@@ -468,7 +488,7 @@ def centroidal_momentum_matrix(q, parents, variables, ratios, offsets, places, s
     A row is an angular momentum about the centre of mass, then a linear momentum.
     """
     own = _poses(q, variables, ratios, offsets, places, screws, turns)
-    poses = scan(_after, Pose(1, (0, 0, 0)), own, parents=parents)
+    poses = _in_base(own, parents)
     bodies = each(_placed, inertias, poses)
     composite = accumulate(_plus, (0,) * 10, bodies, parents=parents)
     mass, *moment = total(lambda body: tuple(body[:4]), bodies)
@@ -547,7 +567,7 @@ def inverse_dynamics_derivatives(
     has an angular part only: ``B w = (2 w x P, N w)``.
     """
     own = _poses(q, variables, ratios, offsets, places, screws, turns)
-    poses = scan(_after, Pose(1, (0, 0, 0)), own, parents=parents)
+    poses = _in_base(own, parents)
     axes = each(_to_parent, poses, screws)
     speeds = each(lambda speed, ratio: ratio * speed, gather(qd, variables), ratios)
     rates = each(lambda rate, ratio: ratio * rate, gather(qdd, variables), ratios)
@@ -562,7 +582,7 @@ def inverse_dynamics_derivatives(
             commutator(axis, carrier.rate) + commutator(axis_rate, carrier.twist),
         )
 
-    base = Change(_NO_LINE, _line((0, 0, 0), tuple(-g for g in gravity)), _NO_LINE, _NO_LINE)
+    base = Change(_NO_LINE, _upwards(gravity), _NO_LINE, _NO_LINE)
     changes = scan(outward, base, axes, speeds, rates, parents=parents)
 
     def of_body(body, pose, change):
@@ -625,7 +645,7 @@ def coriolis_matrix(
     The last five tables are those of `inverse_dynamics_derivatives`.
     """
     own = _poses(q, variables, ratios, offsets, places, screws, turns)
-    poses = scan(_after, Pose(1, (0, 0, 0)), own, parents=parents)
+    poses = _in_base(own, parents)
     axes = each(_to_parent, poses, screws)
 
     def outward(carrier, axis, speed, ratio):
@@ -711,26 +731,16 @@ def torque_regressor(
     Inertias are those of the table, ten numbers a joint; forces of armatures are left out.
     """
     own = _poses(q, variables, ratios, offsets, places, screws, turns)
-    poses = scan(_after, Pose(1, (0, 0, 0)), own, parents=parents)
+    poses = _in_base(own, parents)
     axes = each(_to_parent, poses, screws)
 
-    def outward(carrier, pose, axis, speed, rate, ratio):
-        own_twist = ratio * speed * axis
-        twist = _to_child(pose, carrier.twist) + own_twist
-        return Motion(twist, _to_child(pose, carrier.rate) + ratio * rate * axis + commutator(own_twist, twist))
-
-    base = Motion(_NO_LINE, _line((0, 0, 0), tuple(-g for g in gravity)))
-    speeds, rates = gather(qd, variables), gather(qdd, variables)
-    motions = scan(outward, base, own, screws, speeds, rates, ratios, parents=parents)
+    motions = _motions(own, parents, screws, gather(qd, variables), gather(qdd, variables), ratios, gravity)
 
     def entry(axis, pose, motion, ratio):
         # The wrench is linear in the inertia; its power on the axis, seen in the link's frame.
         seen = _to_child(pose, axis)
         units = [tuple(int(k == i) for i in range(10)) for k in range(10)]
-        wrenches = [
-            _momentum(unit, motion.rate) + commutator(_momentum(unit, motion.twist), motion.twist) for unit in units
-        ]
-        return tuple(ratio * (seen & wrench) for wrench in wrenches)
+        return tuple(ratio * (seen & _inertial_wrench(unit, motion)) for unit in units)
 
     entries = each(entry, gather(axes, upper), gather(poses, lower), gather(motions, lower), gather(ratios, upper))
     return scatter(entries, (upper_variables, lower), (q, parents))

@@ -229,7 +229,7 @@ def facts_of(index: Any) -> IndexFacts:
 
 
 def usable(array: Any, dtype: np.dtype[Any], n_axes: int) -> Any:
-    """An array as it is, or a copy: of that type, aligned, and contiguous in each element."""
+    """The array itself, or a copy: of that type, aligned, and contiguous in each element."""
     if array.dtype is not dtype or not array.flags.aligned:
         array = np.require(array, dtype, "A")
     return array if _is_contiguous(array, n_axes) else np.ascontiguousarray(array)

@@ -215,7 +215,7 @@ class LoopRows:
     """A kernel with loops over batches of one type, compiled.
 
     Called with pointers to lengths, addresses and steps, and the number of elements, as the C function ``_rows_`` is;
-    the addresses of the intermediate tables over lengths are behind those of the results.
+    the addresses of the intermediate tables over lengths follow those of the results.
     """
 
     def __init__(self, definition: LoopDefinition, dtype: np.dtype[Any]) -> None:
