@@ -34,8 +34,8 @@ class _Plan(NamedTuple):
     shapes: list[tuple[int, ...]]
     """Of the results."""
     work: list[tuple[int, ...]]
-    count: int
-    """Of elements."""
+    elements: int
+    """How many the call computes."""
 
 
 class Plans:
@@ -64,7 +64,7 @@ class Plans:
         for k, array in zip(plan.places, given, strict=True):
             pointers[k] = ffi.from_buffer(array)
         pointers += [ffi.from_buffer(array) for array in (*results, *work)]
-        failed = plan.run(plan.lengths, ffi.new("void *[]", pointers), plan.steps, plan.count)
+        failed = plan.run(plan.lengths, ffi.new("void *[]", pointers), plan.steps, plan.elements)
         return None if failed else as_returned(results)
 
     def add(
