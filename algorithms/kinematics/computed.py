@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import fields
 from functools import cached_property
 from typing import Any
 
@@ -11,7 +12,19 @@ import numpy as np
 from generated import pga3, robots
 
 from .constants import Constants, Floats
-from .tables import Joints, Pairs, carried_by, homes_of, inertias_of, joints_of, origins_of, pairs_of, path_to
+from .definite import solved
+from .tables import (
+    Joints,
+    Pairs,
+    carried_by,
+    homes_of,
+    inertias_of,
+    joints_of,
+    origins_of,
+    pairs_of,
+    path_to,
+    pushes_of,
+)
 
 Method = Callable[..., Any]
 """A kernel of which the tables are given: a function of the variables, and of their rates and forces."""
@@ -125,22 +138,6 @@ class Computed:
         return inertias_of(self._model)
 
     @cached_property
-    def largest_inertias(self) -> Floats:
-        """(n,), for each variable about the most inertia that may be felt there, whatever the axes are."""
-        model, joints, origins = self._model, self._joints, origins_of(self._model)
-        found = np.zeros(model.n_joints)
-        for joint in range(len(model.kinds)):
-            mass, *h = self.inertias[joint, :4]
-            spread = self.inertias[joint, [4, 7, 9]].sum()
-            for carrier in path_to(model, joint):
-                away = origins[joint] - origins[carrier]
-                about = spread + 2 * abs(away @ h) + mass * (away @ away)
-                rotor = model.armature[joint] if joint == carrier else 0.0
-                felt = (about if joints.turns[carrier] else mass) + rotor
-                found[joints.variables[carrier]] += joints.ratios[carrier] ** 2 * felt
-        return found
-
-    @cached_property
     def inverse_dynamics(self) -> Method:
         """Forces of the joints, of q, qd and qdd."""
         armature = self._model.armature
@@ -175,6 +172,15 @@ class Computed:
         )
 
     @cached_property
+    def inverse_mass_matrix(self) -> Method:
+        """The inverse of the mass matrix, (..., m, m), of q."""
+        if self._model.coupling.size:
+            return self._inverse_of_mass_matrix
+        pushes = pushes_of(self._model)
+        tables = {field.name: getattr(pushes, field.name) for field in fields(pushes)}
+        return robots.inverse_mass_matrix.bind(self._lengths, **self._heavy, armature=self._model.armature, **tables)
+
+    @cached_property
     def coriolis_matrix(self) -> Method:
         """The matrix of Christoffel's symbols, of q and qd, (..., m, m)."""
         return robots.coriolis_matrix.bind(self._lengths, **self._heavy, **self._pair_tables)
@@ -188,9 +194,44 @@ class Computed:
 
     @cached_property
     def forward_dynamics(self) -> Method:
-        """Accelerations, of q, qd and tau, where each joint has a variable of its own."""
+        """Accelerations, of q, qd and tau."""
+        if self._model.coupling.size:
+            return self._accelerations_by_mass_matrix
         armature = self._model.armature
         return robots.forward_dynamics.bind(self._lengths, **self._heavy, armature=armature, gravity=self._gravity)
+
+    # Robots whose joints follow others, which accelerate together: bodies are not articulated there.
+
+    @cached_property
+    def _held(self) -> Method:
+        """Forces that keep all rates as they are, of q and qd."""
+        armature, still = self._model.armature, np.zeros(self._model.n_joints)
+        return robots.inverse_dynamics.bind(
+            self._lengths, **self._heavy, armature=armature, gravity=self._gravity, qdd=still
+        )
+
+    def _inverse_of_mass_matrix(self, q: Floats) -> Floats:
+        return solved(self.mass_matrix(q), np.eye(self._model.n_joints), self._largest_inertias)
+
+    def _accelerations_by_mass_matrix(self, q: Floats, qd: Floats, tau: Floats) -> Floats:
+        rest = tau - self._held(q, qd)
+        return solved(self.mass_matrix(q), rest[..., None], self._largest_inertias)[..., 0]
+
+    @cached_property
+    def _largest_inertias(self) -> Floats:
+        """(m,), for each variable about the most inertia that may be felt there, whatever the axes are."""
+        model, joints, origins = self._model, self._joints, origins_of(self._model)
+        found = np.zeros(model.n_joints)
+        for joint in range(len(model.kinds)):
+            mass, *h = self.inertias[joint, :4]
+            spread = self.inertias[joint, [4, 7, 9]].sum()
+            for carrier in path_to(model, joint):
+                away = origins[joint] - origins[carrier]
+                about = spread + 2 * abs(away @ h) + mass * (away @ away)
+                rotor = model.armature[joint] if joint == carrier else 0.0
+                felt = (about if joints.turns[carrier] else mass) + rotor
+                found[joints.variables[carrier]] += joints.ratios[carrier] ** 2 * felt
+        return found
 
     @cached_property
     def torque_regressor(self) -> Method:

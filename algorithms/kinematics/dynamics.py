@@ -119,7 +119,8 @@ class Dynamics(Differential):
     def inverse_mass_matrix(self, q: ArrayLike) -> Reals:
         """The inverse (..., n, n) of `mass_matrix`: the accelerations under a unit force of each joint.
 
-        NaN where something moves that has no inertia.
+        By articulated bodies; where joints follow others, from the mass matrix. NaN for all joints of a tree in which
+        something moves that has no inertia.
 
         Parameters
         ----------
@@ -130,9 +131,8 @@ class Dynamics(Differential):
         MissingInertiaError, TypeError, ValueError
             As in `inverse_dynamics`.
         """
-        given = self._variables(q, "q")[0]
-        inverse = self._solved(self.mass_matrix(given.astype(float, copy=False)), np.eye(self.n_joints))
-        return inverse.astype(given.dtype, copy=False)
+        self._need_inertia()
+        return self._run(self._computed.inverse_mass_matrix, ("q",), q)  # type: ignore[no-any-return]
 
     def forward_dynamics(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike) -> Reals:
         """Accelerations (..., n) under forces and torques of the joints.
@@ -151,13 +151,7 @@ class Dynamics(Differential):
             As in `inverse_dynamics`.
         """
         self._need_inertia()
-        if not self.coupling.size:
-            return self._run(self._computed.forward_dynamics, ("q", "qd", "tau"), q, qd, tau)  # type: ignore[no-any-return]
-        shape, (flat, speeds, forces) = self._together((q, "q"), (qd, "qd"), (tau, "tau"))
-        places, dtype = flat.astype(float, copy=False), flat.dtype
-        bias = self.inverse_dynamics(places, speeds, np.zeros_like(places))
-        found = self._solved(self.mass_matrix(places), (forces - bias)[..., None])[..., 0]
-        return found.reshape(*shape, self.n_joints).astype(dtype, copy=False)
+        return self._run(self._computed.forward_dynamics, ("q", "qd", "tau"), q, qd, tau)  # type: ignore[no-any-return]
 
     def inverse_dynamics_derivatives(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> tuple[Reals, Reals]:
         """Derivatives of `inverse_dynamics` by the variables and by their rates; those by `qdd` are the mass matrix.
@@ -197,9 +191,14 @@ class Dynamics(Differential):
         MissingInertiaError, TypeError, ValueError
             As in `inverse_dynamics`.
         """
-        inverse = self.inverse_mass_matrix(q)
         by_q, by_qd = self.inverse_dynamics_derivatives(q, qd, self.forward_dynamics(q, qd, tau))
-        return -inverse @ by_q, -inverse @ by_qd, np.broadcast_to(inverse, by_q.shape).copy()
+        inverse = self.inverse_mass_matrix(q)
+        less = -inverse
+        if by_q.ndim == inverse.ndim == 2:
+            # `matmul` takes twice as long for small matrices: it looks for further axes.
+            return np.dot(less, by_q), np.dot(less, by_qd), inverse
+        by_tau = inverse if inverse.shape == by_q.shape else np.broadcast_to(inverse, by_q.shape).copy()
+        return less @ by_q, less @ by_qd, by_tau
 
     def inverse_dynamics_slopes(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> tuple[Reals, Reals]:
         """The former name of `inverse_dynamics_derivatives`, with a DeprecationWarning."""
@@ -324,32 +323,6 @@ class Dynamics(Differential):
         """
         self._need_inertia()
         return self._run(self._computed.potential_energy, ("q",), q)  # type: ignore[no-any-return]
-
-    def _solved(self, matrices: Reals, right: Reals) -> Reals:
-        """``matrix⁻¹ right`` for mass matrices; NaN for those that are not positive definite."""
-        least = _NO_INERTIA * self._computed.largest_inertias
-        if _are_positive(matrices, least):
-            return np.linalg.solve(matrices, right)
-        shape = np.broadcast_shapes(matrices.shape[:-2], right.shape[:-2])
-        found = np.full((*shape, *right.shape[-2:]), np.nan, right.dtype)
-        every = np.broadcast_to(matrices, (*shape, *matrices.shape[-2:])), np.broadcast_to(right, found.shape)
-        for place in np.ndindex(shape):
-            if _are_positive(every[0][place], least):
-                found[place] = np.linalg.solve(every[0][place], every[1][place])
-        return found
-
-
-_NO_INERTIA = 2.0**-44
-"""The part of an inertia's terms that may be left by rounding, as in the kernel `forward_dynamics`."""
-
-
-def _are_positive(matrices: Reals, least: Reals) -> bool:
-    """Whether all matrices are positive definite, with more than `least` felt at each variable."""
-    try:
-        roots = np.linalg.cholesky(matrices)
-    except np.linalg.LinAlgError:
-        return False
-    return bool((np.square(np.diagonal(roots, axis1=-2, axis2=-1)) > least).all())
 
 
 def _warn_of_name(what: str) -> None:

@@ -33,14 +33,14 @@ _CALLS: dict[str, tuple[str, ...]] = {
     **{name: ("jacobian",) for name in ("jacobian", "velocity", "manipulability")},
     "acceleration": ("jacobian", "jacobian_rate"),
     "inverse_dynamics": ("inverse_dynamics",),
-    **{name: ("mass_matrix",) for name in ("mass_matrix", "inverse_mass_matrix")},
-    "forward_dynamics_derivatives": ("mass_matrix", "inverse_dynamics_derivatives"),
+    "mass_matrix": ("mass_matrix",),
 }
 """The kernels that methods call where the robot's own module may have one of them."""
 
 _NEVER_OWN = (
     *("forward_all", "link", "inverse", "jacobian_rate", "twists_of_joints", "gravity", "coriolis", "coriolis_matrix"),
     *("forward_dynamics", "simulate", "kinetic_energy", "potential_energy", "inverse_dynamics_derivatives"),
+    *("inverse_mass_matrix", "forward_dynamics_derivatives"),
     *("torque_regressor", "centre_of_mass", "centroidal_momentum", "centroidal_momentum_matrix"),
     *("jacobian_of_point", "jacobian_of_line", "jacobian_of_plane"),
 )

@@ -156,3 +156,65 @@ def pairs_of(model: Constants) -> Pairs:
     below, above = np.array(lower), np.array(upper)
     variables = _followed(model)[0]
     return Pairs(below, above, variables[below], variables[above], (below != above).astype(float))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pushes:
+    """Pushed joints beside those that carry them, and beside those that move then; see `inverse_mass_matrix`.
+
+    Attributes
+    ----------
+    below, carriers : array of int, (P,)
+        For each pushed joint, upwards from it, the row of the pair before, and a joint that carries it or is it.
+    is_own : array, (P,)
+        1 where that is the pushed joint, else 0.
+    before, joints, pairs : array of int, (R,)
+        The row of the same pushed joint with the moved joint's parent, the moved joint, and the row over P.
+    is_carrier : array, (R,)
+        1 where the moved joint carries the pushed one or is it, else 0.
+    factors : array, (R,)
+    rows, columns, mirrored : array of int, (R,)
+    """
+
+    below: Indices
+    carriers: Indices
+    is_own: Floats
+    before: Indices
+    joints: Indices
+    pairs: Indices
+    is_carrier: Floats
+    factors: Floats
+    rows: Indices
+    columns: Indices
+    mirrored: Indices
+
+
+def pushes_of(model: Constants) -> Pushes:
+    """Each joint as the pushed one, with its carriers, and with the joints of its tree that do not come after it."""
+    variables, ratios, _ = _followed(model)
+    upwards = [(pushed, carrier) for pushed in range(len(model.kinds)) for carrier in reversed(path_to(model, pushed))]
+    place = {pair: row for row, pair in enumerate(upwards)}
+    below = [-1 if pushed == carrier else row - 1 for row, (pushed, carrier) in enumerate(upwards)]
+    roots = [path_to(model, joint)[0] for joint in range(len(model.kinds))]
+    moved = [
+        (pushed, joint)
+        for pushed in range(len(model.kinds))
+        for joint in range(pushed + 1)
+        if roots[joint] == roots[pushed]
+    ]
+    after = {pair: row for row, pair in enumerate(moved)}
+    pushed, joints = (np.array(side, np.int64) for side in zip(*moved, strict=True))
+    columns = variables[pushed]
+    return Pushes(
+        below=np.array(below, np.int64),
+        carriers=np.array([carrier for _, carrier in upwards], np.int64),
+        is_own=np.array([float(row < 0) for row in below]),
+        before=np.array([after.get((push, model.parents[joint]), -1) for push, joint in moved], np.int64),
+        joints=joints,
+        pairs=np.array([place.get(pair, 0) for pair in moved], np.int64),
+        is_carrier=np.array([float(pair in place) for pair in moved]),
+        factors=1 / (ratios[pushed] * ratios[joints]),
+        rows=variables[joints],
+        columns=columns,
+        mirrored=np.where(pushed == joints, -1, columns),
+    )

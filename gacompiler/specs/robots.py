@@ -338,27 +338,17 @@ def forward_dynamics(
     twists = scan(lambda carrier, axis, speed: carrier + speed * axis, _NO_LINE, axes, speeds, parents=parents)
 
     def inward(carried, pose, body, axis, twist, speed, force, ratio, rotor):
-        inertia, wrench, mass, spread = carried
+        outer, wrench = carried
         own_body = _placed(body, pose)
-        inertia = _plus(inertia, _as_matrices(own_body))
+        felt = _felt(outer, own_body, axis, rotor)
         wrench = wrench + commutator(_momentum(own_body, twist), twist)
-        momentum = _articulated(inertia, axis)
-        felt = (axis & momentum) + rotor
-        # What is felt at the joint is a sum that may cancel. Where it is no more than rounding of its terms, or NaN,
-        # `size` is 0 / 0.
-        mass, spread = mass + own_body[0], spread + own_body[4] + own_body[7] + own_body[9]
-        w, v = _direction(axis), _moment(axis)
-        moves = absolute(felt) > NO_INERTIA * absolute(spread * _dot(w, w) + mass * _dot(v, v) + rotor)
-        size = select(moves, 1, 0) / select(moves, felt, 0)
         rest = force / ratio - (axis & wrench)
         drag = speed * commutator(axis, twist)
-        left = _without(inertia, momentum, size)
-        passed = wrench + _articulated(left, drag) + (rest * size) * momentum
-        return (left, passed, mass, spread), (momentum, size, rest, drag)
+        passed = wrench + _articulated(felt.left.inertia, drag) + (rest * felt.size) * felt.momentum
+        return (felt.left, passed), (felt.momentum, felt.size, rest, drag)
 
-    zero = ((0,) * 21, _NO_LINE, 0, 0)
     joints = (poses, inertias, axes, twists, speeds, gather(tau, variables), ratios, armature)
-    _, (momenta, sizes, rests, drags) = accumulate(inward, zero, *joints, parents=parents, keep=True)
+    _, (momenta, sizes, rests, drags) = accumulate(inward, (_NOTHING, _NO_LINE), *joints, parents=parents, keep=True)
 
     def outward(carrier, momentum, size, rest, drag, axis):
         rate, _ = carrier
@@ -369,6 +359,39 @@ def forward_dynamics(
     base = (_upwards(gravity), 0)
     _, rates = scan(outward, base, momenta, sizes, rests, drags, axes, parents=parents)
     return scatter(each(lambda rate, ratio: rate / ratio, rates, ratios), variables, q)
+
+
+class Articulated(NamedTuple):
+    """A body and all that it carries on free joints: its inertia, and the sizes of the terms that were summed."""
+
+    inertia: Any
+    mass: Any
+    spread: Any
+
+
+class Felt(NamedTuple):
+    """What is felt at a joint: the momentum of unit speed, the inverse of its inertia, and what is left without it."""
+
+    momentum: Any
+    size: Any
+    left: Articulated
+
+
+_NOTHING = Articulated((0,) * 21, 0, 0)
+
+
+def _felt(carried, body, axis, rotor):
+    """What is felt at a joint that carries a body, with what the body carries."""
+    inertia = _plus(carried.inertia, _as_matrices(body))
+    momentum = _articulated(inertia, axis)
+    felt = (axis & momentum) + rotor
+    # What is felt at the joint is a sum that may cancel. Where it is no more than rounding of its terms, or NaN, `size`
+    # is 0 / 0.
+    mass, spread = carried.mass + body[0], carried.spread + body[4] + body[7] + body[9]
+    w, v = _direction(axis), _moment(axis)
+    moves = absolute(felt) > NO_INERTIA * absolute(spread * _dot(w, w) + mass * _dot(v, v) + rotor)
+    size = select(moves, 1, 0) / select(moves, felt, 0)
+    return Felt(momentum, size, Articulated(_without(inertia, momentum, size), mass, spread))
 
 
 def _as_matrices(inertia):
@@ -403,6 +426,59 @@ def _without(inertia, momentum, size):
         *(f[i] * sf[j] for i, j in pairs),
     )
     return tuple(x - y for x, y in zip(inertia, squares, strict=True))
+
+
+@kernel(
+    q=VALUES, parents=PARENTS, **JOINTS, inertias=BODIES, armature=NUMBERS,
+    below=index("p"), carriers=index("p", into="n"), is_own=array(SCALAR, "p", shared=True),
+    before=index("r"), joints=index("r", into="n"), pairs=index("r", into="p"),
+    is_carrier=array(SCALAR, "r", shared=True), factors=array(SCALAR, "r", shared=True),
+    rows=index("r", into="m"), columns=index("r", into="m"), mirrored=index("r", into="m"),
+)  # fmt: skip
+def inverse_mass_matrix(
+    q, parents, variables, ratios, offsets, places, screws, turns, inertias, armature,
+    below, carriers, is_own, before, joints, pairs, is_carrier, factors, rows, columns, mirrored,
+):  # fmt: skip
+    """The inverse of `mass_matrix`, by articulated bodies: accelerations under a unit force of each joint.
+
+    Each joint has a variable of its own. NaN for the tree of a joint that moves nothing that has inertia.
+
+    The three tables over p list each pair of a pushed joint and of a joint that carries it or is it: the pair before,
+    whose joint is carried by this one (-1 if the joint is the pushed one), the joint, and whether it is the pushed one.
+    The first pair is joint 0 with itself. The others, over r, list each pair of a pushed joint and of a moved joint of
+    the same tree that does not come after it: the pair of the moved joint's parent, or -1; the moved joint; the pair
+    over p of the same joints, where the moved one carries the pushed one (`is_carrier` is 1), else any; the inverse of
+    the product of their ratios; the variables of the moved and of the pushed joint; and `mirrored`, which is `columns`
+    again, or -1 where the joints are the same.
+    """
+    own = _poses(q, variables, ratios, offsets, places, screws, turns)
+    poses = _in_base(own, parents)
+    axes = each(_to_parent, poses, screws)
+
+    def inward(carried, pose, body, axis, rotor):
+        felt = _felt(carried, _placed(body, pose), axis, rotor)
+        return felt.left, (felt.momentum, felt.size)
+
+    felt = accumulate(inward, _NOTHING, poses, inertias, axes, armature, parents=parents, keep=True)
+    momenta, sizes = felt[1]
+
+    def push(carried, axis, momentum, size, is_pushed):
+        wrench, _ = carried
+        rate = size * (is_pushed - (axis & wrench))
+        return wrench + rate * momentum, rate
+
+    at_carriers = gather((axes, momenta, sizes), carriers)
+    _, pushed = scan(push, (_NO_LINE, 0), *at_carriers, is_own, parents=below)
+
+    def outward(carrier, axis, momentum, size, own_rate, is_pushed):
+        twist, _ = carrier
+        rate = is_pushed * own_rate - size * (twist & momentum)
+        return twist + rate * axis, rate
+
+    at_joints = gather((axes, momenta, sizes), joints)
+    _, rates = scan(outward, (_NO_LINE, 0), *at_joints, gather(pushed, pairs), is_carrier, parents=before)
+    entries = each(lambda rate, factor: factor * rate, rates, factors)
+    return scatter(entries, (rows, columns), (q, q), start=scatter(entries, (mirrored, rows), (q, q)))
 
 
 @kernel(q=VALUES, parents=PARENTS, **JOINTS, qd=VALUES, qdd=VALUES, inertias=BODIES, armature=NUMBERS, gravity=VECTOR)

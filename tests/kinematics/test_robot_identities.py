@@ -268,6 +268,9 @@ def test_trees_beside_one_without_inertia_move() -> None:
     both = Robot(**{name: getattr(arm, name) for name in fields}, parents=(-1, -1))
     found = both.forward_dynamics(np.ones(2), np.ones(2), np.ones(2))
     assert np.isfinite(found[0]) and np.isnan(found[1])
+    inverse = both.inverse_mass_matrix(np.ones(2))
+    assert inverse[0, 0] == pytest.approx(1 / both.mass_matrix(np.ones(2))[0, 0], rel=1e-14)
+    assert np.isnan(inverse[1, 1]) and inverse[0, 1] == inverse[1, 0] == 0
 
 
 def test_without_masses() -> None:
