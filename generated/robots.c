@@ -2,7 +2,7 @@
 // command: gac generate --all robots
 // spec: 92a909c6a281cbfb
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 6cb6ff686d46379ec5b167a00cb266e45cdcf9c838f04b8744a65edbf5d58ec6
+// body: c47c3ce18a1cbfacc9475302c79d11ca3940b42c0d019e75659aedf21a70d050
 
 #ifndef REAL
 #include "robots.h"
@@ -44,20 +44,8 @@ GAC_AXIS(21, 32)
     AND SAME(3, ratios, scalar, 1, n) AND SAME(4, offsets, scalar, 1, n) AND SAME(5, places, 3, 3, n) \
     AND SAME(6, screws, 6, 6, n) AND SAME(7, turns, scalar, 1, n) AND SAME(8, home_rotors, 4, 4, n) \
     AND SAME(9, home_places, 3, 3, n) AND OUT(10, out, 8, 8, n)
-#define WORK_forward_all(WORK) WORK(11, pose_rotor_2, 4, 4, n) WORK(12, pose_place_2, 3, 3, n)
-
-static INLINE void NAME(forward_all_2)(REAL *pose_rotor_start, REAL *pose_place_start)
-{
-    pose_rotor_start[0] = (REAL)1;
-    pose_rotor_start[1] = (REAL)0;
-    pose_rotor_start[2] = (REAL)0;
-    pose_rotor_start[3] = (REAL)0;
-    pose_place_start[0] = (REAL)0;
-    pose_place_start[1] = (REAL)0;
-    pose_place_start[2] = (REAL)0;
-}
-#define PARTS_forward_all_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 4) AND OUT(1, 3)
-GAC_IN_LANES(forward_all_2, PLAIN)
+#define WORK_forward_all(WORK) WORK(11, pose_rotor, 4, 4, n) WORK(12, pose_place, 3, 3, n) \
+    WORK(13, pose_rotor_2, 4, 4, n) WORK(14, pose_place_2, 3, 3, n)
 
 static INLINE void NAME(forward_all_1)(REAL q, REAL ratio, REAL offset, const REAL *places, const REAL *screw, REAL
     turn, REAL *pose_rotor, REAL *pose_place, WORD *far)
@@ -79,6 +67,19 @@ static INLINE void NAME(forward_all_1)(REAL q, REAL ratio, REAL offset, const RE
 #define PARTS_forward_all_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) AND NUMBER(2, 1) \
     AND SAME(3, 3) AND SAME(4, 6) AND NUMBER(5, 1) AND OUT(6, 4) AND OUT(7, 3)
 GAC_IN_LANES(forward_all_1, TURNS)
+
+static INLINE void NAME(forward_all_2)(REAL *pose_rotor_start, REAL *pose_place_start)
+{
+    pose_rotor_start[0] = (REAL)1;
+    pose_rotor_start[1] = (REAL)0;
+    pose_rotor_start[2] = (REAL)0;
+    pose_rotor_start[3] = (REAL)0;
+    pose_place_start[0] = (REAL)0;
+    pose_place_start[1] = (REAL)0;
+    pose_place_start[2] = (REAL)0;
+}
+#define PARTS_forward_all_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 4) AND OUT(1, 3)
+GAC_IN_LANES(forward_all_2, PLAIN)
 
 static INLINE void NAME(forward_all_3)(const REAL *pose_rotor, const REAL *pose_place_2, const REAL *own_rotor,
     const REAL *pose_place_3, REAL *pose_rotor_2, REAL *pose_place_2_out)
@@ -173,7 +174,7 @@ GAC_IN_LANES(forward_all_5, PLAIN)
 intptr_t robots_forward_all_work(intptr_t m, intptr_t n)
 {
     (void)m;
-    return 4 * n + 3 * n;
+    return 4 * n + 3 * n + 4 * n + 3 * n;
 }
 #endif
 
@@ -182,14 +183,15 @@ static INLINE void NAME(forward_all_within)(intptr_t m, intptr_t n, const REAL *
     const REAL *turns, const REAL *home_rotors, const REAL *home_places, REAL *out, REAL *work)
 {
     (void)m;
-    REAL pose_rotor[4], pose_place[3], pose_rotor_start[4], pose_place_start[3], *const pose_rotor_2 = work,
-    *const pose_place_2 = pose_rotor_2 + 4 * n, mapped[8];
+    REAL *const pose_rotor = work, *const pose_place = pose_rotor + 4 * n, pose_rotor_start[4], pose_place_start[3],
+    *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n, mapped[8];
+    for (intptr_t i = 0; i < n; i++)
+        NAME(forward_all_1)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i, turns[i],
+    pose_rotor + 4 * i, pose_place + 3 * i, NULL);
     NAME(forward_all_2)(pose_rotor_start, pose_place_start);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(forward_all_1)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i, turns[i],
-    pose_rotor, pose_place, NULL);
         NAME(forward_all_3)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor, pose_place,
+    parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
     pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
         NAME(forward_all_4)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, home_rotors + 4 * i, home_places + 3 * i,
     mapped);
@@ -212,20 +214,20 @@ void NAME(forward_all)(intptr_t m, intptr_t n, const REAL *q, const int64_t *par
 
 static INLINE WORD NAME(forward_all_lanes)(intptr_t m, intptr_t n, const REAL *q, const int64_t *parents,
     const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws,
-    const REAL *turns, const REAL *home_rotors, const REAL *home_places, REAL *out, REAL *pose_rotor_2,
-    REAL *pose_place_2)
+    const REAL *turns, const REAL *home_rotors, const REAL *home_places, REAL *out, REAL *pose_rotor,
+    REAL *pose_place, REAL *pose_rotor_2, REAL *pose_place_2)
 {
     (void)m;
-    _Alignas(64) REAL pose_rotor[4 * NLANES], pose_place[3 * NLANES], pose_rotor_start[4 * NLANES],
-    pose_place_start[3 * NLANES], mapped[8 * NLANES];
+    _Alignas(64) REAL pose_rotor_start[4 * NLANES], pose_place_start[3 * NLANES], mapped[8 * NLANES];
     WORD far = 0;
+    for (intptr_t i = 0; i < n; i++)
+        far |= NAME(forward_all_1_lanes)(q + NLANES * variables[i], ratios + i, offsets + i, places + 3 * i,
+    screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
     NAME(forward_all_2_lanes)(pose_rotor_start, pose_place_start);
     for (intptr_t i = 0; i < n; i++) {
-        far |= NAME(forward_all_1_lanes)(q + NLANES * variables[i], ratios + i, offsets + i, places + 3 * i,
-    screws + 6 * i, turns + i, pose_rotor, pose_place);
         NAME(forward_all_3_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor, pose_place,
-    pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
+    parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor + 4 * NLANES * i,
+    pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
         NAME(forward_all_4_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i, home_rotors + 4 * i,
     home_places + 3 * i, mapped);
         NAME(forward_all_5_lanes)(mapped, out + 8 * NLANES * i);
@@ -380,7 +382,29 @@ GAC_PROCEDURE(forward, BUSY)
     AND IN(0, q, scalar, 1, m) AND INDEX(1, variables, n, m) AND SAME(2, ratios, scalar, 1, n) \
     AND SAME(3, offsets, scalar, 1, n) AND SAME(4, places, 3, 3, n) AND SAME(5, screws, 6, 6, n) \
     AND SAME(6, turns, scalar, 1, n) AND IN(7, tip, 3, 3, 1) AND OUT(8, out, 6, 6, m)
-#define WORK_jacobian(WORK) WORK(9, pose_rotor_2, 4, 4, n) WORK(10, pose_place_2, 3, 3, n)
+#define WORK_jacobian(WORK) WORK(9, pose_rotor, 4, 4, n) WORK(10, pose_place, 3, 3, n) \
+    WORK(11, pose_rotor_2, 4, 4, n) WORK(12, pose_place_2, 3, 3, n)
+
+static INLINE void NAME(jacobian_1)(REAL q, REAL ratio, REAL offset, const REAL *places, const REAL *screw, REAL
+    turn, REAL *pose_rotor, REAL *pose_place, WORD *far)
+{
+    const REAL places_0 = places[0], places_1 = places[1], places_2 = places[2];
+    const REAL screw_e12 = screw[0], screw_e13 = screw[1], screw_e23 = screw[2], screw_e01 = screw[3],
+        screw_e02 = screw[4], screw_e03 = screw[5];
+    const REAL t0 = offset + q * ratio;
+    const REAL t1 = turn * t0 * (REAL)0.5;
+    const REAL t2 = SIN(t1);
+    pose_rotor[0] = COS(t1);
+    pose_rotor[1] = -(screw_e12 * t2);
+    pose_rotor[2] = -(screw_e13 * t2);
+    pose_rotor[3] = -(screw_e23 * t2);
+    pose_place[0] = places_0 + screw_e01 * t0;
+    pose_place[1] = places_1 + screw_e02 * t0;
+    pose_place[2] = places_2 + screw_e03 * t0;
+}
+#define PARTS_jacobian_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) AND NUMBER(2, 1) AND SAME(3, 3) \
+    AND SAME(4, 6) AND NUMBER(5, 1) AND OUT(6, 4) AND OUT(7, 3)
+GAC_IN_LANES(jacobian_1, TURNS)
 
 static INLINE void NAME(jacobian_2)(REAL *pose_rotor_start, REAL *pose_place_start)
 {
@@ -407,27 +431,6 @@ static INLINE void NAME(jacobian_4)(REAL *rotor, REAL *place)
 }
 #define PARTS_jacobian_4(IN, SAME, NUMBER, OUT, AND) OUT(0, 4) AND OUT(1, 3)
 GAC_IN_LANES(jacobian_4, PLAIN)
-
-static INLINE void NAME(jacobian_1)(REAL q, REAL ratio, REAL offset, const REAL *places, const REAL *screw, REAL
-    turn, REAL *pose_rotor, REAL *pose_place, WORD *far)
-{
-    const REAL places_0 = places[0], places_1 = places[1], places_2 = places[2];
-    const REAL screw_e12 = screw[0], screw_e13 = screw[1], screw_e23 = screw[2], screw_e01 = screw[3],
-        screw_e02 = screw[4], screw_e03 = screw[5];
-    const REAL t0 = offset + q * ratio;
-    const REAL t1 = turn * t0 * (REAL)0.5;
-    const REAL t2 = SIN(t1);
-    pose_rotor[0] = COS(t1);
-    pose_rotor[1] = -(screw_e12 * t2);
-    pose_rotor[2] = -(screw_e13 * t2);
-    pose_rotor[3] = -(screw_e23 * t2);
-    pose_place[0] = places_0 + screw_e01 * t0;
-    pose_place[1] = places_1 + screw_e02 * t0;
-    pose_place[2] = places_2 + screw_e03 * t0;
-}
-#define PARTS_jacobian_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) AND NUMBER(2, 1) AND SAME(3, 3) \
-    AND SAME(4, 6) AND NUMBER(5, 1) AND OUT(6, 4) AND OUT(7, 3)
-GAC_IN_LANES(jacobian_1, TURNS)
 
 static INLINE void NAME(jacobian_3)(const REAL *pose_rotor, const REAL *pose_place_2, const REAL *own_rotor, const
     REAL *pose_place_3, REAL *pose_rotor_2, REAL *pose_place_2_out)
@@ -553,7 +556,7 @@ GAC_IN_LANES(jacobian_7, PLAIN)
 intptr_t robots_jacobian_work(intptr_t m, intptr_t n)
 {
     (void)m;
-    return 4 * n + 3 * n;
+    return 4 * n + 3 * n + 4 * n + 3 * n;
 }
 #endif
 
@@ -561,16 +564,18 @@ static INLINE void NAME(jacobian_within)(intptr_t m, intptr_t n, const REAL *q, 
     const REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws, const REAL *turns,
     const REAL *tip, REAL *out, REAL *work)
 {
-    REAL pose_rotor[4], pose_place[3], pose_rotor_start[4], pose_place_start[3], *const pose_rotor_2 = work,
-    *const pose_place_2 = pose_rotor_2 + 4 * n, rotor[4], place[3], column[6], common, common_2, common_3;
+    REAL *const pose_rotor = work, *const pose_place = pose_rotor + 4 * n, pose_rotor_start[4], pose_place_start[3],
+    *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n, rotor[4], place[3],
+    column[6], common, common_2, common_3;
+    for (intptr_t i = 0; i < n; i++)
+        NAME(jacobian_1)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i, turns[i],
+    pose_rotor + 4 * i, pose_place + 3 * i, NULL);
     NAME(jacobian_2)(pose_rotor_start, pose_place_start);
     NAME(jacobian_4)(rotor, place);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(jacobian_1)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i, turns[i],
-    pose_rotor, pose_place, NULL);
         NAME(jacobian_3)(i > 0 ? pose_rotor_2 + 4 * (i - 1) : pose_rotor_start,
-    i > 0 ? pose_place_2 + 3 * (i - 1) : pose_place_start, pose_rotor, pose_place, pose_rotor_2 + 4 * i,
-    pose_place_2 + 3 * i);
+    i > 0 ? pose_place_2 + 3 * (i - 1) : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
+    pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
         NAME(jacobian_5)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, rotor, place);
     }
     NAME(jacobian_6)(tip, rotor, place, &common, &common_2, &common_3);
@@ -596,20 +601,20 @@ void NAME(jacobian)(intptr_t m, intptr_t n, const REAL *q, const int64_t *variab
 
 static INLINE WORD NAME(jacobian_lanes)(intptr_t m, intptr_t n, const REAL *q, const int64_t *variables,
     const REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws, const REAL *turns,
-    const REAL *tip, REAL *out, REAL *pose_rotor_2, REAL *pose_place_2)
+    const REAL *tip, REAL *out, REAL *pose_rotor, REAL *pose_place, REAL *pose_rotor_2, REAL *pose_place_2)
 {
-    _Alignas(64) REAL pose_rotor[4 * NLANES], pose_place[3 * NLANES], pose_rotor_start[4 * NLANES],
-    pose_place_start[3 * NLANES], rotor[4 * NLANES], place[3 * NLANES], column[6 * NLANES], common[NLANES],
-    common_2[NLANES], common_3[NLANES];
+    _Alignas(64) REAL pose_rotor_start[4 * NLANES], pose_place_start[3 * NLANES], rotor[4 * NLANES],
+    place[3 * NLANES], column[6 * NLANES], common[NLANES], common_2[NLANES], common_3[NLANES];
     WORD far = 0;
+    for (intptr_t i = 0; i < n; i++)
+        far |= NAME(jacobian_1_lanes)(q + NLANES * variables[i], ratios + i, offsets + i, places + 3 * i,
+    screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
     NAME(jacobian_2_lanes)(pose_rotor_start, pose_place_start);
     NAME(jacobian_4_lanes)(rotor, place);
     for (intptr_t i = 0; i < n; i++) {
-        far |= NAME(jacobian_1_lanes)(q + NLANES * variables[i], ratios + i, offsets + i, places + 3 * i,
-    screws + 6 * i, turns + i, pose_rotor, pose_place);
         NAME(jacobian_3_lanes)(i > 0 ? pose_rotor_2 + 4 * NLANES * (i - 1) : pose_rotor_start,
-    i > 0 ? pose_place_2 + 3 * NLANES * (i - 1) : pose_place_start, pose_rotor, pose_place,
-    pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
+    i > 0 ? pose_place_2 + 3 * NLANES * (i - 1) : pose_place_start, pose_rotor + 4 * NLANES * i,
+    pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
         NAME(jacobian_5_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i, rotor, place);
     }
     NAME(jacobian_6_lanes)(tip, rotor, place, common, common_2, common_3);
@@ -629,8 +634,30 @@ GAC_PROCEDURE(jacobian, BUSY)
     AND IN(0, q, scalar, 1, m) AND INDEX(1, variables, n, m) AND SAME(2, ratios, scalar, 1, n) \
     AND SAME(3, offsets, scalar, 1, n) AND SAME(4, places, 3, 3, n) AND SAME(5, screws, 6, 6, n) \
     AND SAME(6, turns, scalar, 1, n) AND IN(7, tip, 3, 3, 1) AND IN(8, qd, scalar, 1, m) AND OUT(9, out, 6, 6, m)
-#define WORK_jacobian_rate(WORK) WORK(10, pose_rotor_2, 4, 4, n) WORK(11, pose_place_2, 3, 3, n) \
-    WORK(12, to_parent, 6, 6, n) WORK(13, carrier_0, 6, 6, n) WORK(14, carrier_1, 6, 6, n)
+#define WORK_jacobian_rate(WORK) WORK(10, pose_rotor, 4, 4, n) WORK(11, pose_place, 3, 3, n) \
+    WORK(12, pose_rotor_2, 4, 4, n) WORK(13, pose_place_2, 3, 3, n) WORK(14, to_parent, 6, 6, n) \
+    WORK(15, carrier_0, 6, 6, n) WORK(16, carrier_1, 6, 6, n)
+
+static INLINE void NAME(jacobian_rate_1)(REAL q, REAL ratio, REAL offset, const REAL *places, const REAL *screw,
+    REAL turn, REAL *pose_rotor, REAL *pose_place, WORD *far)
+{
+    const REAL places_0 = places[0], places_1 = places[1], places_2 = places[2];
+    const REAL screw_e12 = screw[0], screw_e13 = screw[1], screw_e23 = screw[2], screw_e01 = screw[3],
+        screw_e02 = screw[4], screw_e03 = screw[5];
+    const REAL t0 = offset + q * ratio;
+    const REAL t1 = turn * t0 * (REAL)0.5;
+    const REAL t2 = SIN(t1);
+    pose_rotor[0] = COS(t1);
+    pose_rotor[1] = -(screw_e12 * t2);
+    pose_rotor[2] = -(screw_e13 * t2);
+    pose_rotor[3] = -(screw_e23 * t2);
+    pose_place[0] = places_0 + screw_e01 * t0;
+    pose_place[1] = places_1 + screw_e02 * t0;
+    pose_place[2] = places_2 + screw_e03 * t0;
+}
+#define PARTS_jacobian_rate_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) AND NUMBER(2, 1) \
+    AND SAME(3, 3) AND SAME(4, 6) AND NUMBER(5, 1) AND OUT(6, 4) AND OUT(7, 3)
+GAC_IN_LANES(jacobian_rate_1, TURNS)
 
 static INLINE void NAME(jacobian_rate_2)(REAL *pose_rotor_start, REAL *pose_place_start)
 {
@@ -687,27 +714,6 @@ static INLINE void NAME(jacobian_rate_9)(REAL *value)
 }
 #define PARTS_jacobian_rate_9(IN, SAME, NUMBER, OUT, AND) OUT(0, 6)
 GAC_IN_LANES(jacobian_rate_9, PLAIN)
-
-static INLINE void NAME(jacobian_rate_1)(REAL q, REAL ratio, REAL offset, const REAL *places, const REAL *screw,
-    REAL turn, REAL *pose_rotor, REAL *pose_place, WORD *far)
-{
-    const REAL places_0 = places[0], places_1 = places[1], places_2 = places[2];
-    const REAL screw_e12 = screw[0], screw_e13 = screw[1], screw_e23 = screw[2], screw_e01 = screw[3],
-        screw_e02 = screw[4], screw_e03 = screw[5];
-    const REAL t0 = offset + q * ratio;
-    const REAL t1 = turn * t0 * (REAL)0.5;
-    const REAL t2 = SIN(t1);
-    pose_rotor[0] = COS(t1);
-    pose_rotor[1] = -(screw_e12 * t2);
-    pose_rotor[2] = -(screw_e13 * t2);
-    pose_rotor[3] = -(screw_e23 * t2);
-    pose_place[0] = places_0 + screw_e01 * t0;
-    pose_place[1] = places_1 + screw_e02 * t0;
-    pose_place[2] = places_2 + screw_e03 * t0;
-}
-#define PARTS_jacobian_rate_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) AND NUMBER(2, 1) \
-    AND SAME(3, 3) AND SAME(4, 6) AND NUMBER(5, 1) AND OUT(6, 4) AND OUT(7, 3)
-GAC_IN_LANES(jacobian_rate_1, TURNS)
 
 static INLINE void NAME(jacobian_rate_3)(const REAL *pose_rotor, const REAL *pose_place_2, const REAL *own_rotor,
     const REAL *pose_place_3, REAL *pose_rotor_2, REAL *pose_place_2_out)
@@ -901,7 +907,7 @@ GAC_IN_LANES(jacobian_rate_12, PLAIN)
 intptr_t robots_jacobian_rate_work(intptr_t m, intptr_t n)
 {
     (void)m;
-    return 4 * n + 3 * n + 6 * n + 6 * n + 6 * n;
+    return 4 * n + 3 * n + 4 * n + 3 * n + 6 * n + 6 * n + 6 * n;
 }
 #endif
 
@@ -909,21 +915,22 @@ static INLINE void NAME(jacobian_rate_within)(intptr_t m, intptr_t n, const REAL
     const REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws, const REAL *turns,
     const REAL *tip, const REAL *qd, REAL *out, REAL *work)
 {
-    REAL pose_rotor[4], pose_place[3], pose_rotor_start[4], pose_place_start[3], *const pose_rotor_2 = work,
-    *const pose_place_2 = pose_rotor_2 + 4 * n, rotor[4], place[3], *const to_parent = pose_place_2 + 3 * n,
-    carrier_0_start[6], carrier_1_start[6], *const carrier_0 = to_parent + 6 * n,
-    *const carrier_1 = carrier_0 + 6 * n, value[6], column[6], common, common_2, common_3, common_4, common_5,
-    common_6;
+    REAL *const pose_rotor = work, *const pose_place = pose_rotor + 4 * n, pose_rotor_start[4], pose_place_start[3],
+    *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n, rotor[4], place[3],
+    *const to_parent = pose_place_2 + 3 * n, carrier_0_start[6], carrier_1_start[6],
+    *const carrier_0 = to_parent + 6 * n, *const carrier_1 = carrier_0 + 6 * n, value[6], column[6], common,
+    common_2, common_3, common_4, common_5, common_6;
+    for (intptr_t i = 0; i < n; i++)
+        NAME(jacobian_rate_1)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i, turns[i],
+    pose_rotor + 4 * i, pose_place + 3 * i, NULL);
     NAME(jacobian_rate_2)(pose_rotor_start, pose_place_start);
     NAME(jacobian_rate_4)(rotor, place);
     NAME(jacobian_rate_7)(carrier_0_start, carrier_1_start);
     NAME(jacobian_rate_9)(value);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(jacobian_rate_1)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i, turns[i],
-    pose_rotor, pose_place, NULL);
         NAME(jacobian_rate_3)(i > 0 ? pose_rotor_2 + 4 * (i - 1) : pose_rotor_start,
-    i > 0 ? pose_place_2 + 3 * (i - 1) : pose_place_start, pose_rotor, pose_place, pose_rotor_2 + 4 * i,
-    pose_place_2 + 3 * i);
+    i > 0 ? pose_place_2 + 3 * (i - 1) : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
+    pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
         NAME(jacobian_rate_5)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, rotor, place);
         NAME(jacobian_rate_6)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, screws + 6 * i, to_parent + 6 * i);
         NAME(jacobian_rate_8)(i > 0 ? carrier_0 + 6 * (i - 1) : carrier_0_start, to_parent + 6 * i,
@@ -954,24 +961,25 @@ void NAME(jacobian_rate)(intptr_t m, intptr_t n, const REAL *q, const int64_t *v
 
 static INLINE WORD NAME(jacobian_rate_lanes)(intptr_t m, intptr_t n, const REAL *q, const int64_t *variables,
     const REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws, const REAL *turns,
-    const REAL *tip, const REAL *qd, REAL *out, REAL *pose_rotor_2, REAL *pose_place_2, REAL *to_parent,
-    REAL *carrier_0, REAL *carrier_1)
+    const REAL *tip, const REAL *qd, REAL *out, REAL *pose_rotor, REAL *pose_place, REAL *pose_rotor_2,
+    REAL *pose_place_2, REAL *to_parent, REAL *carrier_0, REAL *carrier_1)
 {
-    _Alignas(64) REAL pose_rotor[4 * NLANES], pose_place[3 * NLANES], pose_rotor_start[4 * NLANES],
-    pose_place_start[3 * NLANES], rotor[4 * NLANES], place[3 * NLANES], carrier_0_start[6 * NLANES],
-    carrier_1_start[6 * NLANES], value[6 * NLANES], column[6 * NLANES], common[NLANES], common_2[NLANES],
-    common_3[NLANES], common_4[NLANES], common_5[NLANES], common_6[NLANES];
+    _Alignas(64) REAL pose_rotor_start[4 * NLANES], pose_place_start[3 * NLANES], rotor[4 * NLANES],
+    place[3 * NLANES], carrier_0_start[6 * NLANES], carrier_1_start[6 * NLANES], value[6 * NLANES],
+    column[6 * NLANES], common[NLANES], common_2[NLANES], common_3[NLANES], common_4[NLANES], common_5[NLANES],
+    common_6[NLANES];
     WORD far = 0;
+    for (intptr_t i = 0; i < n; i++)
+        far |= NAME(jacobian_rate_1_lanes)(q + NLANES * variables[i], ratios + i, offsets + i, places + 3 * i,
+    screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
     NAME(jacobian_rate_2_lanes)(pose_rotor_start, pose_place_start);
     NAME(jacobian_rate_4_lanes)(rotor, place);
     NAME(jacobian_rate_7_lanes)(carrier_0_start, carrier_1_start);
     NAME(jacobian_rate_9_lanes)(value);
     for (intptr_t i = 0; i < n; i++) {
-        far |= NAME(jacobian_rate_1_lanes)(q + NLANES * variables[i], ratios + i, offsets + i, places + 3 * i,
-    screws + 6 * i, turns + i, pose_rotor, pose_place);
         NAME(jacobian_rate_3_lanes)(i > 0 ? pose_rotor_2 + 4 * NLANES * (i - 1) : pose_rotor_start,
-    i > 0 ? pose_place_2 + 3 * NLANES * (i - 1) : pose_place_start, pose_rotor, pose_place,
-    pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
+    i > 0 ? pose_place_2 + 3 * NLANES * (i - 1) : pose_place_start, pose_rotor + 4 * NLANES * i,
+    pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
         NAME(jacobian_rate_5_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i, rotor, place);
         NAME(jacobian_rate_6_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i, screws + 6 * i,
     to_parent + 6 * NLANES * i);
@@ -998,20 +1006,8 @@ GAC_PROCEDURE(jacobian_rate, BUSY)
     AND IN(0, q, scalar, 1, m) AND INDEX(1, parents, n, n) AND INDEX(2, variables, n, m) \
     AND SAME(3, ratios, scalar, 1, n) AND SAME(4, offsets, scalar, 1, n) AND SAME(5, places, 3, 3, n) \
     AND SAME(6, screws, 6, 6, n) AND SAME(7, turns, scalar, 1, n) AND OUT(8, out, 6, 6, n)
-#define WORK_twists_of_joints(WORK) WORK(9, pose_rotor_2, 4, 4, n) WORK(10, pose_place_2, 3, 3, n)
-
-static INLINE void NAME(twists_of_joints_2)(REAL *pose_rotor_start, REAL *pose_place_start)
-{
-    pose_rotor_start[0] = (REAL)1;
-    pose_rotor_start[1] = (REAL)0;
-    pose_rotor_start[2] = (REAL)0;
-    pose_rotor_start[3] = (REAL)0;
-    pose_place_start[0] = (REAL)0;
-    pose_place_start[1] = (REAL)0;
-    pose_place_start[2] = (REAL)0;
-}
-#define PARTS_twists_of_joints_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 4) AND OUT(1, 3)
-GAC_IN_LANES(twists_of_joints_2, PLAIN)
+#define WORK_twists_of_joints(WORK) WORK(9, pose_rotor, 4, 4, n) WORK(10, pose_place, 3, 3, n) \
+    WORK(11, pose_rotor_2, 4, 4, n) WORK(12, pose_place_2, 3, 3, n)
 
 static INLINE void NAME(twists_of_joints_1)(REAL q, REAL ratio, REAL offset, const REAL *places, const REAL *screw,
     REAL turn, REAL *pose_rotor, REAL *pose_place, WORD *far)
@@ -1033,6 +1029,19 @@ static INLINE void NAME(twists_of_joints_1)(REAL q, REAL ratio, REAL offset, con
 #define PARTS_twists_of_joints_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) AND NUMBER(2, 1) \
     AND SAME(3, 3) AND SAME(4, 6) AND NUMBER(5, 1) AND OUT(6, 4) AND OUT(7, 3)
 GAC_IN_LANES(twists_of_joints_1, TURNS)
+
+static INLINE void NAME(twists_of_joints_2)(REAL *pose_rotor_start, REAL *pose_place_start)
+{
+    pose_rotor_start[0] = (REAL)1;
+    pose_rotor_start[1] = (REAL)0;
+    pose_rotor_start[2] = (REAL)0;
+    pose_rotor_start[3] = (REAL)0;
+    pose_place_start[0] = (REAL)0;
+    pose_place_start[1] = (REAL)0;
+    pose_place_start[2] = (REAL)0;
+}
+#define PARTS_twists_of_joints_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 4) AND OUT(1, 3)
+GAC_IN_LANES(twists_of_joints_2, PLAIN)
 
 static INLINE void NAME(twists_of_joints_3)(const REAL *pose_rotor, const REAL *pose_place_2, const REAL *own_rotor,
     const REAL *pose_place_3, REAL *pose_rotor_2, REAL *pose_place_2_out)
@@ -1118,7 +1127,7 @@ GAC_IN_LANES(twists_of_joints_4, PLAIN)
 intptr_t robots_twists_of_joints_work(intptr_t m, intptr_t n)
 {
     (void)m;
-    return 4 * n + 3 * n;
+    return 4 * n + 3 * n + 4 * n + 3 * n;
 }
 #endif
 
@@ -1127,14 +1136,15 @@ static INLINE void NAME(twists_of_joints_within)(intptr_t m, intptr_t n, const R
     const REAL *turns, REAL *out, REAL *work)
 {
     (void)m;
-    REAL pose_rotor[4], pose_place[3], pose_rotor_start[4], pose_place_start[3], *const pose_rotor_2 = work,
-    *const pose_place_2 = pose_rotor_2 + 4 * n;
+    REAL *const pose_rotor = work, *const pose_place = pose_rotor + 4 * n, pose_rotor_start[4], pose_place_start[3],
+    *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n;
+    for (intptr_t i = 0; i < n; i++)
+        NAME(twists_of_joints_1)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i, turns[i],
+    pose_rotor + 4 * i, pose_place + 3 * i, NULL);
     NAME(twists_of_joints_2)(pose_rotor_start, pose_place_start);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(twists_of_joints_1)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i, turns[i],
-    pose_rotor, pose_place, NULL);
         NAME(twists_of_joints_3)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor, pose_place,
+    parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
     pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
         NAME(twists_of_joints_4)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, screws + 6 * i, out + 6 * i);
     }
@@ -1153,19 +1163,19 @@ void NAME(twists_of_joints)(intptr_t m, intptr_t n, const REAL *q, const int64_t
 
 static INLINE WORD NAME(twists_of_joints_lanes)(intptr_t m, intptr_t n, const REAL *q, const int64_t *parents,
     const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws,
-    const REAL *turns, REAL *out, REAL *pose_rotor_2, REAL *pose_place_2)
+    const REAL *turns, REAL *out, REAL *pose_rotor, REAL *pose_place, REAL *pose_rotor_2, REAL *pose_place_2)
 {
     (void)m;
-    _Alignas(64) REAL pose_rotor[4 * NLANES], pose_place[3 * NLANES], pose_rotor_start[4 * NLANES],
-    pose_place_start[3 * NLANES];
+    _Alignas(64) REAL pose_rotor_start[4 * NLANES], pose_place_start[3 * NLANES];
     WORD far = 0;
+    for (intptr_t i = 0; i < n; i++)
+        far |= NAME(twists_of_joints_1_lanes)(q + NLANES * variables[i], ratios + i, offsets + i, places + 3 * i,
+    screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
     NAME(twists_of_joints_2_lanes)(pose_rotor_start, pose_place_start);
     for (intptr_t i = 0; i < n; i++) {
-        far |= NAME(twists_of_joints_1_lanes)(q + NLANES * variables[i], ratios + i, offsets + i, places + 3 * i,
-    screws + 6 * i, turns + i, pose_rotor, pose_place);
         NAME(twists_of_joints_3_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor, pose_place,
-    pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
+    parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor + 4 * NLANES * i,
+    pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
         NAME(twists_of_joints_4_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i, screws + 6 * i,
     out + 6 * NLANES * i);
     }
@@ -1181,22 +1191,10 @@ GAC_PROCEDURE(twists_of_joints, BUSY)
     AND INDEX(9, lower, p, n) AND INDEX(10, upper, p, n) AND INDEX(11, rows, p, m) AND INDEX(12, columns, p, m) \
     AND INDEX(13, mirrored, p, m) AND SAME(14, factors, scalar, 1, p) AND SAME(15, armature, scalar, 1, p) \
     AND OUT(16, out, scalar, 1, m * m)
-#define WORK_mass_matrix(WORK) WORK(17, pose_rotor_2, 4, 4, n) WORK(18, pose_place_2, 3, 3, n) \
-    WORK(19, to_parent, 6, 6, n) WORK(20, placed, 10, 10, n) WORK(21, carried, 10, 10, n) \
-    WORK(22, momentum, 6, 6, n) WORK(23, mapped, scalar, 1, p)
-
-static INLINE void NAME(mass_matrix_2)(REAL *pose_rotor_start, REAL *pose_place_start)
-{
-    pose_rotor_start[0] = (REAL)1;
-    pose_rotor_start[1] = (REAL)0;
-    pose_rotor_start[2] = (REAL)0;
-    pose_rotor_start[3] = (REAL)0;
-    pose_place_start[0] = (REAL)0;
-    pose_place_start[1] = (REAL)0;
-    pose_place_start[2] = (REAL)0;
-}
-#define PARTS_mass_matrix_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 4) AND OUT(1, 3)
-GAC_IN_LANES(mass_matrix_2, PLAIN)
+#define WORK_mass_matrix(WORK) WORK(17, pose_rotor, 4, 4, n) WORK(18, pose_place, 3, 3, n) \
+    WORK(19, pose_rotor_2, 4, 4, n) WORK(20, pose_place_2, 3, 3, n) WORK(21, to_parent, 6, 6, n) \
+    WORK(22, placed, 10, 10, n) WORK(23, carried, 10, 10, n) WORK(24, momentum, 6, 6, n) \
+    WORK(25, mapped, scalar, 1, p)
 
 static INLINE void NAME(mass_matrix_1)(REAL q, REAL ratio, REAL offset, const REAL *places, const REAL *screw, REAL
     turn, REAL *pose_rotor, REAL *pose_place, WORD *far)
@@ -1218,6 +1216,19 @@ static INLINE void NAME(mass_matrix_1)(REAL q, REAL ratio, REAL offset, const RE
 #define PARTS_mass_matrix_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) AND NUMBER(2, 1) \
     AND SAME(3, 3) AND SAME(4, 6) AND NUMBER(5, 1) AND OUT(6, 4) AND OUT(7, 3)
 GAC_IN_LANES(mass_matrix_1, TURNS)
+
+static INLINE void NAME(mass_matrix_2)(REAL *pose_rotor_start, REAL *pose_place_start)
+{
+    pose_rotor_start[0] = (REAL)1;
+    pose_rotor_start[1] = (REAL)0;
+    pose_rotor_start[2] = (REAL)0;
+    pose_rotor_start[3] = (REAL)0;
+    pose_place_start[0] = (REAL)0;
+    pose_place_start[1] = (REAL)0;
+    pose_place_start[2] = (REAL)0;
+}
+#define PARTS_mass_matrix_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 4) AND OUT(1, 3)
+GAC_IN_LANES(mass_matrix_2, PLAIN)
 
 static INLINE void NAME(mass_matrix_3)(const REAL *pose_rotor, const REAL *pose_place_2, const REAL *own_rotor,
     const REAL *pose_place_3, REAL *pose_rotor_2, REAL *pose_place_2_out)
@@ -1430,7 +1441,7 @@ GAC_IN_LANES(mass_matrix_8, PLAIN)
 intptr_t robots_mass_matrix_work(intptr_t m, intptr_t n, intptr_t p)
 {
     (void)m;
-    return 4 * n + 3 * n + 6 * n + 10 * n + 10 * n + 6 * n + p;
+    return 4 * n + 3 * n + 4 * n + 3 * n + 6 * n + 10 * n + 10 * n + 6 * n + p;
 }
 #endif
 
@@ -1440,16 +1451,17 @@ static INLINE void NAME(mass_matrix_within)(intptr_t m, intptr_t n, intptr_t p, 
     const int64_t *rows, const int64_t *columns, const int64_t *mirrored, const REAL *factors, const REAL *armature,
     REAL *out, REAL *work)
 {
-    REAL pose_rotor[4], pose_place[3], pose_rotor_start[4], pose_place_start[3], *const pose_rotor_2 = work,
-    *const pose_place_2 = pose_rotor_2 + 4 * n, *const to_parent = pose_place_2 + 3 * n,
-    *const placed = to_parent + 6 * n, *const carried = placed + 10 * n, value[10],
-    *const momentum = carried + 10 * n, *const mapped = momentum + 6 * n;
+    REAL *const pose_rotor = work, *const pose_place = pose_rotor + 4 * n, pose_rotor_start[4], pose_place_start[3],
+    *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n,
+    *const to_parent = pose_place_2 + 3 * n, *const placed = to_parent + 6 * n, *const carried = placed + 10 * n,
+    value[10], *const momentum = carried + 10 * n, *const mapped = momentum + 6 * n;
+    for (intptr_t i = 0; i < n; i++)
+        NAME(mass_matrix_1)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i, turns[i],
+    pose_rotor + 4 * i, pose_place + 3 * i, NULL);
     NAME(mass_matrix_2)(pose_rotor_start, pose_place_start);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(mass_matrix_1)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i, turns[i],
-    pose_rotor, pose_place, NULL);
         NAME(mass_matrix_3)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor, pose_place,
+    parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
     pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
         NAME(mass_matrix_4)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, screws + 6 * i, to_parent + 6 * i);
         NAME(mass_matrix_5)(inertias + 10 * i, pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, placed + 10 * i);
@@ -1494,19 +1506,19 @@ static INLINE WORD NAME(mass_matrix_lanes)(intptr_t m, intptr_t n, intptr_t p, c
     const int64_t *parents, const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places,
     const REAL *screws, const REAL *turns, const REAL *inertias, const int64_t *lower, const int64_t *upper,
     const int64_t *rows, const int64_t *columns, const int64_t *mirrored, const REAL *factors, const REAL *armature,
-    REAL *out, REAL *pose_rotor_2, REAL *pose_place_2, REAL *to_parent, REAL *placed, REAL *carried, REAL *momentum,
-    REAL *mapped)
+    REAL *out, REAL *pose_rotor, REAL *pose_place, REAL *pose_rotor_2, REAL *pose_place_2, REAL *to_parent,
+    REAL *placed, REAL *carried, REAL *momentum, REAL *mapped)
 {
-    _Alignas(64) REAL pose_rotor[4 * NLANES], pose_place[3 * NLANES], pose_rotor_start[4 * NLANES],
-    pose_place_start[3 * NLANES], value[10 * NLANES];
+    _Alignas(64) REAL pose_rotor_start[4 * NLANES], pose_place_start[3 * NLANES], value[10 * NLANES];
     WORD far = 0;
+    for (intptr_t i = 0; i < n; i++)
+        far |= NAME(mass_matrix_1_lanes)(q + NLANES * variables[i], ratios + i, offsets + i, places + 3 * i,
+    screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
     NAME(mass_matrix_2_lanes)(pose_rotor_start, pose_place_start);
     for (intptr_t i = 0; i < n; i++) {
-        far |= NAME(mass_matrix_1_lanes)(q + NLANES * variables[i], ratios + i, offsets + i, places + 3 * i,
-    screws + 6 * i, turns + i, pose_rotor, pose_place);
         NAME(mass_matrix_3_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor, pose_place,
-    pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
+    parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor + 4 * NLANES * i,
+    pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
         NAME(mass_matrix_4_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i, screws + 6 * i,
     to_parent + 6 * NLANES * i);
         NAME(mass_matrix_5_lanes)(inertias + 10 * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i,
@@ -1541,12 +1553,33 @@ GAC_PROCEDURE(mass_matrix, BUSY)
     AND SAME(6, screws, 6, 6, n) AND SAME(7, turns, scalar, 1, n) AND IN(8, qd, scalar, 1, m) \
     AND IN(9, tau, scalar, 1, m) AND SAME(10, inertias, 10, 10, n) AND SAME(11, armature, scalar, 1, n) \
     AND IN(12, gravity, 3, 3, 1) AND OUT(13, out, scalar, 1, m)
-#define WORK_forward_dynamics(WORK) WORK(14, pose_rotor_2, 4, 4, n) WORK(15, pose_place_2, 3, 3, n) \
-    WORK(16, to_parent, 6, 6, n) WORK(17, mapped, scalar, 1, n) WORK(18, carrier, 6, 6, n) \
-    WORK(19, carried_0_inertia, 21, 21, n) WORK(20, carried_0_mass, scalar, 1, n) \
-    WORK(21, carried_0_spread, scalar, 1, n) WORK(22, carried_1, 6, 6, n) WORK(23, inward_0, 6, 6, n) \
-    WORK(24, inward_1, scalar, 1, n) WORK(25, inward_2, scalar, 1, n) WORK(26, inward_3, 6, 6, n) \
-    WORK(27, carrier_0, 6, 6, n)
+#define WORK_forward_dynamics(WORK) WORK(14, pose_rotor, 4, 4, n) WORK(15, pose_place, 3, 3, n) \
+    WORK(16, pose_rotor_2, 4, 4, n) WORK(17, pose_place_2, 3, 3, n) WORK(18, to_parent, 6, 6, n) \
+    WORK(19, mapped, scalar, 1, n) WORK(20, carrier, 6, 6, n) WORK(21, carried_0_inertia, 21, 21, n) \
+    WORK(22, carried_0_mass, scalar, 1, n) WORK(23, carried_0_spread, scalar, 1, n) WORK(24, carried_1, 6, 6, n) \
+    WORK(25, inward_0, 6, 6, n) WORK(26, inward_1, scalar, 1, n) WORK(27, inward_2, scalar, 1, n) \
+    WORK(28, inward_3, 6, 6, n) WORK(29, carrier_0, 6, 6, n)
+
+static INLINE void NAME(forward_dynamics_1)(REAL q, REAL ratio, REAL offset, const REAL *places, const REAL *screw,
+    REAL turn, REAL *pose_rotor, REAL *pose_place, WORD *far)
+{
+    const REAL places_0 = places[0], places_1 = places[1], places_2 = places[2];
+    const REAL screw_e12 = screw[0], screw_e13 = screw[1], screw_e23 = screw[2], screw_e01 = screw[3],
+        screw_e02 = screw[4], screw_e03 = screw[5];
+    const REAL t0 = offset + q * ratio;
+    const REAL t1 = turn * t0 * (REAL)0.5;
+    const REAL t2 = SIN(t1);
+    pose_rotor[0] = COS(t1);
+    pose_rotor[1] = -(screw_e12 * t2);
+    pose_rotor[2] = -(screw_e13 * t2);
+    pose_rotor[3] = -(screw_e23 * t2);
+    pose_place[0] = places_0 + screw_e01 * t0;
+    pose_place[1] = places_1 + screw_e02 * t0;
+    pose_place[2] = places_2 + screw_e03 * t0;
+}
+#define PARTS_forward_dynamics_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) AND NUMBER(2, 1) \
+    AND SAME(3, 3) AND SAME(4, 6) AND NUMBER(5, 1) AND OUT(6, 4) AND OUT(7, 3)
+GAC_IN_LANES(forward_dynamics_1, TURNS)
 
 static INLINE void NAME(forward_dynamics_2)(REAL *pose_rotor_start, REAL *pose_place_start)
 {
@@ -1572,27 +1605,6 @@ static INLINE void NAME(forward_dynamics_6)(REAL *carrier_start)
 }
 #define PARTS_forward_dynamics_6(IN, SAME, NUMBER, OUT, AND) OUT(0, 6)
 GAC_IN_LANES(forward_dynamics_6, PLAIN)
-
-static INLINE void NAME(forward_dynamics_1)(REAL q, REAL ratio, REAL offset, const REAL *places, const REAL *screw,
-    REAL turn, REAL *pose_rotor, REAL *pose_place, WORD *far)
-{
-    const REAL places_0 = places[0], places_1 = places[1], places_2 = places[2];
-    const REAL screw_e12 = screw[0], screw_e13 = screw[1], screw_e23 = screw[2], screw_e01 = screw[3],
-        screw_e02 = screw[4], screw_e03 = screw[5];
-    const REAL t0 = offset + q * ratio;
-    const REAL t1 = turn * t0 * (REAL)0.5;
-    const REAL t2 = SIN(t1);
-    pose_rotor[0] = COS(t1);
-    pose_rotor[1] = -(screw_e12 * t2);
-    pose_rotor[2] = -(screw_e13 * t2);
-    pose_rotor[3] = -(screw_e23 * t2);
-    pose_place[0] = places_0 + screw_e01 * t0;
-    pose_place[1] = places_1 + screw_e02 * t0;
-    pose_place[2] = places_2 + screw_e03 * t0;
-}
-#define PARTS_forward_dynamics_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) AND NUMBER(2, 1) \
-    AND SAME(3, 3) AND SAME(4, 6) AND NUMBER(5, 1) AND OUT(6, 4) AND OUT(7, 3)
-GAC_IN_LANES(forward_dynamics_1, TURNS)
 
 static INLINE void NAME(forward_dynamics_3)(const REAL *pose_rotor, const REAL *pose_place_2, const REAL *own_rotor,
     const REAL *pose_place_3, REAL *pose_rotor_2, REAL *pose_place_2_out)
@@ -1980,7 +1992,8 @@ GAC_IN_LANES(forward_dynamics_11, PLAIN)
 intptr_t robots_forward_dynamics_work(intptr_t m, intptr_t n)
 {
     (void)m;
-    return 4 * n + 3 * n + 6 * n + n + 6 * n + 21 * n + n + n + 6 * n + 6 * n + n + n + 6 * n + 6 * n;
+    return 4 * n + 3 * n + 4 * n + 3 * n + 6 * n + n + 6 * n + 21 * n + n + n + 6 * n + 6 * n + n + n + 6 * n + 6 *
+        n;
 }
 #endif
 
@@ -1989,21 +2002,23 @@ static INLINE void NAME(forward_dynamics_within)(intptr_t m, intptr_t n, const R
     const REAL *turns, const REAL *qd, const REAL *tau, const REAL *inertias, const REAL *armature,
     const REAL *gravity, REAL *out, REAL *work)
 {
-    REAL pose_rotor[4], pose_place[3], pose_rotor_start[4], pose_place_start[3], *const pose_rotor_2 = work,
-    *const pose_place_2 = pose_rotor_2 + 4 * n, *const to_parent = pose_place_2 + 3 * n,
-    *const mapped = to_parent + 6 * n, carrier_start[6], *const carrier = mapped + n,
-    *const carried_0_inertia = carrier + 6 * n, *const carried_0_mass = carried_0_inertia + 21 * n,
-    *const carried_0_spread = carried_0_mass + n, *const carried_1 = carried_0_spread + n, value_0_inertia[21],
-    value_0_mass, value_0_spread, value_1[6], *const inward_0 = carried_1 + 6 * n,
-    *const inward_1 = inward_0 + 6 * n, *const inward_2 = inward_1 + n, *const inward_3 = inward_2 + n,
-    carrier_0_start[6], carrier_1_start, *const carrier_0 = inward_3 + 6 * n, carrier_1, mapped_2;
+    REAL *const pose_rotor = work, *const pose_place = pose_rotor + 4 * n, pose_rotor_start[4], pose_place_start[3],
+    *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n,
+    *const to_parent = pose_place_2 + 3 * n, *const mapped = to_parent + 6 * n, carrier_start[6],
+    *const carrier = mapped + n, *const carried_0_inertia = carrier + 6 * n,
+    *const carried_0_mass = carried_0_inertia + 21 * n, *const carried_0_spread = carried_0_mass + n,
+    *const carried_1 = carried_0_spread + n, value_0_inertia[21], value_0_mass, value_0_spread, value_1[6],
+    *const inward_0 = carried_1 + 6 * n, *const inward_1 = inward_0 + 6 * n, *const inward_2 = inward_1 + n,
+    *const inward_3 = inward_2 + n, carrier_0_start[6], carrier_1_start, *const carrier_0 = inward_3 + 6 * n,
+    carrier_1, mapped_2;
+    for (intptr_t i = 0; i < n; i++)
+        NAME(forward_dynamics_1)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i, turns[i],
+    pose_rotor + 4 * i, pose_place + 3 * i, NULL);
     NAME(forward_dynamics_2)(pose_rotor_start, pose_place_start);
     NAME(forward_dynamics_6)(carrier_start);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(forward_dynamics_1)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i, turns[i],
-    pose_rotor, pose_place, NULL);
         NAME(forward_dynamics_3)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor, pose_place,
+    parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
     pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
         NAME(forward_dynamics_4)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, screws + 6 * i, to_parent + 6 * i);
         NAME(forward_dynamics_5)(qd[variables[i]], ratios[i], mapped + i);
@@ -2057,23 +2072,24 @@ void NAME(forward_dynamics)(intptr_t m, intptr_t n, const REAL *q, const int64_t
 static INLINE WORD NAME(forward_dynamics_lanes)(intptr_t m, intptr_t n, const REAL *q, const int64_t *parents,
     const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws,
     const REAL *turns, const REAL *qd, const REAL *tau, const REAL *inertias, const REAL *armature,
-    const REAL *gravity, REAL *out, REAL *pose_rotor_2, REAL *pose_place_2, REAL *to_parent, REAL *mapped,
-    REAL *carrier, REAL *carried_0_inertia, REAL *carried_0_mass, REAL *carried_0_spread, REAL *carried_1,
-    REAL *inward_0, REAL *inward_1, REAL *inward_2, REAL *inward_3, REAL *carrier_0)
+    const REAL *gravity, REAL *out, REAL *pose_rotor, REAL *pose_place, REAL *pose_rotor_2, REAL *pose_place_2,
+    REAL *to_parent, REAL *mapped, REAL *carrier, REAL *carried_0_inertia, REAL *carried_0_mass,
+    REAL *carried_0_spread, REAL *carried_1, REAL *inward_0, REAL *inward_1, REAL *inward_2, REAL *inward_3,
+    REAL *carrier_0)
 {
-    _Alignas(64) REAL pose_rotor[4 * NLANES], pose_place[3 * NLANES], pose_rotor_start[4 * NLANES],
-    pose_place_start[3 * NLANES], carrier_start[6 * NLANES], value_0_inertia[21 * NLANES], value_0_mass[NLANES],
-    value_0_spread[NLANES], value_1[6 * NLANES], carrier_0_start[6 * NLANES], carrier_1_start[NLANES],
-    carrier_1[NLANES], mapped_2[NLANES];
+    _Alignas(64) REAL pose_rotor_start[4 * NLANES], pose_place_start[3 * NLANES], carrier_start[6 * NLANES],
+    value_0_inertia[21 * NLANES], value_0_mass[NLANES], value_0_spread[NLANES], value_1[6 * NLANES],
+    carrier_0_start[6 * NLANES], carrier_1_start[NLANES], carrier_1[NLANES], mapped_2[NLANES];
     WORD far = 0;
+    for (intptr_t i = 0; i < n; i++)
+        far |= NAME(forward_dynamics_1_lanes)(q + NLANES * variables[i], ratios + i, offsets + i, places + 3 * i,
+    screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
     NAME(forward_dynamics_2_lanes)(pose_rotor_start, pose_place_start);
     NAME(forward_dynamics_6_lanes)(carrier_start);
     for (intptr_t i = 0; i < n; i++) {
-        far |= NAME(forward_dynamics_1_lanes)(q + NLANES * variables[i], ratios + i, offsets + i, places + 3 * i,
-    screws + 6 * i, turns + i, pose_rotor, pose_place);
         NAME(forward_dynamics_3_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor, pose_place,
-    pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
+    parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor + 4 * NLANES * i,
+    pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
         NAME(forward_dynamics_4_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i, screws + 6 * i,
     to_parent + 6 * NLANES * i);
         NAME(forward_dynamics_5_lanes)(qd + NLANES * variables[i], ratios + i, mapped + NLANES * i);
@@ -2124,24 +2140,11 @@ GAC_PROCEDURE(forward_dynamics, BUSY)
     AND INDEX(14, joints, r, n) AND INDEX(15, pairs, r, p) AND SAME(16, is_carrier, scalar, 1, r) \
     AND SAME(17, factors, scalar, 1, r) AND INDEX(18, rows, r, m) AND INDEX(19, columns, r, m) \
     AND INDEX(20, mirrored, r, m) AND OUT(21, out, scalar, 1, m * m)
-#define WORK_inverse_mass_matrix(WORK) WORK(22, pose_rotor_2, 4, 4, n) WORK(23, pose_place_2, 3, 3, n) \
-    WORK(24, to_parent, 6, 6, n) WORK(25, carried_inertia, 21, 21, n) WORK(26, carried_mass, scalar, 1, n) \
-    WORK(27, carried_spread, scalar, 1, n) WORK(28, inward_0, 6, 6, n) WORK(29, inward_1, scalar, 1, n) \
-    WORK(30, carried_0, 6, 6, p) WORK(31, carried_1, scalar, 1, p) WORK(32, carrier_0, 6, 6, r) \
-    WORK(33, mapped, scalar, 1, r)
-
-static INLINE void NAME(inverse_mass_matrix_2)(REAL *pose_rotor_start, REAL *pose_place_start)
-{
-    pose_rotor_start[0] = (REAL)1;
-    pose_rotor_start[1] = (REAL)0;
-    pose_rotor_start[2] = (REAL)0;
-    pose_rotor_start[3] = (REAL)0;
-    pose_place_start[0] = (REAL)0;
-    pose_place_start[1] = (REAL)0;
-    pose_place_start[2] = (REAL)0;
-}
-#define PARTS_inverse_mass_matrix_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 4) AND OUT(1, 3)
-GAC_IN_LANES(inverse_mass_matrix_2, PLAIN)
+#define WORK_inverse_mass_matrix(WORK) WORK(22, pose_rotor, 4, 4, n) WORK(23, pose_place, 3, 3, n) \
+    WORK(24, pose_rotor_2, 4, 4, n) WORK(25, pose_place_2, 3, 3, n) WORK(26, to_parent, 6, 6, n) \
+    WORK(27, carried_inertia, 21, 21, n) WORK(28, carried_mass, scalar, 1, n) WORK(29, carried_spread, scalar, 1, n) \
+    WORK(30, inward_0, 6, 6, n) WORK(31, inward_1, scalar, 1, n) WORK(32, carried_0, 6, 6, p) \
+    WORK(33, carried_1, scalar, 1, p) WORK(34, carrier_0, 6, 6, r) WORK(35, mapped, scalar, 1, r)
 
 static INLINE void NAME(inverse_mass_matrix_1)(REAL q, REAL ratio, REAL offset, const REAL *places, const REAL
     *screw, REAL turn, REAL *pose_rotor, REAL *pose_place, WORD *far)
@@ -2163,6 +2166,19 @@ static INLINE void NAME(inverse_mass_matrix_1)(REAL q, REAL ratio, REAL offset, 
 #define PARTS_inverse_mass_matrix_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) AND NUMBER(2, 1) \
     AND SAME(3, 3) AND SAME(4, 6) AND NUMBER(5, 1) AND OUT(6, 4) AND OUT(7, 3)
 GAC_IN_LANES(inverse_mass_matrix_1, TURNS)
+
+static INLINE void NAME(inverse_mass_matrix_2)(REAL *pose_rotor_start, REAL *pose_place_start)
+{
+    pose_rotor_start[0] = (REAL)1;
+    pose_rotor_start[1] = (REAL)0;
+    pose_rotor_start[2] = (REAL)0;
+    pose_rotor_start[3] = (REAL)0;
+    pose_place_start[0] = (REAL)0;
+    pose_place_start[1] = (REAL)0;
+    pose_place_start[2] = (REAL)0;
+}
+#define PARTS_inverse_mass_matrix_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 4) AND OUT(1, 3)
+GAC_IN_LANES(inverse_mass_matrix_2, PLAIN)
 
 static INLINE void NAME(inverse_mass_matrix_3)(const REAL *pose_rotor, const REAL *pose_place_2, const REAL
     *own_rotor, const REAL *pose_place_3, REAL *pose_rotor_2, REAL *pose_place_2_out)
@@ -2479,7 +2495,7 @@ GAC_IN_LANES(inverse_mass_matrix_10, PLAIN)
 intptr_t robots_inverse_mass_matrix_work(intptr_t m, intptr_t n, intptr_t p, intptr_t r)
 {
     (void)m;
-    return 4 * n + 3 * n + 6 * n + 21 * n + n + n + 6 * n + n + 6 * p + p + 6 * r + r;
+    return 4 * n + 3 * n + 4 * n + 3 * n + 6 * n + 21 * n + n + n + 6 * n + n + 6 * p + p + 6 * r + r;
 }
 #endif
 
@@ -2490,19 +2506,21 @@ static INLINE void NAME(inverse_mass_matrix_within)(intptr_t m, intptr_t n, intp
     const REAL *is_carrier, const REAL *factors, const int64_t *rows, const int64_t *columns,
     const int64_t *mirrored, REAL *out, REAL *work)
 {
-    REAL pose_rotor[4], pose_place[3], pose_rotor_start[4], pose_place_start[3], *const pose_rotor_2 = work,
-    *const pose_place_2 = pose_rotor_2 + 4 * n, *const to_parent = pose_place_2 + 3 * n,
-    *const carried_inertia = to_parent + 6 * n, *const carried_mass = carried_inertia + 21 * n,
-    *const carried_spread = carried_mass + n, value_inertia[21], value_mass, value_spread,
-    *const inward_0 = carried_spread + n, *const inward_1 = inward_0 + 6 * n, carried_0_start[6], carried_1_start,
-    *const carried_0 = inward_1 + n, *const carried_1 = carried_0 + 6 * p, carrier_0_start[6], carrier_1_start,
-    *const carrier_0 = carried_1 + p, carrier_1, *const mapped = carrier_0 + 6 * r;
+    REAL *const pose_rotor = work, *const pose_place = pose_rotor + 4 * n, pose_rotor_start[4], pose_place_start[3],
+    *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n,
+    *const to_parent = pose_place_2 + 3 * n, *const carried_inertia = to_parent + 6 * n,
+    *const carried_mass = carried_inertia + 21 * n, *const carried_spread = carried_mass + n, value_inertia[21],
+    value_mass, value_spread, *const inward_0 = carried_spread + n, *const inward_1 = inward_0 + 6 * n,
+    carried_0_start[6], carried_1_start, *const carried_0 = inward_1 + n, *const carried_1 = carried_0 + 6 * p,
+    carrier_0_start[6], carrier_1_start, *const carrier_0 = carried_1 + p, carrier_1,
+    *const mapped = carrier_0 + 6 * r;
+    for (intptr_t i = 0; i < n; i++)
+        NAME(inverse_mass_matrix_1)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
+    turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
     NAME(inverse_mass_matrix_2)(pose_rotor_start, pose_place_start);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(inverse_mass_matrix_1)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
-    turns[i], pose_rotor, pose_place, NULL);
         NAME(inverse_mass_matrix_3)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor, pose_place,
+    parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
     pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
         NAME(inverse_mass_matrix_4)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, screws + 6 * i, to_parent + 6 * i);
     }
@@ -2566,22 +2584,22 @@ static INLINE WORD NAME(inverse_mass_matrix_lanes)(intptr_t m, intptr_t n, intpt
     const REAL *screws, const REAL *turns, const REAL *inertias, const REAL *armature, const int64_t *below,
     const int64_t *carriers, const REAL *is_own, const int64_t *before, const int64_t *joints, const int64_t *pairs,
     const REAL *is_carrier, const REAL *factors, const int64_t *rows, const int64_t *columns,
-    const int64_t *mirrored, REAL *out, REAL *pose_rotor_2, REAL *pose_place_2, REAL *to_parent,
-    REAL *carried_inertia, REAL *carried_mass, REAL *carried_spread, REAL *inward_0, REAL *inward_1,
-    REAL *carried_0, REAL *carried_1, REAL *carrier_0, REAL *mapped)
+    const int64_t *mirrored, REAL *out, REAL *pose_rotor, REAL *pose_place, REAL *pose_rotor_2, REAL *pose_place_2,
+    REAL *to_parent, REAL *carried_inertia, REAL *carried_mass, REAL *carried_spread, REAL *inward_0,
+    REAL *inward_1, REAL *carried_0, REAL *carried_1, REAL *carrier_0, REAL *mapped)
 {
-    _Alignas(64) REAL pose_rotor[4 * NLANES], pose_place[3 * NLANES], pose_rotor_start[4 * NLANES],
-    pose_place_start[3 * NLANES], value_inertia[21 * NLANES], value_mass[NLANES], value_spread[NLANES],
-    carried_0_start[6 * NLANES], carried_1_start[NLANES], carrier_0_start[6 * NLANES], carrier_1_start[NLANES],
-    carrier_1[NLANES];
+    _Alignas(64) REAL pose_rotor_start[4 * NLANES], pose_place_start[3 * NLANES], value_inertia[21 * NLANES],
+    value_mass[NLANES], value_spread[NLANES], carried_0_start[6 * NLANES], carried_1_start[NLANES],
+    carrier_0_start[6 * NLANES], carrier_1_start[NLANES], carrier_1[NLANES];
     WORD far = 0;
+    for (intptr_t i = 0; i < n; i++)
+        far |= NAME(inverse_mass_matrix_1_lanes)(q + NLANES * variables[i], ratios + i, offsets + i, places + 3 * i,
+    screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
     NAME(inverse_mass_matrix_2_lanes)(pose_rotor_start, pose_place_start);
     for (intptr_t i = 0; i < n; i++) {
-        far |= NAME(inverse_mass_matrix_1_lanes)(q + NLANES * variables[i], ratios + i, offsets + i, places + 3 * i,
-    screws + 6 * i, turns + i, pose_rotor, pose_place);
         NAME(inverse_mass_matrix_3_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor, pose_place,
-    pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
+    parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor + 4 * NLANES * i,
+    pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
         NAME(inverse_mass_matrix_4_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i,
     screws + 6 * i, to_parent + 6 * NLANES * i);
     }
@@ -2633,25 +2651,6 @@ GAC_PROCEDURE(inverse_mass_matrix, BUSY)
 #define WORK_inverse_dynamics(WORK) WORK(14, pose_rotor, 4, 4, n) WORK(15, pose_place, 3, 3, n) \
     WORK(16, twist, 6, 6, n) WORK(17, rate, 6, 6, n) WORK(18, carried, 6, 6, n) WORK(19, mapped, scalar, 1, n)
 
-static INLINE void NAME(inverse_dynamics_2)(const REAL *gravity, REAL *twist_start, REAL *rate_start)
-{
-    const REAL gravity_0 = gravity[0], gravity_1 = gravity[1], gravity_2 = gravity[2];
-    twist_start[0] = (REAL)0;
-    twist_start[1] = (REAL)0;
-    twist_start[2] = (REAL)0;
-    twist_start[3] = (REAL)0;
-    twist_start[4] = (REAL)0;
-    twist_start[5] = (REAL)0;
-    rate_start[0] = (REAL)0;
-    rate_start[1] = (REAL)0;
-    rate_start[2] = (REAL)0;
-    rate_start[3] = -gravity_0;
-    rate_start[4] = -gravity_1;
-    rate_start[5] = -gravity_2;
-}
-#define PARTS_inverse_dynamics_2(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND OUT(1, 6) AND OUT(2, 6)
-GAC_IN_LANES(inverse_dynamics_2, PLAIN)
-
 static INLINE void NAME(inverse_dynamics_1)(REAL q, REAL ratio, REAL offset, const REAL *places, const REAL *screw,
     REAL turn, REAL *pose_rotor, REAL *pose_place, WORD *far)
 {
@@ -2672,6 +2671,25 @@ static INLINE void NAME(inverse_dynamics_1)(REAL q, REAL ratio, REAL offset, con
 #define PARTS_inverse_dynamics_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) AND NUMBER(2, 1) \
     AND SAME(3, 3) AND SAME(4, 6) AND NUMBER(5, 1) AND OUT(6, 4) AND OUT(7, 3)
 GAC_IN_LANES(inverse_dynamics_1, TURNS)
+
+static INLINE void NAME(inverse_dynamics_2)(const REAL *gravity, REAL *twist_start, REAL *rate_start)
+{
+    const REAL gravity_0 = gravity[0], gravity_1 = gravity[1], gravity_2 = gravity[2];
+    twist_start[0] = (REAL)0;
+    twist_start[1] = (REAL)0;
+    twist_start[2] = (REAL)0;
+    twist_start[3] = (REAL)0;
+    twist_start[4] = (REAL)0;
+    twist_start[5] = (REAL)0;
+    rate_start[0] = (REAL)0;
+    rate_start[1] = (REAL)0;
+    rate_start[2] = (REAL)0;
+    rate_start[3] = -gravity_0;
+    rate_start[4] = -gravity_1;
+    rate_start[5] = -gravity_2;
+}
+#define PARTS_inverse_dynamics_2(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND OUT(1, 6) AND OUT(2, 6)
+GAC_IN_LANES(inverse_dynamics_2, PLAIN)
 
 static INLINE void NAME(inverse_dynamics_3)(const REAL *twist, const REAL *rate, const REAL *pose_rotor, const REAL
     *pose_place, const REAL *axis, REAL speed, REAL rate_2, REAL ratio, REAL *twist_out, REAL *rate_out)
@@ -2856,14 +2874,14 @@ static INLINE void NAME(inverse_dynamics_within)(intptr_t m, intptr_t n, const R
     REAL *const pose_rotor = work, *const pose_place = pose_rotor + 4 * n, twist_start[6], rate_start[6],
     *const twist = pose_place + 3 * n, *const rate = twist + 6 * n, *const carried = rate + 6 * n, value[6], inward,
     *const mapped = carried + 6 * n;
-    NAME(inverse_dynamics_2)(gravity, twist_start, rate_start);
-    for (intptr_t i = 0; i < n; i++) {
+    for (intptr_t i = 0; i < n; i++)
         NAME(inverse_dynamics_1)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i, turns[i],
     pose_rotor + 4 * i, pose_place + 3 * i, NULL);
+    NAME(inverse_dynamics_2)(gravity, twist_start, rate_start);
+    for (intptr_t i = 0; i < n; i++)
         NAME(inverse_dynamics_3)(parents[i] >= 0 ? twist + 6 * parents[i] : twist_start,
     parents[i] >= 0 ? rate + 6 * parents[i] : rate_start, pose_rotor + 4 * i, pose_place + 3 * i, screws + 6 * i,
     qd[variables[i]], qdd[variables[i]], ratios[i], twist + 6 * i, rate + 6 * i);
-    }
     CLEAR(6 * n, carried);
     for (intptr_t i = n; i-- > 0;) {
         NAME(inverse_dynamics_4)(carried + 6 * i, twist + 6 * i, rate + 6 * i, pose_rotor + 4 * i,
@@ -2902,15 +2920,15 @@ static INLINE WORD NAME(inverse_dynamics_lanes)(intptr_t m, intptr_t n, const RE
 {
     _Alignas(64) REAL twist_start[6 * NLANES], rate_start[6 * NLANES], value[6 * NLANES], inward[NLANES];
     WORD far = 0;
-    NAME(inverse_dynamics_2_lanes)(gravity, twist_start, rate_start);
-    for (intptr_t i = 0; i < n; i++) {
+    for (intptr_t i = 0; i < n; i++)
         far |= NAME(inverse_dynamics_1_lanes)(q + NLANES * variables[i], ratios + i, offsets + i, places + 3 * i,
     screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
+    NAME(inverse_dynamics_2_lanes)(gravity, twist_start, rate_start);
+    for (intptr_t i = 0; i < n; i++)
         NAME(inverse_dynamics_3_lanes)(parents[i] >= 0 ? twist + 6 * NLANES * parents[i] : twist_start,
     parents[i] >= 0 ? rate + 6 * NLANES * parents[i] : rate_start, pose_rotor + 4 * NLANES * i,
     pose_place + 3 * NLANES * i, screws + 6 * i, qd + NLANES * variables[i], qdd + NLANES * variables[i],
     ratios + i, twist + 6 * NLANES * i, rate + 6 * NLANES * i);
-    }
     CLEAR(6 * NLANES * n, carried);
     for (intptr_t i = n; i-- > 0;) {
         NAME(inverse_dynamics_4_lanes)(carried + 6 * NLANES * i, twist + 6 * NLANES * i, rate + 6 * NLANES * i,
@@ -2935,21 +2953,9 @@ GAC_PROCEDURE(inverse_dynamics, BUSY)
     AND SAME(3, ratios, scalar, 1, n) AND SAME(4, offsets, scalar, 1, n) AND SAME(5, places, 3, 3, n) \
     AND SAME(6, screws, 6, 6, n) AND SAME(7, turns, scalar, 1, n) AND SAME(8, inertias, 10, 10, n) \
     AND IN(9, gravity, 3, 3, 1) AND OUT(10, out, scalar, 1, m)
-#define WORK_gravity_forces(WORK) WORK(11, pose_rotor_2, 4, 4, n) WORK(12, pose_place_2, 3, 3, n) \
-    WORK(13, carried, 6, 6, n) WORK(14, inward, scalar, 1, n)
-
-static INLINE void NAME(gravity_forces_2)(REAL *pose_rotor_start, REAL *pose_place_start)
-{
-    pose_rotor_start[0] = (REAL)1;
-    pose_rotor_start[1] = (REAL)0;
-    pose_rotor_start[2] = (REAL)0;
-    pose_rotor_start[3] = (REAL)0;
-    pose_place_start[0] = (REAL)0;
-    pose_place_start[1] = (REAL)0;
-    pose_place_start[2] = (REAL)0;
-}
-#define PARTS_gravity_forces_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 4) AND OUT(1, 3)
-GAC_IN_LANES(gravity_forces_2, PLAIN)
+#define WORK_gravity_forces(WORK) WORK(11, pose_rotor, 4, 4, n) WORK(12, pose_place, 3, 3, n) \
+    WORK(13, pose_rotor_2, 4, 4, n) WORK(14, pose_place_2, 3, 3, n) WORK(15, carried, 6, 6, n) \
+    WORK(16, inward, scalar, 1, n)
 
 static INLINE void NAME(gravity_forces_1)(REAL q, REAL ratio, REAL offset, const REAL *places, const REAL *screw,
     REAL turn, REAL *pose_rotor, REAL *pose_place, WORD *far)
@@ -2971,6 +2977,19 @@ static INLINE void NAME(gravity_forces_1)(REAL q, REAL ratio, REAL offset, const
 #define PARTS_gravity_forces_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) AND NUMBER(2, 1) \
     AND SAME(3, 3) AND SAME(4, 6) AND NUMBER(5, 1) AND OUT(6, 4) AND OUT(7, 3)
 GAC_IN_LANES(gravity_forces_1, TURNS)
+
+static INLINE void NAME(gravity_forces_2)(REAL *pose_rotor_start, REAL *pose_place_start)
+{
+    pose_rotor_start[0] = (REAL)1;
+    pose_rotor_start[1] = (REAL)0;
+    pose_rotor_start[2] = (REAL)0;
+    pose_rotor_start[3] = (REAL)0;
+    pose_place_start[0] = (REAL)0;
+    pose_place_start[1] = (REAL)0;
+    pose_place_start[2] = (REAL)0;
+}
+#define PARTS_gravity_forces_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 4) AND OUT(1, 3)
+GAC_IN_LANES(gravity_forces_2, PLAIN)
 
 static INLINE void NAME(gravity_forces_3)(const REAL *pose_rotor, const REAL *pose_place_2, const REAL *own_rotor,
     const REAL *pose_place_3, REAL *pose_rotor_2, REAL *pose_place_2_out)
@@ -3076,7 +3095,7 @@ GAC_IN_LANES(gravity_forces_4, PLAIN)
 intptr_t robots_gravity_forces_work(intptr_t m, intptr_t n)
 {
     (void)m;
-    return 4 * n + 3 * n + 6 * n + n;
+    return 4 * n + 3 * n + 4 * n + 3 * n + 6 * n + n;
 }
 #endif
 
@@ -3084,17 +3103,17 @@ static INLINE void NAME(gravity_forces_within)(intptr_t m, intptr_t n, const REA
     const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws,
     const REAL *turns, const REAL *inertias, const REAL *gravity, REAL *out, REAL *work)
 {
-    REAL pose_rotor[4], pose_place[3], pose_rotor_start[4], pose_place_start[3], *const pose_rotor_2 = work,
-    *const pose_place_2 = pose_rotor_2 + 4 * n, *const carried = pose_place_2 + 3 * n, value[6],
-    *const inward = carried + 6 * n;
-    NAME(gravity_forces_2)(pose_rotor_start, pose_place_start);
-    for (intptr_t i = 0; i < n; i++) {
+    REAL *const pose_rotor = work, *const pose_place = pose_rotor + 4 * n, pose_rotor_start[4], pose_place_start[3],
+    *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n,
+    *const carried = pose_place_2 + 3 * n, value[6], *const inward = carried + 6 * n;
+    for (intptr_t i = 0; i < n; i++)
         NAME(gravity_forces_1)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i, turns[i],
-    pose_rotor, pose_place, NULL);
+    pose_rotor + 4 * i, pose_place + 3 * i, NULL);
+    NAME(gravity_forces_2)(pose_rotor_start, pose_place_start);
+    for (intptr_t i = 0; i < n; i++)
         NAME(gravity_forces_3)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor, pose_place,
+    parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
     pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
-    }
     CLEAR(6 * n, carried);
     for (intptr_t i = n; i-- > 0;) {
         NAME(gravity_forces_4)(gravity, carried + 6 * i, pose_rotor_2 + 4 * i, pose_place_2 + 3 * i,
@@ -3124,20 +3143,19 @@ void NAME(gravity_forces)(intptr_t m, intptr_t n, const REAL *q, const int64_t *
 
 static INLINE WORD NAME(gravity_forces_lanes)(intptr_t m, intptr_t n, const REAL *q, const int64_t *parents,
     const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws,
-    const REAL *turns, const REAL *inertias, const REAL *gravity, REAL *out, REAL *pose_rotor_2, REAL *pose_place_2,
-    REAL *carried, REAL *inward)
+    const REAL *turns, const REAL *inertias, const REAL *gravity, REAL *out, REAL *pose_rotor, REAL *pose_place,
+    REAL *pose_rotor_2, REAL *pose_place_2, REAL *carried, REAL *inward)
 {
-    _Alignas(64) REAL pose_rotor[4 * NLANES], pose_place[3 * NLANES], pose_rotor_start[4 * NLANES],
-    pose_place_start[3 * NLANES], value[6 * NLANES];
+    _Alignas(64) REAL pose_rotor_start[4 * NLANES], pose_place_start[3 * NLANES], value[6 * NLANES];
     WORD far = 0;
-    NAME(gravity_forces_2_lanes)(pose_rotor_start, pose_place_start);
-    for (intptr_t i = 0; i < n; i++) {
+    for (intptr_t i = 0; i < n; i++)
         far |= NAME(gravity_forces_1_lanes)(q + NLANES * variables[i], ratios + i, offsets + i, places + 3 * i,
-    screws + 6 * i, turns + i, pose_rotor, pose_place);
+    screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
+    NAME(gravity_forces_2_lanes)(pose_rotor_start, pose_place_start);
+    for (intptr_t i = 0; i < n; i++)
         NAME(gravity_forces_3_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor, pose_place,
-    pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
-    }
+    parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor + 4 * NLANES * i,
+    pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
     CLEAR(6 * NLANES * n, carried);
     for (intptr_t i = n; i-- > 0;) {
         NAME(gravity_forces_4_lanes)(gravity, carried + 6 * NLANES * i, pose_rotor_2 + 4 * NLANES * i,
@@ -3160,26 +3178,8 @@ GAC_PROCEDURE(gravity_forces, BUSY)
     AND SAME(3, ratios, scalar, 1, n) AND SAME(4, offsets, scalar, 1, n) AND SAME(5, places, 3, 3, n) \
     AND SAME(6, screws, 6, 6, n) AND SAME(7, turns, scalar, 1, n) AND IN(8, qd, scalar, 1, m) \
     AND SAME(9, inertias, 10, 10, n) AND SAME(10, armature, scalar, 1, n) AND OUT(11, out, scalar, 1, 1)
-#define WORK_kinetic_energy(WORK) WORK(12, carrier, 6, 6, n)
-
-static INLINE void NAME(kinetic_energy_2)(REAL *carrier_start)
-{
-    carrier_start[0] = (REAL)0;
-    carrier_start[1] = (REAL)0;
-    carrier_start[2] = (REAL)0;
-    carrier_start[3] = (REAL)0;
-    carrier_start[4] = (REAL)0;
-    carrier_start[5] = (REAL)0;
-}
-#define PARTS_kinetic_energy_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 6)
-GAC_IN_LANES(kinetic_energy_2, PLAIN)
-
-static INLINE void NAME(kinetic_energy_4)(REAL *out)
-{
-    out[0] = (REAL)0;
-}
-#define PARTS_kinetic_energy_4(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(kinetic_energy_4, PLAIN)
+#define WORK_kinetic_energy(WORK) WORK(12, pose_rotor, 4, 4, n) WORK(13, pose_place, 3, 3, n) \
+    WORK(14, carrier, 6, 6, n)
 
 static INLINE void NAME(kinetic_energy_1)(REAL q, REAL ratio, REAL offset, const REAL *places, const REAL *screw,
     REAL turn, REAL *pose_rotor, REAL *pose_place, WORD *far)
@@ -3201,6 +3201,25 @@ static INLINE void NAME(kinetic_energy_1)(REAL q, REAL ratio, REAL offset, const
 #define PARTS_kinetic_energy_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) AND NUMBER(2, 1) \
     AND SAME(3, 3) AND SAME(4, 6) AND NUMBER(5, 1) AND OUT(6, 4) AND OUT(7, 3)
 GAC_IN_LANES(kinetic_energy_1, TURNS)
+
+static INLINE void NAME(kinetic_energy_2)(REAL *carrier_start)
+{
+    carrier_start[0] = (REAL)0;
+    carrier_start[1] = (REAL)0;
+    carrier_start[2] = (REAL)0;
+    carrier_start[3] = (REAL)0;
+    carrier_start[4] = (REAL)0;
+    carrier_start[5] = (REAL)0;
+}
+#define PARTS_kinetic_energy_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 6)
+GAC_IN_LANES(kinetic_energy_2, PLAIN)
+
+static INLINE void NAME(kinetic_energy_4)(REAL *out)
+{
+    out[0] = (REAL)0;
+}
+#define PARTS_kinetic_energy_4(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
+GAC_IN_LANES(kinetic_energy_4, PLAIN)
 
 static INLINE void NAME(kinetic_energy_3)(const REAL *carrier, const REAL *pose_rotor, const REAL *pose_place, const
     REAL *axis, REAL speed, REAL ratio, REAL *carrier_out)
@@ -3278,7 +3297,7 @@ GAC_IN_LANES(kinetic_energy_5, PLAIN)
 intptr_t robots_kinetic_energy_work(intptr_t m, intptr_t n)
 {
     (void)m;
-    return 6 * n;
+    return 4 * n + 3 * n + 6 * n;
 }
 #endif
 
@@ -3287,14 +3306,16 @@ static INLINE void NAME(kinetic_energy_within)(intptr_t m, intptr_t n, const REA
     const REAL *turns, const REAL *qd, const REAL *inertias, const REAL *armature, REAL *out, REAL *work)
 {
     (void)m;
-    REAL pose_rotor[4], pose_place[3], carrier_start[6], *const carrier = work;
+    REAL *const pose_rotor = work, *const pose_place = pose_rotor + 4 * n, carrier_start[6],
+    *const carrier = pose_place + 3 * n;
+    for (intptr_t i = 0; i < n; i++)
+        NAME(kinetic_energy_1)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i, turns[i],
+    pose_rotor + 4 * i, pose_place + 3 * i, NULL);
     NAME(kinetic_energy_2)(carrier_start);
     NAME(kinetic_energy_4)(out);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(kinetic_energy_1)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i, turns[i],
-    pose_rotor, pose_place, NULL);
-        NAME(kinetic_energy_3)(parents[i] >= 0 ? carrier + 6 * parents[i] : carrier_start, pose_rotor, pose_place,
-    screws + 6 * i, qd[variables[i]], ratios[i], carrier + 6 * i);
+        NAME(kinetic_energy_3)(parents[i] >= 0 ? carrier + 6 * parents[i] : carrier_start, pose_rotor + 4 * i,
+    pose_place + 3 * i, screws + 6 * i, qd[variables[i]], ratios[i], carrier + 6 * i);
         NAME(kinetic_energy_5)(out[0], carrier + 6 * i, inertias + 10 * i, armature[i], qd[variables[i]], ratios[i],
     out);
     }
@@ -3315,18 +3336,21 @@ void NAME(kinetic_energy)(intptr_t m, intptr_t n, const REAL *q, const int64_t *
 
 static INLINE WORD NAME(kinetic_energy_lanes)(intptr_t m, intptr_t n, const REAL *q, const int64_t *parents,
     const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws,
-    const REAL *turns, const REAL *qd, const REAL *inertias, const REAL *armature, REAL *out, REAL *carrier)
+    const REAL *turns, const REAL *qd, const REAL *inertias, const REAL *armature, REAL *out, REAL *pose_rotor,
+    REAL *pose_place, REAL *carrier)
 {
     (void)m;
-    _Alignas(64) REAL pose_rotor[4 * NLANES], pose_place[3 * NLANES], carrier_start[6 * NLANES];
+    _Alignas(64) REAL carrier_start[6 * NLANES];
     WORD far = 0;
+    for (intptr_t i = 0; i < n; i++)
+        far |= NAME(kinetic_energy_1_lanes)(q + NLANES * variables[i], ratios + i, offsets + i, places + 3 * i,
+    screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
     NAME(kinetic_energy_2_lanes)(carrier_start);
     NAME(kinetic_energy_4_lanes)(out);
     for (intptr_t i = 0; i < n; i++) {
-        far |= NAME(kinetic_energy_1_lanes)(q + NLANES * variables[i], ratios + i, offsets + i, places + 3 * i,
-    screws + 6 * i, turns + i, pose_rotor, pose_place);
         NAME(kinetic_energy_3_lanes)(parents[i] >= 0 ? carrier + 6 * NLANES * parents[i] : carrier_start,
-    pose_rotor, pose_place, screws + 6 * i, qd + NLANES * variables[i], ratios + i, carrier + 6 * NLANES * i);
+    pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i, screws + 6 * i, qd + NLANES * variables[i],
+    ratios + i, carrier + 6 * NLANES * i);
         NAME(kinetic_energy_5_lanes)(out, carrier + 6 * NLANES * i, inertias + 10 * i, armature + i,
     qd + NLANES * variables[i], ratios + i, out);
     }
@@ -3340,27 +3364,8 @@ GAC_PROCEDURE(kinetic_energy, BUSY)
     AND SAME(3, ratios, scalar, 1, n) AND SAME(4, offsets, scalar, 1, n) AND SAME(5, places, 3, 3, n) \
     AND SAME(6, screws, 6, 6, n) AND SAME(7, turns, scalar, 1, n) AND SAME(8, inertias, 10, 10, n) \
     AND IN(9, gravity, 3, 3, 1) AND OUT(10, out, scalar, 1, 1)
-#define WORK_potential_energy(WORK) WORK(11, pose_rotor_2, 4, 4, n) WORK(12, pose_place_2, 3, 3, n)
-
-static INLINE void NAME(potential_energy_2)(REAL *pose_rotor_start, REAL *pose_place_start)
-{
-    pose_rotor_start[0] = (REAL)1;
-    pose_rotor_start[1] = (REAL)0;
-    pose_rotor_start[2] = (REAL)0;
-    pose_rotor_start[3] = (REAL)0;
-    pose_place_start[0] = (REAL)0;
-    pose_place_start[1] = (REAL)0;
-    pose_place_start[2] = (REAL)0;
-}
-#define PARTS_potential_energy_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 4) AND OUT(1, 3)
-GAC_IN_LANES(potential_energy_2, PLAIN)
-
-static INLINE void NAME(potential_energy_4)(REAL *out)
-{
-    out[0] = (REAL)0;
-}
-#define PARTS_potential_energy_4(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(potential_energy_4, PLAIN)
+#define WORK_potential_energy(WORK) WORK(11, pose_rotor, 4, 4, n) WORK(12, pose_place, 3, 3, n) \
+    WORK(13, pose_rotor_2, 4, 4, n) WORK(14, pose_place_2, 3, 3, n)
 
 static INLINE void NAME(potential_energy_1)(REAL q, REAL ratio, REAL offset, const REAL *places, const REAL *screw,
     REAL turn, REAL *pose_rotor, REAL *pose_place, WORD *far)
@@ -3382,6 +3387,26 @@ static INLINE void NAME(potential_energy_1)(REAL q, REAL ratio, REAL offset, con
 #define PARTS_potential_energy_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) AND NUMBER(2, 1) \
     AND SAME(3, 3) AND SAME(4, 6) AND NUMBER(5, 1) AND OUT(6, 4) AND OUT(7, 3)
 GAC_IN_LANES(potential_energy_1, TURNS)
+
+static INLINE void NAME(potential_energy_2)(REAL *pose_rotor_start, REAL *pose_place_start)
+{
+    pose_rotor_start[0] = (REAL)1;
+    pose_rotor_start[1] = (REAL)0;
+    pose_rotor_start[2] = (REAL)0;
+    pose_rotor_start[3] = (REAL)0;
+    pose_place_start[0] = (REAL)0;
+    pose_place_start[1] = (REAL)0;
+    pose_place_start[2] = (REAL)0;
+}
+#define PARTS_potential_energy_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 4) AND OUT(1, 3)
+GAC_IN_LANES(potential_energy_2, PLAIN)
+
+static INLINE void NAME(potential_energy_4)(REAL *out)
+{
+    out[0] = (REAL)0;
+}
+#define PARTS_potential_energy_4(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
+GAC_IN_LANES(potential_energy_4, PLAIN)
 
 static INLINE void NAME(potential_energy_3)(const REAL *pose_rotor, const REAL *pose_place_2, const REAL *own_rotor,
     const REAL *pose_place_3, REAL *pose_rotor_2, REAL *pose_place_2_out)
@@ -3445,7 +3470,7 @@ GAC_IN_LANES(potential_energy_5, PLAIN)
 intptr_t robots_potential_energy_work(intptr_t m, intptr_t n)
 {
     (void)m;
-    return 4 * n + 3 * n;
+    return 4 * n + 3 * n + 4 * n + 3 * n;
 }
 #endif
 
@@ -3454,15 +3479,16 @@ static INLINE void NAME(potential_energy_within)(intptr_t m, intptr_t n, const R
     const REAL *turns, const REAL *inertias, const REAL *gravity, REAL *out, REAL *work)
 {
     (void)m;
-    REAL pose_rotor[4], pose_place[3], pose_rotor_start[4], pose_place_start[3], *const pose_rotor_2 = work,
-    *const pose_place_2 = pose_rotor_2 + 4 * n;
+    REAL *const pose_rotor = work, *const pose_place = pose_rotor + 4 * n, pose_rotor_start[4], pose_place_start[3],
+    *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n;
+    for (intptr_t i = 0; i < n; i++)
+        NAME(potential_energy_1)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i, turns[i],
+    pose_rotor + 4 * i, pose_place + 3 * i, NULL);
     NAME(potential_energy_2)(pose_rotor_start, pose_place_start);
     NAME(potential_energy_4)(out);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(potential_energy_1)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i, turns[i],
-    pose_rotor, pose_place, NULL);
         NAME(potential_energy_3)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor, pose_place,
+    parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
     pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
         NAME(potential_energy_5)(gravity, out[0], inertias + 10 * i, pose_rotor_2 + 4 * i, pose_place_2 + 3 * i,
     out);
@@ -3484,20 +3510,21 @@ void NAME(potential_energy)(intptr_t m, intptr_t n, const REAL *q, const int64_t
 
 static INLINE WORD NAME(potential_energy_lanes)(intptr_t m, intptr_t n, const REAL *q, const int64_t *parents,
     const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws,
-    const REAL *turns, const REAL *inertias, const REAL *gravity, REAL *out, REAL *pose_rotor_2, REAL *pose_place_2)
+    const REAL *turns, const REAL *inertias, const REAL *gravity, REAL *out, REAL *pose_rotor, REAL *pose_place,
+    REAL *pose_rotor_2, REAL *pose_place_2)
 {
     (void)m;
-    _Alignas(64) REAL pose_rotor[4 * NLANES], pose_place[3 * NLANES], pose_rotor_start[4 * NLANES],
-    pose_place_start[3 * NLANES];
+    _Alignas(64) REAL pose_rotor_start[4 * NLANES], pose_place_start[3 * NLANES];
     WORD far = 0;
+    for (intptr_t i = 0; i < n; i++)
+        far |= NAME(potential_energy_1_lanes)(q + NLANES * variables[i], ratios + i, offsets + i, places + 3 * i,
+    screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
     NAME(potential_energy_2_lanes)(pose_rotor_start, pose_place_start);
     NAME(potential_energy_4_lanes)(out);
     for (intptr_t i = 0; i < n; i++) {
-        far |= NAME(potential_energy_1_lanes)(q + NLANES * variables[i], ratios + i, offsets + i, places + 3 * i,
-    screws + 6 * i, turns + i, pose_rotor, pose_place);
         NAME(potential_energy_3_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor, pose_place,
-    pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
+    parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor + 4 * NLANES * i,
+    pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
         NAME(potential_energy_5_lanes)(gravity, out, inertias + 10 * i, pose_rotor_2 + 4 * NLANES * i,
     pose_place_2 + 3 * NLANES * i, out);
     }
@@ -3511,7 +3538,29 @@ GAC_PROCEDURE(potential_energy, BUSY)
     AND SAME(3, ratios, scalar, 1, n) AND SAME(4, offsets, scalar, 1, n) AND SAME(5, places, 3, 3, n) \
     AND SAME(6, screws, 6, 6, n) AND SAME(7, turns, scalar, 1, n) AND SAME(8, inertias, 10, 10, n) \
     AND OUT(9, out_0, scalar, 1, 1) AND OUT(10, out_1, 3, 3, 1)
-#define WORK_centre_of_mass(WORK) WORK(11, pose_rotor_2, 4, 4, n) WORK(12, pose_place_2, 3, 3, n)
+#define WORK_centre_of_mass(WORK) WORK(11, pose_rotor, 4, 4, n) WORK(12, pose_place, 3, 3, n) \
+    WORK(13, pose_rotor_2, 4, 4, n) WORK(14, pose_place_2, 3, 3, n)
+
+static INLINE void NAME(centre_of_mass_1)(REAL q, REAL ratio, REAL offset, const REAL *places, const REAL *screw,
+    REAL turn, REAL *pose_rotor, REAL *pose_place, WORD *far)
+{
+    const REAL places_0 = places[0], places_1 = places[1], places_2 = places[2];
+    const REAL screw_e12 = screw[0], screw_e13 = screw[1], screw_e23 = screw[2], screw_e01 = screw[3],
+        screw_e02 = screw[4], screw_e03 = screw[5];
+    const REAL t0 = offset + q * ratio;
+    const REAL t1 = turn * t0 * (REAL)0.5;
+    const REAL t2 = SIN(t1);
+    pose_rotor[0] = COS(t1);
+    pose_rotor[1] = -(screw_e12 * t2);
+    pose_rotor[2] = -(screw_e13 * t2);
+    pose_rotor[3] = -(screw_e23 * t2);
+    pose_place[0] = places_0 + screw_e01 * t0;
+    pose_place[1] = places_1 + screw_e02 * t0;
+    pose_place[2] = places_2 + screw_e03 * t0;
+}
+#define PARTS_centre_of_mass_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) AND NUMBER(2, 1) \
+    AND SAME(3, 3) AND SAME(4, 6) AND NUMBER(5, 1) AND OUT(6, 4) AND OUT(7, 3)
+GAC_IN_LANES(centre_of_mass_1, TURNS)
 
 static INLINE void NAME(centre_of_mass_2)(REAL *pose_rotor_start, REAL *pose_place_start)
 {
@@ -3535,27 +3584,6 @@ static INLINE void NAME(centre_of_mass_4)(REAL *out_0, REAL *sum)
 }
 #define PARTS_centre_of_mass_4(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 3)
 GAC_IN_LANES(centre_of_mass_4, PLAIN)
-
-static INLINE void NAME(centre_of_mass_1)(REAL q, REAL ratio, REAL offset, const REAL *places, const REAL *screw,
-    REAL turn, REAL *pose_rotor, REAL *pose_place, WORD *far)
-{
-    const REAL places_0 = places[0], places_1 = places[1], places_2 = places[2];
-    const REAL screw_e12 = screw[0], screw_e13 = screw[1], screw_e23 = screw[2], screw_e01 = screw[3],
-        screw_e02 = screw[4], screw_e03 = screw[5];
-    const REAL t0 = offset + q * ratio;
-    const REAL t1 = turn * t0 * (REAL)0.5;
-    const REAL t2 = SIN(t1);
-    pose_rotor[0] = COS(t1);
-    pose_rotor[1] = -(screw_e12 * t2);
-    pose_rotor[2] = -(screw_e13 * t2);
-    pose_rotor[3] = -(screw_e23 * t2);
-    pose_place[0] = places_0 + screw_e01 * t0;
-    pose_place[1] = places_1 + screw_e02 * t0;
-    pose_place[2] = places_2 + screw_e03 * t0;
-}
-#define PARTS_centre_of_mass_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) AND NUMBER(2, 1) \
-    AND SAME(3, 3) AND SAME(4, 6) AND NUMBER(5, 1) AND OUT(6, 4) AND OUT(7, 3)
-GAC_IN_LANES(centre_of_mass_1, TURNS)
 
 static INLINE void NAME(centre_of_mass_3)(const REAL *pose_rotor, const REAL *pose_place_2, const REAL *own_rotor,
     const REAL *pose_place_3, REAL *pose_rotor_2, REAL *pose_place_2_out)
@@ -3631,7 +3659,7 @@ GAC_IN_LANES(centre_of_mass_6, PLAIN)
 intptr_t robots_centre_of_mass_work(intptr_t m, intptr_t n)
 {
     (void)m;
-    return 4 * n + 3 * n;
+    return 4 * n + 3 * n + 4 * n + 3 * n;
 }
 #endif
 
@@ -3640,15 +3668,16 @@ static INLINE void NAME(centre_of_mass_within)(intptr_t m, intptr_t n, const REA
     const REAL *turns, const REAL *inertias, REAL *out_0, REAL *out_1, REAL *work)
 {
     (void)m;
-    REAL pose_rotor[4], pose_place[3], pose_rotor_start[4], pose_place_start[3], *const pose_rotor_2 = work,
-    *const pose_place_2 = pose_rotor_2 + 4 * n, sum[3];
+    REAL *const pose_rotor = work, *const pose_place = pose_rotor + 4 * n, pose_rotor_start[4], pose_place_start[3],
+    *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n, sum[3];
+    for (intptr_t i = 0; i < n; i++)
+        NAME(centre_of_mass_1)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i, turns[i],
+    pose_rotor + 4 * i, pose_place + 3 * i, NULL);
     NAME(centre_of_mass_2)(pose_rotor_start, pose_place_start);
     NAME(centre_of_mass_4)(out_0, sum);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(centre_of_mass_1)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i, turns[i],
-    pose_rotor, pose_place, NULL);
         NAME(centre_of_mass_3)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor, pose_place,
+    parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
     pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
         NAME(centre_of_mass_5)(out_0[0], sum, inertias + 10 * i, pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, out_0,
     sum);
@@ -3671,20 +3700,21 @@ void NAME(centre_of_mass)(intptr_t m, intptr_t n, const REAL *q, const int64_t *
 
 static INLINE WORD NAME(centre_of_mass_lanes)(intptr_t m, intptr_t n, const REAL *q, const int64_t *parents,
     const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws,
-    const REAL *turns, const REAL *inertias, REAL *out_0, REAL *out_1, REAL *pose_rotor_2, REAL *pose_place_2)
+    const REAL *turns, const REAL *inertias, REAL *out_0, REAL *out_1, REAL *pose_rotor, REAL *pose_place,
+    REAL *pose_rotor_2, REAL *pose_place_2)
 {
     (void)m;
-    _Alignas(64) REAL pose_rotor[4 * NLANES], pose_place[3 * NLANES], pose_rotor_start[4 * NLANES],
-    pose_place_start[3 * NLANES], sum[3 * NLANES];
+    _Alignas(64) REAL pose_rotor_start[4 * NLANES], pose_place_start[3 * NLANES], sum[3 * NLANES];
     WORD far = 0;
+    for (intptr_t i = 0; i < n; i++)
+        far |= NAME(centre_of_mass_1_lanes)(q + NLANES * variables[i], ratios + i, offsets + i, places + 3 * i,
+    screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
     NAME(centre_of_mass_2_lanes)(pose_rotor_start, pose_place_start);
     NAME(centre_of_mass_4_lanes)(out_0, sum);
     for (intptr_t i = 0; i < n; i++) {
-        far |= NAME(centre_of_mass_1_lanes)(q + NLANES * variables[i], ratios + i, offsets + i, places + 3 * i,
-    screws + 6 * i, turns + i, pose_rotor, pose_place);
         NAME(centre_of_mass_3_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor, pose_place,
-    pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
+    parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor + 4 * NLANES * i,
+    pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
         NAME(centre_of_mass_5_lanes)(out_0, sum, inertias + 10 * i, pose_rotor_2 + 4 * NLANES * i,
     pose_place_2 + 3 * NLANES * i, out_0, sum);
     }
@@ -3699,8 +3729,30 @@ GAC_PROCEDURE(centre_of_mass, BUSY)
     AND SAME(3, ratios, scalar, 1, n) AND SAME(4, offsets, scalar, 1, n) AND SAME(5, places, 3, 3, n) \
     AND SAME(6, screws, 6, 6, n) AND SAME(7, turns, scalar, 1, n) AND SAME(8, inertias, 10, 10, n) \
     AND OUT(9, out_0, 6, 6, m) AND OUT(10, out_1, 3, 3, 1)
-#define WORK_centroidal_momentum_matrix(WORK) WORK(11, pose_rotor_2, 4, 4, n) WORK(12, pose_place_2, 3, 3, n) \
-    WORK(13, placed, 10, 10, n) WORK(14, a, 10, 10, n) WORK(15, column, 6, 6, n)
+#define WORK_centroidal_momentum_matrix(WORK) WORK(11, pose_rotor, 4, 4, n) WORK(12, pose_place, 3, 3, n) \
+    WORK(13, pose_rotor_2, 4, 4, n) WORK(14, pose_place_2, 3, 3, n) WORK(15, placed, 10, 10, n) \
+    WORK(16, a, 10, 10, n) WORK(17, column, 6, 6, n)
+
+static INLINE void NAME(centroidal_momentum_matrix_1)(REAL q, REAL ratio, REAL offset, const REAL *places, const
+    REAL *screw, REAL turn, REAL *pose_rotor, REAL *pose_place, WORD *far)
+{
+    const REAL places_0 = places[0], places_1 = places[1], places_2 = places[2];
+    const REAL screw_e12 = screw[0], screw_e13 = screw[1], screw_e23 = screw[2], screw_e01 = screw[3],
+        screw_e02 = screw[4], screw_e03 = screw[5];
+    const REAL t0 = offset + q * ratio;
+    const REAL t1 = turn * t0 * (REAL)0.5;
+    const REAL t2 = SIN(t1);
+    pose_rotor[0] = COS(t1);
+    pose_rotor[1] = -(screw_e12 * t2);
+    pose_rotor[2] = -(screw_e13 * t2);
+    pose_rotor[3] = -(screw_e23 * t2);
+    pose_place[0] = places_0 + screw_e01 * t0;
+    pose_place[1] = places_1 + screw_e02 * t0;
+    pose_place[2] = places_2 + screw_e03 * t0;
+}
+#define PARTS_centroidal_momentum_matrix_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) \
+    AND NUMBER(2, 1) AND SAME(3, 3) AND SAME(4, 6) AND NUMBER(5, 1) AND OUT(6, 4) AND OUT(7, 3)
+GAC_IN_LANES(centroidal_momentum_matrix_1, TURNS)
 
 static INLINE void NAME(centroidal_momentum_matrix_2)(REAL *pose_rotor_start, REAL *pose_place_start)
 {
@@ -3724,27 +3776,6 @@ static INLINE void NAME(centroidal_momentum_matrix_6)(REAL *sum)
 }
 #define PARTS_centroidal_momentum_matrix_6(IN, SAME, NUMBER, OUT, AND) OUT(0, 4)
 GAC_IN_LANES(centroidal_momentum_matrix_6, PLAIN)
-
-static INLINE void NAME(centroidal_momentum_matrix_1)(REAL q, REAL ratio, REAL offset, const REAL *places, const
-    REAL *screw, REAL turn, REAL *pose_rotor, REAL *pose_place, WORD *far)
-{
-    const REAL places_0 = places[0], places_1 = places[1], places_2 = places[2];
-    const REAL screw_e12 = screw[0], screw_e13 = screw[1], screw_e23 = screw[2], screw_e01 = screw[3],
-        screw_e02 = screw[4], screw_e03 = screw[5];
-    const REAL t0 = offset + q * ratio;
-    const REAL t1 = turn * t0 * (REAL)0.5;
-    const REAL t2 = SIN(t1);
-    pose_rotor[0] = COS(t1);
-    pose_rotor[1] = -(screw_e12 * t2);
-    pose_rotor[2] = -(screw_e13 * t2);
-    pose_rotor[3] = -(screw_e23 * t2);
-    pose_place[0] = places_0 + screw_e01 * t0;
-    pose_place[1] = places_1 + screw_e02 * t0;
-    pose_place[2] = places_2 + screw_e03 * t0;
-}
-#define PARTS_centroidal_momentum_matrix_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) \
-    AND NUMBER(2, 1) AND SAME(3, 3) AND SAME(4, 6) AND NUMBER(5, 1) AND OUT(6, 4) AND OUT(7, 3)
-GAC_IN_LANES(centroidal_momentum_matrix_1, TURNS)
 
 static INLINE void NAME(centroidal_momentum_matrix_3)(const REAL *pose_rotor, const REAL *pose_place_2, const REAL
     *own_rotor, const REAL *pose_place_3, REAL *pose_rotor_2, REAL *pose_place_2_out)
@@ -3970,7 +4001,7 @@ GAC_IN_LANES(centroidal_momentum_matrix_10, PLAIN)
 intptr_t robots_centroidal_momentum_matrix_work(intptr_t m, intptr_t n)
 {
     (void)m;
-    return 4 * n + 3 * n + 10 * n + 10 * n + 6 * n;
+    return 4 * n + 3 * n + 4 * n + 3 * n + 10 * n + 10 * n + 6 * n;
 }
 #endif
 
@@ -3978,16 +4009,18 @@ static INLINE void NAME(centroidal_momentum_matrix_within)(intptr_t m, intptr_t 
     const int64_t *parents, const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places,
     const REAL *screws, const REAL *turns, const REAL *inertias, REAL *out_0, REAL *out_1, REAL *work)
 {
-    REAL pose_rotor[4], pose_place[3], pose_rotor_start[4], pose_place_start[3], *const pose_rotor_2 = work,
-    *const pose_place_2 = pose_rotor_2 + 4 * n, *const placed = pose_place_2 + 3 * n, *const a = placed + 10 * n,
-    value[10], sum[4], *const column = a + 10 * n, common, common_2, common_3;
+    REAL *const pose_rotor = work, *const pose_place = pose_rotor + 4 * n, pose_rotor_start[4], pose_place_start[3],
+    *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n,
+    *const placed = pose_place_2 + 3 * n, *const a = placed + 10 * n, value[10], sum[4], *const column = a + 10 * n,
+    common, common_2, common_3;
+    for (intptr_t i = 0; i < n; i++)
+        NAME(centroidal_momentum_matrix_1)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
+    turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
     NAME(centroidal_momentum_matrix_2)(pose_rotor_start, pose_place_start);
     NAME(centroidal_momentum_matrix_6)(sum);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(centroidal_momentum_matrix_1)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
-    turns[i], pose_rotor, pose_place, NULL);
         NAME(centroidal_momentum_matrix_3)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor, pose_place,
+    parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
     pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
         NAME(centroidal_momentum_matrix_4)(inertias + 10 * i, pose_rotor_2 + 4 * i, pose_place_2 + 3 * i,
     placed + 10 * i);
@@ -4025,21 +4058,21 @@ void NAME(centroidal_momentum_matrix)(intptr_t m, intptr_t n, const REAL *q, con
 
 static INLINE WORD NAME(centroidal_momentum_matrix_lanes)(intptr_t m, intptr_t n, const REAL *q,
     const int64_t *parents, const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places,
-    const REAL *screws, const REAL *turns, const REAL *inertias, REAL *out_0, REAL *out_1, REAL *pose_rotor_2,
-    REAL *pose_place_2, REAL *placed, REAL *a, REAL *column)
+    const REAL *screws, const REAL *turns, const REAL *inertias, REAL *out_0, REAL *out_1, REAL *pose_rotor,
+    REAL *pose_place, REAL *pose_rotor_2, REAL *pose_place_2, REAL *placed, REAL *a, REAL *column)
 {
-    _Alignas(64) REAL pose_rotor[4 * NLANES], pose_place[3 * NLANES], pose_rotor_start[4 * NLANES],
-    pose_place_start[3 * NLANES], value[10 * NLANES], sum[4 * NLANES], common[NLANES], common_2[NLANES],
-    common_3[NLANES];
+    _Alignas(64) REAL pose_rotor_start[4 * NLANES], pose_place_start[3 * NLANES], value[10 * NLANES],
+    sum[4 * NLANES], common[NLANES], common_2[NLANES], common_3[NLANES];
     WORD far = 0;
+    for (intptr_t i = 0; i < n; i++)
+        far |= NAME(centroidal_momentum_matrix_1_lanes)(q + NLANES * variables[i], ratios + i, offsets + i,
+    places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
     NAME(centroidal_momentum_matrix_2_lanes)(pose_rotor_start, pose_place_start);
     NAME(centroidal_momentum_matrix_6_lanes)(sum);
     for (intptr_t i = 0; i < n; i++) {
-        far |= NAME(centroidal_momentum_matrix_1_lanes)(q + NLANES * variables[i], ratios + i, offsets + i,
-    places + 3 * i, screws + 6 * i, turns + i, pose_rotor, pose_place);
         NAME(centroidal_momentum_matrix_3_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor, pose_place,
-    pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
+    parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor + 4 * NLANES * i,
+    pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
         NAME(centroidal_momentum_matrix_4_lanes)(inertias + 10 * i, pose_rotor_2 + 4 * NLANES * i,
     pose_place_2 + 3 * NLANES * i, placed + 10 * NLANES * i);
         NAME(centroidal_momentum_matrix_7_lanes)(sum, placed + 10 * NLANES * i, sum);
@@ -4072,14 +4105,36 @@ GAC_PROCEDURE(centroidal_momentum_matrix, BUSY)
     AND INDEX(12, lower, p, n) AND INDEX(13, upper, p, n) AND INDEX(14, lower_variables, p, m) \
     AND INDEX(15, upper_variables, p, m) AND SAME(16, is_strict, scalar, 1, p) AND OUT(17, out_0, scalar, 1, m * m) \
     AND OUT(18, out_1, scalar, 1, m * m)
-#define WORK_inverse_dynamics_derivatives(WORK) WORK(19, pose_rotor_2, 4, 4, n) WORK(20, pose_place_2, 3, 3, n) \
-    WORK(21, to_parent, 6, 6, n) WORK(22, twist, 6, 6, n) WORK(23, rate, 6, 6, n) WORK(24, axis_rate, 6, 6, n) \
-    WORK(25, axis_acceleration, 6, 6, n) WORK(26, of_body_inertia, 10, 10, n) WORK(27, of_body_turning, 9, 9, n) \
-    WORK(28, of_body_momentum, 3, 3, n) WORK(29, of_body_wrench, 6, 6, n) WORK(30, carried_inertia, 10, 10, n) \
-    WORK(31, carried_turning, 9, 9, n) WORK(32, carried_momentum, 3, 3, n) WORK(33, carried_wrench, 6, 6, n) \
-    WORK(34, of_joint_of_carriers, 6, 6, n) WORK(35, of_joint_momentum, 6, 6, n) \
-    WORK(36, of_joint_coriolis, 3, 3, n) WORK(37, of_joint_by_speed, 6, 6, n) WORK(38, below_by_q, scalar, 1, p) \
-    WORK(39, above_by_qd, scalar, 1, p) WORK(40, below_by_qd, scalar, 1, p)
+#define WORK_inverse_dynamics_derivatives(WORK) WORK(19, pose_rotor, 4, 4, n) WORK(20, pose_place, 3, 3, n) \
+    WORK(21, pose_rotor_2, 4, 4, n) WORK(22, pose_place_2, 3, 3, n) WORK(23, to_parent, 6, 6, n) \
+    WORK(24, twist, 6, 6, n) WORK(25, rate, 6, 6, n) WORK(26, axis_rate, 6, 6, n) \
+    WORK(27, axis_acceleration, 6, 6, n) WORK(28, of_body_inertia, 10, 10, n) WORK(29, of_body_turning, 9, 9, n) \
+    WORK(30, of_body_momentum, 3, 3, n) WORK(31, of_body_wrench, 6, 6, n) WORK(32, carried_inertia, 10, 10, n) \
+    WORK(33, carried_turning, 9, 9, n) WORK(34, carried_momentum, 3, 3, n) WORK(35, carried_wrench, 6, 6, n) \
+    WORK(36, of_joint_of_carriers, 6, 6, n) WORK(37, of_joint_momentum, 6, 6, n) \
+    WORK(38, of_joint_coriolis, 3, 3, n) WORK(39, of_joint_by_speed, 6, 6, n) WORK(40, below_by_q, scalar, 1, p) \
+    WORK(41, above_by_qd, scalar, 1, p) WORK(42, below_by_qd, scalar, 1, p)
+
+static INLINE void NAME(inverse_dynamics_derivatives_1)(REAL q, REAL ratio, REAL offset, const REAL *places, const
+    REAL *screw, REAL turn, REAL *pose_rotor, REAL *pose_place, WORD *far)
+{
+    const REAL places_0 = places[0], places_1 = places[1], places_2 = places[2];
+    const REAL screw_e12 = screw[0], screw_e13 = screw[1], screw_e23 = screw[2], screw_e01 = screw[3],
+        screw_e02 = screw[4], screw_e03 = screw[5];
+    const REAL t0 = offset + q * ratio;
+    const REAL t1 = turn * t0 * (REAL)0.5;
+    const REAL t2 = SIN(t1);
+    pose_rotor[0] = COS(t1);
+    pose_rotor[1] = -(screw_e12 * t2);
+    pose_rotor[2] = -(screw_e13 * t2);
+    pose_rotor[3] = -(screw_e23 * t2);
+    pose_place[0] = places_0 + screw_e01 * t0;
+    pose_place[1] = places_1 + screw_e02 * t0;
+    pose_place[2] = places_2 + screw_e03 * t0;
+}
+#define PARTS_inverse_dynamics_derivatives_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) \
+    AND NUMBER(2, 1) AND SAME(3, 3) AND SAME(4, 6) AND NUMBER(5, 1) AND OUT(6, 4) AND OUT(7, 3)
+GAC_IN_LANES(inverse_dynamics_derivatives_1, TURNS)
 
 static INLINE void NAME(inverse_dynamics_derivatives_2)(REAL *pose_rotor_start, REAL *pose_place_start)
 {
@@ -4126,27 +4181,6 @@ static INLINE void NAME(inverse_dynamics_derivatives_7)(const REAL *gravity, REA
 #define PARTS_inverse_dynamics_derivatives_7(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND OUT(1, 6) AND OUT(2, 6) \
     AND OUT(3, 6) AND OUT(4, 6)
 GAC_IN_LANES(inverse_dynamics_derivatives_7, PLAIN)
-
-static INLINE void NAME(inverse_dynamics_derivatives_1)(REAL q, REAL ratio, REAL offset, const REAL *places, const
-    REAL *screw, REAL turn, REAL *pose_rotor, REAL *pose_place, WORD *far)
-{
-    const REAL places_0 = places[0], places_1 = places[1], places_2 = places[2];
-    const REAL screw_e12 = screw[0], screw_e13 = screw[1], screw_e23 = screw[2], screw_e01 = screw[3],
-        screw_e02 = screw[4], screw_e03 = screw[5];
-    const REAL t0 = offset + q * ratio;
-    const REAL t1 = turn * t0 * (REAL)0.5;
-    const REAL t2 = SIN(t1);
-    pose_rotor[0] = COS(t1);
-    pose_rotor[1] = -(screw_e12 * t2);
-    pose_rotor[2] = -(screw_e13 * t2);
-    pose_rotor[3] = -(screw_e23 * t2);
-    pose_place[0] = places_0 + screw_e01 * t0;
-    pose_place[1] = places_1 + screw_e02 * t0;
-    pose_place[2] = places_2 + screw_e03 * t0;
-}
-#define PARTS_inverse_dynamics_derivatives_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) \
-    AND NUMBER(2, 1) AND SAME(3, 3) AND SAME(4, 6) AND NUMBER(5, 1) AND OUT(6, 4) AND OUT(7, 3)
-GAC_IN_LANES(inverse_dynamics_derivatives_1, TURNS)
 
 static INLINE void NAME(inverse_dynamics_derivatives_3)(const REAL *pose_rotor, const REAL *pose_place_2, const REAL
     *own_rotor, const REAL *pose_place_3, REAL *pose_rotor_2, REAL *pose_place_2_out)
@@ -4648,8 +4682,8 @@ GAC_IN_LANES(inverse_dynamics_derivatives_12, PLAIN)
 intptr_t robots_inverse_dynamics_derivatives_work(intptr_t m, intptr_t n, intptr_t p)
 {
     (void)m;
-    return 4 * n + 3 * n + 6 * n + 6 * n + 6 * n + 6 * n + 6 * n + 10 * n + 9 * n + 3 * n + 6 * n + 10 * n + 9 * n +
-        3 * n + 6 * n + 6 * n + 6 * n + 3 * n + 6 * n + p + p + p;
+    return 4 * n + 3 * n + 4 * n + 3 * n + 6 * n + 6 * n + 6 * n + 6 * n + 6 * n + 10 * n + 9 * n + 3 * n + 6 * n +
+        10 * n + 9 * n + 3 * n + 6 * n + 6 * n + 6 * n + 3 * n + 6 * n + p + p + p;
 }
 #endif
 
@@ -4659,10 +4693,11 @@ static INLINE void NAME(inverse_dynamics_derivatives_within)(intptr_t m, intptr_
     const REAL *gravity, const int64_t *lower, const int64_t *upper, const int64_t *lower_variables,
     const int64_t *upper_variables, const REAL *is_strict, REAL *out_0, REAL *out_1, REAL *work)
 {
-    REAL pose_rotor[4], pose_place[3], pose_rotor_start[4], pose_place_start[3], *const pose_rotor_2 = work,
-    *const pose_place_2 = pose_rotor_2 + 4 * n, *const to_parent = pose_place_2 + 3 * n, mapped, mapped_2,
-    twist_start[6], rate_start[6], axis_rate_start[6], axis_acceleration_start[6], *const twist = to_parent + 6 * n,
-    *const rate = twist + 6 * n, *const axis_rate = rate + 6 * n, *const axis_acceleration = axis_rate + 6 * n,
+    REAL *const pose_rotor = work, *const pose_place = pose_rotor + 4 * n, pose_rotor_start[4], pose_place_start[3],
+    *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n,
+    *const to_parent = pose_place_2 + 3 * n, mapped, mapped_2, twist_start[6], rate_start[6], axis_rate_start[6],
+    axis_acceleration_start[6], *const twist = to_parent + 6 * n, *const rate = twist + 6 * n,
+    *const axis_rate = rate + 6 * n, *const axis_acceleration = axis_rate + 6 * n,
     *const of_body_inertia = axis_acceleration + 6 * n, *const of_body_turning = of_body_inertia + 10 * n,
     *const of_body_momentum = of_body_turning + 9 * n, *const of_body_wrench = of_body_momentum + 3 * n,
     *const carried_inertia = of_body_wrench + 6 * n, *const carried_turning = carried_inertia + 10 * n,
@@ -4672,14 +4707,15 @@ static INLINE void NAME(inverse_dynamics_derivatives_within)(intptr_t m, intptr_
     *const of_joint_coriolis = of_joint_momentum + 6 * n, *const of_joint_by_speed = of_joint_coriolis + 3 * n,
     above_by_q, *const below_by_q = of_joint_by_speed + 6 * n, *const above_by_qd = below_by_q + p,
     *const below_by_qd = above_by_qd + p;
+    for (intptr_t i = 0; i < n; i++)
+        NAME(inverse_dynamics_derivatives_1)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
+    turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
     NAME(inverse_dynamics_derivatives_2)(pose_rotor_start, pose_place_start);
     NAME(inverse_dynamics_derivatives_7)(gravity, twist_start, rate_start, axis_rate_start,
     axis_acceleration_start);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(inverse_dynamics_derivatives_1)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
-    turns[i], pose_rotor, pose_place, NULL);
         NAME(inverse_dynamics_derivatives_3)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor, pose_place,
+    parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
     pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
         NAME(inverse_dynamics_derivatives_4)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, screws + 6 * i,
     to_parent + 6 * i);
@@ -4757,27 +4793,28 @@ static INLINE WORD NAME(inverse_dynamics_derivatives_lanes)(intptr_t m, intptr_t
     const int64_t *parents, const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places,
     const REAL *screws, const REAL *turns, const REAL *qd, const REAL *qdd, const REAL *inertias,
     const REAL *gravity, const int64_t *lower, const int64_t *upper, const int64_t *lower_variables,
-    const int64_t *upper_variables, const REAL *is_strict, REAL *out_0, REAL *out_1, REAL *pose_rotor_2,
-    REAL *pose_place_2, REAL *to_parent, REAL *twist, REAL *rate, REAL *axis_rate, REAL *axis_acceleration,
-    REAL *of_body_inertia, REAL *of_body_turning, REAL *of_body_momentum, REAL *of_body_wrench,
-    REAL *carried_inertia, REAL *carried_turning, REAL *carried_momentum, REAL *carried_wrench,
-    REAL *of_joint_of_carriers, REAL *of_joint_momentum, REAL *of_joint_coriolis, REAL *of_joint_by_speed,
-    REAL *below_by_q, REAL *above_by_qd, REAL *below_by_qd)
+    const int64_t *upper_variables, const REAL *is_strict, REAL *out_0, REAL *out_1, REAL *pose_rotor,
+    REAL *pose_place, REAL *pose_rotor_2, REAL *pose_place_2, REAL *to_parent, REAL *twist, REAL *rate,
+    REAL *axis_rate, REAL *axis_acceleration, REAL *of_body_inertia, REAL *of_body_turning, REAL *of_body_momentum,
+    REAL *of_body_wrench, REAL *carried_inertia, REAL *carried_turning, REAL *carried_momentum,
+    REAL *carried_wrench, REAL *of_joint_of_carriers, REAL *of_joint_momentum, REAL *of_joint_coriolis,
+    REAL *of_joint_by_speed, REAL *below_by_q, REAL *above_by_qd, REAL *below_by_qd)
 {
-    _Alignas(64) REAL pose_rotor[4 * NLANES], pose_place[3 * NLANES], pose_rotor_start[4 * NLANES],
-    pose_place_start[3 * NLANES], mapped[NLANES], mapped_2[NLANES], twist_start[6 * NLANES], rate_start[6 * NLANES],
-    axis_rate_start[6 * NLANES], axis_acceleration_start[6 * NLANES], value_inertia[10 * NLANES],
-    value_turning[9 * NLANES], value_momentum[3 * NLANES], value_wrench[6 * NLANES], above_by_q[NLANES];
+    _Alignas(64) REAL pose_rotor_start[4 * NLANES], pose_place_start[3 * NLANES], mapped[NLANES], mapped_2[NLANES],
+    twist_start[6 * NLANES], rate_start[6 * NLANES], axis_rate_start[6 * NLANES],
+    axis_acceleration_start[6 * NLANES], value_inertia[10 * NLANES], value_turning[9 * NLANES],
+    value_momentum[3 * NLANES], value_wrench[6 * NLANES], above_by_q[NLANES];
     WORD far = 0;
+    for (intptr_t i = 0; i < n; i++)
+        far |= NAME(inverse_dynamics_derivatives_1_lanes)(q + NLANES * variables[i], ratios + i, offsets + i,
+    places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
     NAME(inverse_dynamics_derivatives_2_lanes)(pose_rotor_start, pose_place_start);
     NAME(inverse_dynamics_derivatives_7_lanes)(gravity, twist_start, rate_start, axis_rate_start,
     axis_acceleration_start);
     for (intptr_t i = 0; i < n; i++) {
-        far |= NAME(inverse_dynamics_derivatives_1_lanes)(q + NLANES * variables[i], ratios + i, offsets + i,
-    places + 3 * i, screws + 6 * i, turns + i, pose_rotor, pose_place);
         NAME(inverse_dynamics_derivatives_3_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor, pose_place,
-    pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
+    parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor + 4 * NLANES * i,
+    pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
         NAME(inverse_dynamics_derivatives_4_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i,
     screws + 6 * i, to_parent + 6 * NLANES * i);
         NAME(inverse_dynamics_derivatives_5_lanes)(qd + NLANES * variables[i], ratios + i, mapped);
@@ -4844,12 +4881,33 @@ GAC_PROCEDURE(inverse_dynamics_derivatives, BUSY)
     AND SAME(9, inertias, 10, 10, n) AND INDEX(10, lower, p, n) AND INDEX(11, upper, p, n) \
     AND INDEX(12, lower_variables, p, m) AND INDEX(13, upper_variables, p, m) AND SAME(14, is_strict, scalar, 1, p) \
     AND OUT(15, out, scalar, 1, m * m)
-#define WORK_coriolis_matrix(WORK) WORK(16, pose_rotor_2, 4, 4, n) WORK(17, pose_place_2, 3, 3, n) \
-    WORK(18, to_parent, 6, 6, n) WORK(19, carrier_0, 6, 6, n) WORK(20, carrier_1, 6, 6, n) \
-    WORK(21, of_body, 10, 10, n) WORK(22, of_body_2, 9, 9, n) WORK(23, of_body_3, 3, 3, n) \
-    WORK(24, carried, 10, 10, n) WORK(25, carried_2, 9, 9, n) WORK(26, carried_3, 3, 3, n) \
-    WORK(27, of_joint_0, 6, 6, n) WORK(28, of_joint, 3, 3, n) WORK(29, of_joint_2, 6, 6, n) \
-    WORK(30, of_pair_1, scalar, 1, p)
+#define WORK_coriolis_matrix(WORK) WORK(16, pose_rotor, 4, 4, n) WORK(17, pose_place, 3, 3, n) \
+    WORK(18, pose_rotor_2, 4, 4, n) WORK(19, pose_place_2, 3, 3, n) WORK(20, to_parent, 6, 6, n) \
+    WORK(21, carrier_0, 6, 6, n) WORK(22, carrier_1, 6, 6, n) WORK(23, of_body, 10, 10, n) \
+    WORK(24, of_body_2, 9, 9, n) WORK(25, of_body_3, 3, 3, n) WORK(26, carried, 10, 10, n) \
+    WORK(27, carried_2, 9, 9, n) WORK(28, carried_3, 3, 3, n) WORK(29, of_joint_0, 6, 6, n) \
+    WORK(30, of_joint, 3, 3, n) WORK(31, of_joint_2, 6, 6, n) WORK(32, of_pair_1, scalar, 1, p)
+
+static INLINE void NAME(coriolis_matrix_1)(REAL q, REAL ratio, REAL offset, const REAL *places, const REAL *screw,
+    REAL turn, REAL *pose_rotor, REAL *pose_place, WORD *far)
+{
+    const REAL places_0 = places[0], places_1 = places[1], places_2 = places[2];
+    const REAL screw_e12 = screw[0], screw_e13 = screw[1], screw_e23 = screw[2], screw_e01 = screw[3],
+        screw_e02 = screw[4], screw_e03 = screw[5];
+    const REAL t0 = offset + q * ratio;
+    const REAL t1 = turn * t0 * (REAL)0.5;
+    const REAL t2 = SIN(t1);
+    pose_rotor[0] = COS(t1);
+    pose_rotor[1] = -(screw_e12 * t2);
+    pose_rotor[2] = -(screw_e13 * t2);
+    pose_rotor[3] = -(screw_e23 * t2);
+    pose_place[0] = places_0 + screw_e01 * t0;
+    pose_place[1] = places_1 + screw_e02 * t0;
+    pose_place[2] = places_2 + screw_e03 * t0;
+}
+#define PARTS_coriolis_matrix_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) AND NUMBER(2, 1) \
+    AND SAME(3, 3) AND SAME(4, 6) AND NUMBER(5, 1) AND OUT(6, 4) AND OUT(7, 3)
+GAC_IN_LANES(coriolis_matrix_1, TURNS)
 
 static INLINE void NAME(coriolis_matrix_2)(REAL *pose_rotor_start, REAL *pose_place_start)
 {
@@ -4881,27 +4939,6 @@ static INLINE void NAME(coriolis_matrix_5)(REAL *carrier_0_start, REAL *carrier_
 }
 #define PARTS_coriolis_matrix_5(IN, SAME, NUMBER, OUT, AND) OUT(0, 6) AND OUT(1, 6)
 GAC_IN_LANES(coriolis_matrix_5, PLAIN)
-
-static INLINE void NAME(coriolis_matrix_1)(REAL q, REAL ratio, REAL offset, const REAL *places, const REAL *screw,
-    REAL turn, REAL *pose_rotor, REAL *pose_place, WORD *far)
-{
-    const REAL places_0 = places[0], places_1 = places[1], places_2 = places[2];
-    const REAL screw_e12 = screw[0], screw_e13 = screw[1], screw_e23 = screw[2], screw_e01 = screw[3],
-        screw_e02 = screw[4], screw_e03 = screw[5];
-    const REAL t0 = offset + q * ratio;
-    const REAL t1 = turn * t0 * (REAL)0.5;
-    const REAL t2 = SIN(t1);
-    pose_rotor[0] = COS(t1);
-    pose_rotor[1] = -(screw_e12 * t2);
-    pose_rotor[2] = -(screw_e13 * t2);
-    pose_rotor[3] = -(screw_e23 * t2);
-    pose_place[0] = places_0 + screw_e01 * t0;
-    pose_place[1] = places_1 + screw_e02 * t0;
-    pose_place[2] = places_2 + screw_e03 * t0;
-}
-#define PARTS_coriolis_matrix_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) AND NUMBER(2, 1) \
-    AND SAME(3, 3) AND SAME(4, 6) AND NUMBER(5, 1) AND OUT(6, 4) AND OUT(7, 3)
-GAC_IN_LANES(coriolis_matrix_1, TURNS)
 
 static INLINE void NAME(coriolis_matrix_3)(const REAL *pose_rotor, const REAL *pose_place_2, const REAL *own_rotor,
     const REAL *pose_place_3, REAL *pose_rotor_2, REAL *pose_place_2_out)
@@ -5237,8 +5274,8 @@ GAC_IN_LANES(coriolis_matrix_10, PLAIN)
 intptr_t robots_coriolis_matrix_work(intptr_t m, intptr_t n, intptr_t p)
 {
     (void)m;
-    return 4 * n + 3 * n + 6 * n + 6 * n + 6 * n + 10 * n + 9 * n + 3 * n + 10 * n + 9 * n + 3 * n + 6 * n + 3 * n +
-        6 * n + p;
+    return 4 * n + 3 * n + 4 * n + 3 * n + 6 * n + 6 * n + 6 * n + 10 * n + 9 * n + 3 * n + 10 * n + 9 * n + 3 * n +
+        6 * n + 3 * n + 6 * n + p;
 }
 #endif
 
@@ -5248,20 +5285,22 @@ static INLINE void NAME(coriolis_matrix_within)(intptr_t m, intptr_t n, intptr_t
     const int64_t *upper, const int64_t *lower_variables, const int64_t *upper_variables, const REAL *is_strict,
     REAL *out, REAL *work)
 {
-    REAL pose_rotor[4], pose_place[3], pose_rotor_start[4], pose_place_start[3], *const pose_rotor_2 = work,
-    *const pose_place_2 = pose_rotor_2 + 4 * n, *const to_parent = pose_place_2 + 3 * n, carrier_0_start[6],
-    carrier_1_start[6], *const carrier_0 = to_parent + 6 * n, *const carrier_1 = carrier_0 + 6 * n,
-    *const of_body = carrier_1 + 6 * n, *const of_body_2 = of_body + 10 * n, *const of_body_3 = of_body_2 + 9 * n,
-    *const carried = of_body_3 + 3 * n, *const carried_2 = carried + 10 * n, *const carried_3 = carried_2 + 9 * n,
-    value[10], value_2[9], value_3[3], *const of_joint_0 = carried_3 + 3 * n, *const of_joint = of_joint_0 + 6 * n,
+    REAL *const pose_rotor = work, *const pose_place = pose_rotor + 4 * n, pose_rotor_start[4], pose_place_start[3],
+    *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n,
+    *const to_parent = pose_place_2 + 3 * n, carrier_0_start[6], carrier_1_start[6],
+    *const carrier_0 = to_parent + 6 * n, *const carrier_1 = carrier_0 + 6 * n, *const of_body = carrier_1 + 6 * n,
+    *const of_body_2 = of_body + 10 * n, *const of_body_3 = of_body_2 + 9 * n, *const carried = of_body_3 + 3 * n,
+    *const carried_2 = carried + 10 * n, *const carried_3 = carried_2 + 9 * n, value[10], value_2[9], value_3[3],
+    *const of_joint_0 = carried_3 + 3 * n, *const of_joint = of_joint_0 + 6 * n,
     *const of_joint_2 = of_joint + 3 * n, of_pair_0, *const of_pair_1 = of_joint_2 + 6 * n;
+    for (intptr_t i = 0; i < n; i++)
+        NAME(coriolis_matrix_1)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i, turns[i],
+    pose_rotor + 4 * i, pose_place + 3 * i, NULL);
     NAME(coriolis_matrix_2)(pose_rotor_start, pose_place_start);
     NAME(coriolis_matrix_5)(carrier_0_start, carrier_1_start);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(coriolis_matrix_1)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i, turns[i],
-    pose_rotor, pose_place, NULL);
         NAME(coriolis_matrix_3)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor, pose_place,
+    parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
     pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
         NAME(coriolis_matrix_4)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, screws + 6 * i, to_parent + 6 * i);
         NAME(coriolis_matrix_6)(parents[i] >= 0 ? carrier_0 + 6 * parents[i] : carrier_0_start, to_parent + 6 * i,
@@ -5319,22 +5358,22 @@ static INLINE WORD NAME(coriolis_matrix_lanes)(intptr_t m, intptr_t n, intptr_t 
     const int64_t *parents, const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places,
     const REAL *screws, const REAL *turns, const REAL *qd, const REAL *inertias, const int64_t *lower,
     const int64_t *upper, const int64_t *lower_variables, const int64_t *upper_variables, const REAL *is_strict,
-    REAL *out, REAL *pose_rotor_2, REAL *pose_place_2, REAL *to_parent, REAL *carrier_0, REAL *carrier_1,
-    REAL *of_body, REAL *of_body_2, REAL *of_body_3, REAL *carried, REAL *carried_2, REAL *carried_3,
-    REAL *of_joint_0, REAL *of_joint, REAL *of_joint_2, REAL *of_pair_1)
+    REAL *out, REAL *pose_rotor, REAL *pose_place, REAL *pose_rotor_2, REAL *pose_place_2, REAL *to_parent,
+    REAL *carrier_0, REAL *carrier_1, REAL *of_body, REAL *of_body_2, REAL *of_body_3, REAL *carried,
+    REAL *carried_2, REAL *carried_3, REAL *of_joint_0, REAL *of_joint, REAL *of_joint_2, REAL *of_pair_1)
 {
-    _Alignas(64) REAL pose_rotor[4 * NLANES], pose_place[3 * NLANES], pose_rotor_start[4 * NLANES],
-    pose_place_start[3 * NLANES], carrier_0_start[6 * NLANES], carrier_1_start[6 * NLANES], value[10 * NLANES],
-    value_2[9 * NLANES], value_3[3 * NLANES], of_pair_0[NLANES];
+    _Alignas(64) REAL pose_rotor_start[4 * NLANES], pose_place_start[3 * NLANES], carrier_0_start[6 * NLANES],
+    carrier_1_start[6 * NLANES], value[10 * NLANES], value_2[9 * NLANES], value_3[3 * NLANES], of_pair_0[NLANES];
     WORD far = 0;
+    for (intptr_t i = 0; i < n; i++)
+        far |= NAME(coriolis_matrix_1_lanes)(q + NLANES * variables[i], ratios + i, offsets + i, places + 3 * i,
+    screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
     NAME(coriolis_matrix_2_lanes)(pose_rotor_start, pose_place_start);
     NAME(coriolis_matrix_5_lanes)(carrier_0_start, carrier_1_start);
     for (intptr_t i = 0; i < n; i++) {
-        far |= NAME(coriolis_matrix_1_lanes)(q + NLANES * variables[i], ratios + i, offsets + i, places + 3 * i,
-    screws + 6 * i, turns + i, pose_rotor, pose_place);
         NAME(coriolis_matrix_3_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor, pose_place,
-    pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
+    parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor + 4 * NLANES * i,
+    pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
         NAME(coriolis_matrix_4_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i, screws + 6 * i,
     to_parent + 6 * NLANES * i);
         NAME(coriolis_matrix_6_lanes)(parents[i] >= 0 ? carrier_0 + 6 * NLANES * parents[i] : carrier_0_start,
@@ -5384,8 +5423,30 @@ GAC_PROCEDURE(coriolis_matrix, BUSY)
     AND SAME(6, screws, 6, 6, n) AND SAME(7, turns, scalar, 1, n) AND IN(8, qd, scalar, 1, m) \
     AND IN(9, qdd, scalar, 1, m) AND IN(10, gravity, 3, 3, 1) AND INDEX(11, lower, p, n) AND INDEX(12, upper, p, n) \
     AND INDEX(13, upper_variables, p, m) AND OUT(14, out, 10, 10, m * n)
-#define WORK_torque_regressor(WORK) WORK(15, pose_rotor_2, 4, 4, n) WORK(16, pose_place_2, 3, 3, n) \
-    WORK(17, to_parent, 6, 6, n) WORK(18, twist, 6, 6, n) WORK(19, rate, 6, 6, n)
+#define WORK_torque_regressor(WORK) WORK(15, pose_rotor, 4, 4, n) WORK(16, pose_place, 3, 3, n) \
+    WORK(17, pose_rotor_2, 4, 4, n) WORK(18, pose_place_2, 3, 3, n) WORK(19, to_parent, 6, 6, n) \
+    WORK(20, twist, 6, 6, n) WORK(21, rate, 6, 6, n)
+
+static INLINE void NAME(torque_regressor_1)(REAL q, REAL ratio, REAL offset, const REAL *places, const REAL *screw,
+    REAL turn, REAL *pose_rotor, REAL *pose_place, WORD *far)
+{
+    const REAL places_0 = places[0], places_1 = places[1], places_2 = places[2];
+    const REAL screw_e12 = screw[0], screw_e13 = screw[1], screw_e23 = screw[2], screw_e01 = screw[3],
+        screw_e02 = screw[4], screw_e03 = screw[5];
+    const REAL t0 = offset + q * ratio;
+    const REAL t1 = turn * t0 * (REAL)0.5;
+    const REAL t2 = SIN(t1);
+    pose_rotor[0] = COS(t1);
+    pose_rotor[1] = -(screw_e12 * t2);
+    pose_rotor[2] = -(screw_e13 * t2);
+    pose_rotor[3] = -(screw_e23 * t2);
+    pose_place[0] = places_0 + screw_e01 * t0;
+    pose_place[1] = places_1 + screw_e02 * t0;
+    pose_place[2] = places_2 + screw_e03 * t0;
+}
+#define PARTS_torque_regressor_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) AND NUMBER(2, 1) \
+    AND SAME(3, 3) AND SAME(4, 6) AND NUMBER(5, 1) AND OUT(6, 4) AND OUT(7, 3)
+GAC_IN_LANES(torque_regressor_1, TURNS)
 
 static INLINE void NAME(torque_regressor_2)(REAL *pose_rotor_start, REAL *pose_place_start)
 {
@@ -5418,27 +5479,6 @@ static INLINE void NAME(torque_regressor_5)(const REAL *gravity, REAL *twist_sta
 }
 #define PARTS_torque_regressor_5(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND OUT(1, 6) AND OUT(2, 6)
 GAC_IN_LANES(torque_regressor_5, PLAIN)
-
-static INLINE void NAME(torque_regressor_1)(REAL q, REAL ratio, REAL offset, const REAL *places, const REAL *screw,
-    REAL turn, REAL *pose_rotor, REAL *pose_place, WORD *far)
-{
-    const REAL places_0 = places[0], places_1 = places[1], places_2 = places[2];
-    const REAL screw_e12 = screw[0], screw_e13 = screw[1], screw_e23 = screw[2], screw_e01 = screw[3],
-        screw_e02 = screw[4], screw_e03 = screw[5];
-    const REAL t0 = offset + q * ratio;
-    const REAL t1 = turn * t0 * (REAL)0.5;
-    const REAL t2 = SIN(t1);
-    pose_rotor[0] = COS(t1);
-    pose_rotor[1] = -(screw_e12 * t2);
-    pose_rotor[2] = -(screw_e13 * t2);
-    pose_rotor[3] = -(screw_e23 * t2);
-    pose_place[0] = places_0 + screw_e01 * t0;
-    pose_place[1] = places_1 + screw_e02 * t0;
-    pose_place[2] = places_2 + screw_e03 * t0;
-}
-#define PARTS_torque_regressor_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) AND NUMBER(2, 1) \
-    AND SAME(3, 3) AND SAME(4, 6) AND NUMBER(5, 1) AND OUT(6, 4) AND OUT(7, 3)
-GAC_IN_LANES(torque_regressor_1, TURNS)
 
 static INLINE void NAME(torque_regressor_3)(const REAL *pose_rotor, const REAL *pose_place_2, const REAL *own_rotor,
     const REAL *pose_place_3, REAL *pose_rotor_2, REAL *pose_place_2_out)
@@ -5683,7 +5723,7 @@ GAC_IN_LANES(torque_regressor_7, PLAIN)
 intptr_t robots_torque_regressor_work(intptr_t m, intptr_t n, intptr_t p)
 {
     (void)m, (void)p;
-    return 4 * n + 3 * n + 6 * n + 6 * n + 6 * n;
+    return 4 * n + 3 * n + 4 * n + 3 * n + 6 * n + 6 * n + 6 * n;
 }
 #endif
 
@@ -5692,21 +5732,23 @@ static INLINE void NAME(torque_regressor_within)(intptr_t m, intptr_t n, intptr_
     const REAL *screws, const REAL *turns, const REAL *qd, const REAL *qdd, const REAL *gravity,
     const int64_t *lower, const int64_t *upper, const int64_t *upper_variables, REAL *out, REAL *work)
 {
-    REAL pose_rotor[4], pose_place[3], pose_rotor_start[4], pose_place_start[3], *const pose_rotor_2 = work,
-    *const pose_place_2 = pose_rotor_2 + 4 * n, *const to_parent = pose_place_2 + 3 * n, twist_start[6],
-    rate_start[6], *const twist = to_parent + 6 * n, *const rate = twist + 6 * n, entry[10];
+    REAL *const pose_rotor = work, *const pose_place = pose_rotor + 4 * n, pose_rotor_start[4], pose_place_start[3],
+    *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n,
+    *const to_parent = pose_place_2 + 3 * n, twist_start[6], rate_start[6], *const twist = to_parent + 6 * n,
+    *const rate = twist + 6 * n, entry[10];
+    for (intptr_t i = 0; i < n; i++)
+        NAME(torque_regressor_1)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i, turns[i],
+    pose_rotor + 4 * i, pose_place + 3 * i, NULL);
     NAME(torque_regressor_2)(pose_rotor_start, pose_place_start);
     NAME(torque_regressor_5)(gravity, twist_start, rate_start);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(torque_regressor_1)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i, turns[i],
-    pose_rotor, pose_place, NULL);
         NAME(torque_regressor_3)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor, pose_place,
+    parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
     pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
         NAME(torque_regressor_4)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, screws + 6 * i, to_parent + 6 * i);
         NAME(torque_regressor_6)(parents[i] >= 0 ? twist + 6 * parents[i] : twist_start,
-    parents[i] >= 0 ? rate + 6 * parents[i] : rate_start, pose_rotor, pose_place, screws + 6 * i, qd[variables[i]],
-    qdd[variables[i]], ratios[i], twist + 6 * i, rate + 6 * i);
+    parents[i] >= 0 ? rate + 6 * parents[i] : rate_start, pose_rotor + 4 * i, pose_place + 3 * i, screws + 6 * i,
+    qd[variables[i]], qdd[variables[i]], ratios[i], twist + 6 * i, rate + 6 * i);
     }
     CLEAR(10 * m * n, out);
     for (intptr_t i = 0; i < p; i++) {
@@ -5735,26 +5777,27 @@ void NAME(torque_regressor)(intptr_t m, intptr_t n, intptr_t p, const REAL *q, c
 static INLINE WORD NAME(torque_regressor_lanes)(intptr_t m, intptr_t n, intptr_t p, const REAL *q,
     const int64_t *parents, const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places,
     const REAL *screws, const REAL *turns, const REAL *qd, const REAL *qdd, const REAL *gravity,
-    const int64_t *lower, const int64_t *upper, const int64_t *upper_variables, REAL *out, REAL *pose_rotor_2,
-    REAL *pose_place_2, REAL *to_parent, REAL *twist, REAL *rate)
+    const int64_t *lower, const int64_t *upper, const int64_t *upper_variables, REAL *out, REAL *pose_rotor,
+    REAL *pose_place, REAL *pose_rotor_2, REAL *pose_place_2, REAL *to_parent, REAL *twist, REAL *rate)
 {
-    _Alignas(64) REAL pose_rotor[4 * NLANES], pose_place[3 * NLANES], pose_rotor_start[4 * NLANES],
-    pose_place_start[3 * NLANES], twist_start[6 * NLANES], rate_start[6 * NLANES], entry[10 * NLANES];
+    _Alignas(64) REAL pose_rotor_start[4 * NLANES], pose_place_start[3 * NLANES], twist_start[6 * NLANES],
+    rate_start[6 * NLANES], entry[10 * NLANES];
     WORD far = 0;
+    for (intptr_t i = 0; i < n; i++)
+        far |= NAME(torque_regressor_1_lanes)(q + NLANES * variables[i], ratios + i, offsets + i, places + 3 * i,
+    screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
     NAME(torque_regressor_2_lanes)(pose_rotor_start, pose_place_start);
     NAME(torque_regressor_5_lanes)(gravity, twist_start, rate_start);
     for (intptr_t i = 0; i < n; i++) {
-        far |= NAME(torque_regressor_1_lanes)(q + NLANES * variables[i], ratios + i, offsets + i, places + 3 * i,
-    screws + 6 * i, turns + i, pose_rotor, pose_place);
         NAME(torque_regressor_3_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor, pose_place,
-    pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
+    parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor + 4 * NLANES * i,
+    pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
         NAME(torque_regressor_4_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i, screws + 6 * i,
     to_parent + 6 * NLANES * i);
         NAME(torque_regressor_6_lanes)(parents[i] >= 0 ? twist + 6 * NLANES * parents[i] : twist_start,
-    parents[i] >= 0 ? rate + 6 * NLANES * parents[i] : rate_start, pose_rotor, pose_place, screws + 6 * i,
-    qd + NLANES * variables[i], qdd + NLANES * variables[i], ratios + i, twist + 6 * NLANES * i,
-    rate + 6 * NLANES * i);
+    parents[i] >= 0 ? rate + 6 * NLANES * parents[i] : rate_start, pose_rotor + 4 * NLANES * i,
+    pose_place + 3 * NLANES * i, screws + 6 * i, qd + NLANES * variables[i], qdd + NLANES * variables[i],
+    ratios + i, twist + 6 * NLANES * i, rate + 6 * NLANES * i);
     }
     CLEAR(10 * NLANES * m * n, out);
     for (intptr_t i = 0; i < p; i++) {

@@ -1,9 +1,13 @@
-"""The loop kernels of `generated.robots` with the tables of one robot, each bound when it is first called."""
+"""The loop kernels of `generated.robots` with the tables of one robot, each bound when it is first called.
+
+`Attempts` keeps the shortest way to a bound kernel: what the extension of the runtime does at once. Methods try it
+before they look at their arguments.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import fields
+from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Any
 
@@ -26,10 +30,66 @@ from .tables import (
     pushes_of,
 )
 
-Method = Callable[..., Any]
-"""A kernel of which the tables are given: a function of the variables, and of their rates and forces."""
+Method = Any
+"""A kernel of which the tables are given (`LoopKernel.bind`): a function of the variables, their rates and forces."""
 
+_FLOAT64 = np.dtype(np.float64)
 _JOINTS = ("variables", "ratios", "offsets", "places", "screws", "turns")
+
+
+def _nothing(*_values: Any) -> None:
+    """The result of a kernel that is not bound yet."""
+
+
+@dataclass(slots=True, eq=False)
+class Attempts:
+    """For each kernel a call that returns None where the extension cannot do it at once, for whatever reason.
+
+    Looking up a slot takes a few nanoseconds; a `cached_property` takes ten times as long.
+    """
+
+    centre_of_mass: Method = _nothing
+    centroidal_momentum_matrix: Method = _nothing
+    coriolis: Method = _nothing
+    forward: Method = _nothing
+    forward_all: Method = _nothing
+    forward_dynamics: Method = _nothing
+    gravity: Method = _nothing
+    inverse_dynamics: Method = _nothing
+    jacobian: Method = _nothing
+    jacobian_rate: Method = _nothing
+    kinetic_energy: Method = _nothing
+    mass_matrix: Method = _nothing
+    potential_energy: Method = _nothing
+
+
+class _BoundOnce(cached_property[Any]):
+    """A kernel that is bound when it is first wanted, and tried first from then on."""
+
+    def __get__(self, computed: Any, owner: type | None = None) -> Any:
+        found = super().__get__(computed, owner)
+        if computed is not None and self.attrname in Attempts.__slots__:
+            setattr(computed.attempts, self.attrname, found.attempt)
+        return found
+
+
+@dataclass(frozen=True, slots=True)
+class _Composed:
+    """A function of several kernels, called as one of them is."""
+
+    run: Callable[..., Any]
+    n: int
+    """The number of variables."""
+
+    def __call__(self, *rows: Floats) -> Any:
+        return self.run(*rows)
+
+    def attempt(self, *rows: Any) -> Any:
+        """The result for one configuration in doubles, else None."""
+        for row in rows:
+            if type(row) is not np.ndarray or row.dtype is not _FLOAT64 or row.shape != (self.n,):
+                return None
+        return self.run(*rows)
 
 
 def _named(joints: Joints) -> dict[str, Any]:
@@ -39,11 +99,15 @@ def _named(joints: Joints) -> dict[str, Any]:
 class Computed:
     """The kernels for one robot, as functions of q, followed by qd, qdd or tau.
 
-    Results of Jacobians and of momenta have one row for each variable.
+    Attributes
+    ----------
+    attempts : Attempts
+        Their quick calls, once they are bound.
     """
 
     def __init__(self, model: Constants) -> None:
         self._model = model
+        self.attempts = Attempts()
         self._paths: dict[tuple[int, bytes], tuple[Method, Method]] = {}
 
     @property
@@ -89,7 +153,7 @@ class Computed:
             tip = pga3.motor_to_rotor_translation(inside)[1]
             self._paths[key] = (
                 robots.forward.bind(self._lengths, **_named(joints), tool=inside),
-                robots.jacobian.bind(self._lengths, **_named(joints.beside), tip=tip),
+                robots.jacobian.bind(self._lengths, **_named(joints.beside), tip=tip).returning("out", transposed=True),
             )
         return self._paths[key]
 
@@ -98,34 +162,34 @@ class Computed:
         return self._along(joint, tool)[0]
 
     def jacobian_of(self, joint: int, tool: Floats) -> Method:
-        """The Jacobian (..., m, 6) of what a joint carries."""
+        """The Jacobian (..., 6, m) of what a joint carries."""
         return self._along(joint, tool)[1]
 
-    @cached_property
+    @_BoundOnce
     def forward(self) -> Method:
         """The motor of the end effector, (..., 8)."""
         return self.forward_to(self._model.tip, self._model.tool)
 
-    @cached_property
+    @_BoundOnce
     def jacobian(self) -> Method:
-        """Velocities of the end effector for unit rates, (..., m, 6)."""
+        """Velocities of the end effector for unit rates, (..., 6, m)."""
         return self.jacobian_of(self._model.tip, self._model.tool)
 
-    @cached_property
+    @_BoundOnce
     def jacobian_rate(self) -> Method:
         """The rate of `jacobian`, of q and qd."""
         own = _named(self._joints.along(self._model.path).beside)
         inside = carried_by(self._model, self._model.tip, self._model.tool)
         tip = pga3.motor_to_rotor_translation(inside)[1]
-        return robots.jacobian_rate.bind(self._lengths, **own, tip=tip)
+        return robots.jacobian_rate.bind(self._lengths, **own, tip=tip).returning("out", transposed=True)
 
-    @cached_property
+    @_BoundOnce
     def forward_all(self) -> Method:
         """The motors of all frames, (..., N, 8)."""
         rotors, places = homes_of(self._model)
         return robots.forward_all.bind(self._lengths, **self._all, home_rotors=rotors, home_places=places)
 
-    @cached_property
+    @_BoundOnce
     def twists_of_joints(self) -> Method:
         """The twists of the joints at unit speed, (..., N, 6)."""
         return robots.twists_of_joints.bind(self._lengths, **self._all)
@@ -137,24 +201,24 @@ class Computed:
         """(N, 10), what `torque_regressor` is multiplied with."""
         return inertias_of(self._model)
 
-    @cached_property
+    @_BoundOnce
     def inverse_dynamics(self) -> Method:
         """Forces of the joints, of q, qd and qdd."""
         armature = self._model.armature
         return robots.inverse_dynamics.bind(self._lengths, **self._heavy, armature=armature, gravity=self._gravity)
 
-    @cached_property
+    @_BoundOnce
     def coriolis(self) -> Method:
         """Forces without gravity and accelerations, of q and qd."""
         still = {"gravity": np.zeros(3), "qdd": np.zeros(self._model.n_joints)}
         return robots.inverse_dynamics.bind(self._lengths, **self._heavy, armature=self._model.armature, **still)
 
-    @cached_property
+    @_BoundOnce
     def gravity(self) -> Method:
         """Forces that hold the robot still, of q."""
         return robots.gravity_forces.bind(self._lengths, **self._heavy, gravity=self._gravity)
 
-    @cached_property
+    @_BoundOnce
     def mass_matrix(self) -> Method:
         """The mass matrix, (..., m, m)."""
         pairs, ratios = self._pairs, self._joints.ratios
@@ -171,32 +235,32 @@ class Computed:
             armature=np.where(lower == upper, self._model.armature[lower], 0.0),
         )
 
-    @cached_property
+    @_BoundOnce
     def inverse_mass_matrix(self) -> Method:
         """The inverse of the mass matrix, (..., m, m), of q."""
         if self._model.coupling.size:
-            return self._inverse_of_mass_matrix
+            return _Composed(self._inverse_of_mass_matrix, self._model.n_joints)
         pushes = pushes_of(self._model)
         tables = {field.name: getattr(pushes, field.name) for field in fields(pushes)}
         return robots.inverse_mass_matrix.bind(self._lengths, **self._heavy, armature=self._model.armature, **tables)
 
-    @cached_property
+    @_BoundOnce
     def coriolis_matrix(self) -> Method:
         """The matrix of Christoffel's symbols, of q and qd, (..., m, m)."""
         return robots.coriolis_matrix.bind(self._lengths, **self._heavy, **self._pair_tables)
 
-    @cached_property
+    @_BoundOnce
     def inverse_dynamics_derivatives(self) -> Method:
         """Derivatives of the forces by q and by qd, of q, qd and qdd, (..., m, m) each."""
         return robots.inverse_dynamics_derivatives.bind(
             self._lengths, **self._heavy, gravity=self._gravity, **self._pair_tables
         )
 
-    @cached_property
+    @_BoundOnce
     def forward_dynamics(self) -> Method:
         """Accelerations, of q, qd and tau."""
         if self._model.coupling.size:
-            return self._accelerations_by_mass_matrix
+            return _Composed(self._accelerations_by_mass_matrix, self._model.n_joints)
         armature = self._model.armature
         return robots.forward_dynamics.bind(self._lengths, **self._heavy, armature=armature, gravity=self._gravity)
 
@@ -233,7 +297,7 @@ class Computed:
                 found[joints.variables[carrier]] += joints.ratios[carrier] ** 2 * felt
         return found
 
-    @cached_property
+    @_BoundOnce
     def torque_regressor(self) -> Method:
         """The matrix of the forces by the inertias, of q, qd and qdd, (..., m, N, 10)."""
         joints = self._joints.beside
@@ -241,22 +305,22 @@ class Computed:
         pairs = {name: self._pair_tables[name] for name in ("lower", "upper", "upper_variables")}
         return robots.torque_regressor.bind(self._lengths, **tables, gravity=self._gravity, **pairs)
 
-    @cached_property
+    @_BoundOnce
     def kinetic_energy(self) -> Method:
         """The energy of motion, of q and qd."""
         return robots.kinetic_energy.bind(self._lengths, **self._heavy, armature=self._model.armature)
 
-    @cached_property
+    @_BoundOnce
     def potential_energy(self) -> Method:
         """The energy of height, of q."""
         return robots.potential_energy.bind(self._lengths, **self._all, inertias=self.inertias, gravity=self._gravity)
 
-    @cached_property
+    @_BoundOnce
     def centre_of_mass(self) -> Method:
-        """The mass of what moves and its centre, of q."""
-        return robots.centre_of_mass.bind(self._lengths, **self._all, inertias=self.inertias)
+        """The centre of mass of what moves, of q."""
+        return robots.centre_of_mass.bind(self._lengths, **self._all, inertias=self.inertias).returning("out_1")
 
-    @cached_property
+    @_BoundOnce
     def centroidal_momentum_matrix(self) -> Method:
-        """Momenta about the centre of mass for unit rates, (..., m, 6), and the centre beside the first joint, of q."""
-        return robots.centroidal_momentum_matrix.bind(self._lengths, **self._heavy)
+        """Momenta about the centre of mass for unit rates, (..., 6, m)."""
+        return robots.centroidal_momentum_matrix.bind(self._lengths, **self._heavy).returning("out_0", transposed=True)

@@ -88,12 +88,14 @@ class Differential(Changes):
                 return own(q)  # type: ignore[no-any-return]
             except (TypeError, ValueError):
                 pass
-        return _columns(self._run(self._computed.jacobian, ("q",), q))
+        attempt = self._attempts.jacobian
+        found = attempt(q)
+        return self._run(self._computed.jacobian, ("q",), q) if found is None else found  # type: ignore[no-any-return]
 
     def _jacobian_of_link(self, name: str, q: ArrayLike) -> Reals:
         joint, tool = self._carrier(name)
         if joint >= 0:
-            return _columns(self._run(self._computed.jacobian_of(joint, tool), ("q",), q))
+            return self._run(self._computed.jacobian_of(joint, tool), ("q",), q)  # type: ignore[no-any-return]
         given = self._variables(q, "q")[0]
         return np.zeros((*given.shape[:-1], 6, self.n_joints), given.dtype)
 
@@ -114,7 +116,9 @@ class Differential(Changes):
         TypeError, ValueError
             As in `jacobian`.
         """
-        return _columns(self._run(self._computed.jacobian_rate, ("q", "qd"), q, qd))
+        attempt = self._attempts.jacobian_rate
+        found = attempt(q, qd)
+        return self._run(self._computed.jacobian_rate, ("q", "qd"), q, qd) if found is None else found  # type: ignore[no-any-return]
 
     def velocity(self, q: ArrayLike, qd: ArrayLike) -> Reals:
         """The spatial velocity of the end effector, (..., 6): angular over linear, base frame.
@@ -281,11 +285,6 @@ class Differential(Changes):
         if link not in self.links:
             raise DescriptionError(f"{self.name}: no link {link!r}; expected one of {', '.join(self.links) or 'none'}")
         return self.links[link]
-
-
-def _columns(rows: Reals) -> Reals:
-    """A matrix (..., 6, n) from its columns (..., n, 6)."""
-    return rows.T if rows.ndim == 2 else np.swapaxes(rows, -1, -2)
 
 
 def _rank(rows: Reals) -> int:

@@ -41,6 +41,10 @@ class Dynamics(Differential):
                 return own(q, qd, qdd)  # type: ignore[no-any-return]
             except (TypeError, ValueError):
                 pass
+        attempt = self._attempts.inverse_dynamics
+        found = attempt(q, qd, qdd)
+        if found is not None:
+            return found  # type: ignore[no-any-return]
         self._need_inertia()
         return self._run(self._computed.inverse_dynamics, ("q", "qd", "qdd"), q, qd, qdd)  # type: ignore[no-any-return]
 
@@ -56,6 +60,10 @@ class Dynamics(Differential):
         MissingInertiaError, TypeError, ValueError
             As in `inverse_dynamics`.
         """
+        attempt = self._attempts.gravity
+        found = attempt(q)
+        if found is not None:
+            return found  # type: ignore[no-any-return]
         self._need_inertia()
         return self._run(self._computed.gravity, ("q",), q)  # type: ignore[no-any-return]
 
@@ -71,6 +79,10 @@ class Dynamics(Differential):
         MissingInertiaError, TypeError, ValueError
             As in `inverse_dynamics`.
         """
+        attempt = self._attempts.coriolis
+        found = attempt(q, qd)
+        if found is not None:
+            return found  # type: ignore[no-any-return]
         self._need_inertia()
         return self._run(self._computed.coriolis, ("q", "qd"), q, qd)  # type: ignore[no-any-return]
 
@@ -113,6 +125,10 @@ class Dynamics(Differential):
                 return own(q)  # type: ignore[no-any-return]
             except (TypeError, ValueError):
                 pass
+        attempt = self._attempts.mass_matrix
+        found = attempt(q)
+        if found is not None:
+            return found  # type: ignore[no-any-return]
         self._need_inertia()
         return self._run(self._computed.mass_matrix, ("q",), q)  # type: ignore[no-any-return]
 
@@ -150,6 +166,10 @@ class Dynamics(Differential):
         MissingInertiaError, TypeError, ValueError
             As in `inverse_dynamics`.
         """
+        attempt = self._attempts.forward_dynamics
+        found = attempt(q, qd, tau)
+        if found is not None:
+            return found  # type: ignore[no-any-return]
         self._need_inertia()
         return self._run(self._computed.forward_dynamics, ("q", "qd", "tau"), q, qd, tau)  # type: ignore[no-any-return]
 
@@ -257,8 +277,12 @@ class Dynamics(Differential):
         MissingInertiaError, TypeError, ValueError
             As in `inverse_dynamics`.
         """
+        attempt = self._attempts.centre_of_mass
+        found = attempt(q)
+        if found is not None:
+            return found  # type: ignore[no-any-return]
         self._need_inertia()
-        return self._run(self._computed.centre_of_mass, ("q",), q)[1]  # type: ignore[no-any-return]
+        return self._run(self._computed.centre_of_mass, ("q",), q)  # type: ignore[no-any-return]
 
     def centroidal_momentum_matrix(self, q: ArrayLike) -> Reals:
         """The matrix (..., 6, n) that gives momenta about the centre of mass from rates: angular over linear.
@@ -274,9 +298,12 @@ class Dynamics(Differential):
         MissingInertiaError, TypeError, ValueError
             As in `inverse_dynamics`.
         """
+        attempt = self._attempts.centroidal_momentum_matrix
+        found = attempt(q)
+        if found is not None:
+            return found  # type: ignore[no-any-return]
         self._need_inertia()
-        rows, _ = self._run(self._computed.centroidal_momentum_matrix, ("q",), q)
-        return np.swapaxes(rows, -1, -2)
+        return self._run(self._computed.centroidal_momentum_matrix, ("q",), q)  # type: ignore[no-any-return]
 
     def centroidal_momentum(self, q: ArrayLike, qd: ArrayLike) -> Reals:
         """The momentum (..., 6) about the centre of mass: angular over linear.
@@ -306,6 +333,10 @@ class Dynamics(Differential):
         MissingInertiaError, TypeError, ValueError
             As in `inverse_dynamics`.
         """
+        attempt = self._attempts.kinetic_energy
+        found = attempt(q, qd)
+        if found is not None:
+            return found  # type: ignore[no-any-return]
         self._need_inertia()
         return self._run(self._computed.kinetic_energy, ("q", "qd"), q, qd)  # type: ignore[no-any-return]
 
@@ -321,6 +352,10 @@ class Dynamics(Differential):
         MissingInertiaError, TypeError, ValueError
             As in `inverse_dynamics`.
         """
+        attempt = self._attempts.potential_energy
+        found = attempt(q)
+        if found is not None:
+            return found  # type: ignore[no-any-return]
         self._need_inertia()
         return self._run(self._computed.potential_energy, ("q",), q)  # type: ignore[no-any-return]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from importlib import import_module
 from types import MappingProxyType
@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from ..arguments import Reals, real_array
 from . import folded
-from .computed import Computed
+from .computed import Attempts, Computed, Method
 from .constants import Floats
 from .denavit_hartenberg import Joint
 from .errors import DescriptionError, JointCountError, MissingInertiaError, NotFiniteError, UnknownJointTypeError
@@ -94,6 +94,8 @@ class Model:
     module: Any = None
     _computed: Computed = field(init=False, repr=False)
     """The kernels of `generated.robots` with the tables of this robot."""
+    _attempts: Attempts = field(init=False, repr=False)
+    """Their quick calls, which methods try first."""
     _own: folded.Folded = field(default=folded.NOTHING, init=False, repr=False)
     """The kernels of the module that were made from the same constants; none where joints follow others."""
 
@@ -152,6 +154,7 @@ class Model:
             kept.flags.writeable = False
             fill(name, kept)
         fill("_computed", Computed(self))
+        fill("_attempts", self._computed.attempts)
         fill("_own", folded.NOTHING if self.coupling.size else folded.kernels_of(self))
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -183,16 +186,14 @@ class Model:
         """The joints from the base to the end effector."""
         return path_to(self, self.tip)
 
-    def _run(self, kernel: Callable[..., Any], names: Sequence[str], *values: ArrayLike) -> Any:
-        """A kernel of `generated.robots` on variables, rates and forces; float32 gives float32."""
-        for value in values:
-            if type(value) is not np.ndarray or value.dtype.char != "d":
-                break
-        else:
-            try:
-                return kernel(*values)
-            except ValueError:
-                pass  # what follows names the robot
+    def _run(self, kernel: Method, names: Sequence[str], *values: ArrayLike) -> Any:
+        """A kernel of `generated.robots` on variables, rates and forces; float32 gives float32.
+
+        Whatever the kernel cannot do at once is checked here, since errors name the robot.
+        """
+        found = kernel.attempt(*values)
+        if found is not None:
+            return found
         shape, rows = self._together(*zip(values, names, strict=True))
         arrays = [row.reshape(*shape, self.n_joints) for row in rows]
         found = kernel(*(array.astype(_FLOAT64, copy=False) for array in arrays))

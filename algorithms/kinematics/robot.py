@@ -222,7 +222,9 @@ class Robot(Simulated):
                 return own(q)  # type: ignore[no-any-return]
             except (TypeError, ValueError):
                 pass
-        return self._run(self._computed.forward, ("q",), q)  # type: ignore[no-any-return]
+        attempt = self._attempts.forward
+        found = attempt(q)
+        return self._run(self._computed.forward, ("q",), q) if found is None else found  # type: ignore[no-any-return]
 
     def forward_all(self, q: ArrayLike) -> Reals:
         """Where every link is: the motors of all frames.
@@ -242,7 +244,9 @@ class Robot(Simulated):
         TypeError, ValueError
             As in `forward`.
         """
-        return self._run(self._computed.forward_all, ("q",), q)  # type: ignore[no-any-return]
+        attempt = self._attempts.forward_all
+        found = attempt(q)
+        return self._run(self._computed.forward_all, ("q",), q) if found is None else found  # type: ignore[no-any-return]
 
     def link(self, name: str, q: ArrayLike) -> Reals:
         """Where a link of a URDF file is, (..., 8).

@@ -145,7 +145,7 @@ static PyTypeObject *array_type, *number_type, *single_type;
 static PyTypeObject *scalar_type;
 static PyObject *double_type, *float_type;
 static NewArray new_array;
-static PyObject *word_out, *word_in_python, *word_kind;
+static PyObject *word_out, *word_in_python, *word_kind, *word_backend, *word_num_threads;
 
 /* Python's operators on two values, the call of a value, and the operators on one, as C and Python name them. */
 #define BINARY(OPERATOR)                                                                        \
@@ -1005,11 +1005,9 @@ static inline PyObject *returned(PyObject **made, int n, int done)
 }
 
 /* Whether batches run on one thread: as long as the module's `num_threads` is 1. */
-static int is_one_thread(const Call *call)
+static int is_one_thread(PyObject *settings)
 {
-    if (call->settings == NULL)
-        return 0;
-    PyObject *number = PyDict_GetItemString(call->settings, "num_threads");
+    PyObject *number = settings == NULL ? NULL : PyDict_GetItemWithError(settings, word_num_threads);
     return number != NULL && PyLong_CheckExact(number) && PyLong_AsLong(number) == 1;
 }
 
@@ -1031,7 +1029,7 @@ static PyObject *call_on_batch(const Call *call, PyObject *const *args, PyObject
         size *= batch.axes[k];
     if (size == 0 || (out != NULL && !take_out(&batch, call, args, out)))
         return NULL;
-    if (size > call->most && !is_one_thread(call)) {
+    if (size > call->most && !is_one_thread(call->settings)) {
         Rows rows;
         take_rows(&batch, n_inputs + (out != NULL), &rows);
         if (rows.n_axes < 2 || rows.lengths[0] > call->most)
@@ -1307,6 +1305,7 @@ static PyType_Spec call_spec = {
 #define MAX_TABLES 64
 #define MAX_TABLE_AXES 6
 #define MAX_FEW 512
+#define MAX_OPERATIONS 16
 
 /* Elements of one type, as C and numba compile them; not 0 where memory is missing. */
 typedef int (*RowsFunction)(const intptr_t *lengths, char **starts, const intptr_t *steps, intptr_t count);
@@ -1321,6 +1320,13 @@ typedef struct {
     int earlier; /* and come before their own, if this is set. */
 } Table;
 
+/* Operations of an element: so many for every combination of rows of some lengths. */
+typedef struct {
+    Py_ssize_t count;
+    int n_lengths;
+    int lengths[MAX_TABLE_AXES];
+} Operations;
+
 /* A kernel with loops, or one of which some arguments are fixed. */
 typedef struct {
     PyObject_HEAD
@@ -1328,12 +1334,14 @@ typedef struct {
     RowsFunction rows; /* NULL until the kernel can be run. */
     PyObject *settings; /* Of the module, borrowed; `backend` is what it said when this was bound. */
     PyObject *backend;
-    Py_ssize_t most; /* Arrays that have more numbers together are left to Python. */
+    Py_ssize_t most; /* Elements whose arrays have more numbers together are left to Python. */
     int n_lengths;
     int n_inputs;
     int n_given; /* Inputs that are not fixed. */
     int n_outputs;
     int n_work;
+    int only; /* The result that calls return where they return one of several, or -1. */
+    int transposed; /* Whether its last two axes are swapped. */
     Py_ssize_t lengths[MAX_LENGTHS]; /* As fixed arguments have them, or -1. */
     PyObject *fixed[MAX_GIVEN];
     int places[MAX_GIVEN]; /* Which inputs are not fixed, in order. */
@@ -1341,24 +1349,27 @@ typedef struct {
     char *starts[MAX_GIVEN]; /* Of fixed inputs, and how many numbers they have, each and together. */
     Py_ssize_t sizes[MAX_GIVEN], total;
     Table tables[MAX_TABLES];
+    int n_operations;
+    Operations operations[MAX_OPERATIONS];
 } LoopCall;
 
-static PyObject *word_backend;
+/* Work of a call (bytes, and operations as so many bytes) from which on other threads of Python run beside it, and
+   from which on several threads share a batch where the module's `num_threads` says so, as in Python. */
+#define LONG_WORK (1 << 19)
+#define SHARED_WORK (1 << 23)
 
-/* Whether the axes of an array are those of a table, for lengths that are found with it. */
-static inline int take_lengths(const Array *array, const Table *table, Py_ssize_t *lengths)
+/* Whether the axes of an array, behind those of a batch, are those of a table, for lengths that are found with it. */
+static inline int take_lengths(const Py_ssize_t *shape, const Table *table, Py_ssize_t *lengths)
 {
-    if (array->n_axes != table->n_axes)
-        return 0;
     for (int k = 0; k < table->n_axes; k++) {
         Py_ssize_t expected = table->axes[k];
         if (expected < 0) {
             Py_ssize_t *length = &lengths[-1 - expected];
             if (*length < 0)
-                *length = array->shape[k];
+                *length = shape[k];
             expected = *length;
         }
-        if (array->shape[k] != expected)
+        if (shape[k] != expected)
             return 0;
     }
     return 1;
@@ -1402,15 +1413,112 @@ static int are_apart(const char *a, Py_ssize_t n, const char *b, Py_ssize_t m)
     return a + n * (Py_ssize_t)sizeof(double) <= b || b + m * (Py_ssize_t)sizeof(double) <= a;
 }
 
-/* One element of doubles in C order; NULL without an error where that is not all that there is to do. */
-static PyObject *loops_on_element(LoopCall *call, PyObject *const *args, PyObject *out)
+/* The elements of a batch: their axes and number, and bytes from one element to the next in each array. */
+typedef struct {
+    int n_axes;
+    const Py_ssize_t *axes;
+    Py_ssize_t count;
+    intptr_t steps[MAX_TABLES];
+} Elements;
+
+static const intptr_t no_steps[MAX_TABLES];
+
+/* Takes the axes that an array has before those of an element. A batch has the same in all arrays that have any; what
+   else would broadcast is left to Python. `steps` are set from the first array with such axes on. */
+static inline int take_leading(Elements *elements, const Array *array, int n_axes)
 {
-    static const intptr_t steps[MAX_TABLES];
+    if (n_axes > MAX_LEADING)
+        return 0;
+    if (!elements->n_axes) {
+        elements->n_axes = n_axes;
+        elements->axes = array->shape;
+        elements->count = 1;
+        for (int k = 0; k < n_axes; k++)
+            elements->count *= array->shape[k];
+        memset(elements->steps, 0, sizeof elements->steps);
+        return elements->count > 0;
+    }
+    return elements->n_axes == n_axes && !memcmp(elements->axes, array->shape, (size_t)n_axes * sizeof *elements->axes);
+}
+
+/* An array for a result, whose numbers lie in C order, and where they are; or the same with its last axes swapped. */
+static PyObject *new_rows(const Elements *elements, int n_axes, const Py_ssize_t *core, int transposed, char **start)
+{
+    enum { IN_FORTRAN_ORDER = 2, MOST_AXES = MAX_LEADING + MAX_TABLE_AXES };
+    Py_ssize_t axes[MOST_AXES], strides[MOST_AXES];
+    const int n = elements->n_axes + n_axes, is_matrix = n == 2 && n_axes == 2;
+    for (int k = 0; k < n; k++)
+        axes[k] = k < elements->n_axes ? elements->axes[k] : core[k - elements->n_axes];
+    if (transposed && is_matrix) {
+        axes[0] = core[1];
+        axes[1] = core[0];
+    }
+    /* Without strides, flags ask for an order. */
+    PyObject *made = new_array(
+        array_type, Py_NewRef(double_type), n, axes, NULL, NULL, transposed && is_matrix ? IN_FORTRAN_ORDER : 0, NULL
+    );
+    if (made == NULL)
+        return NULL;
+    const Array *array = (const Array *)made;
+    *start = array->data;
+    if (!transposed || is_matrix)
+        return made;
+    memcpy(strides, array->strides, (size_t)n * sizeof *strides);
+    axes[n - 1] = core[n_axes - 2];
+    axes[n - 2] = core[n_axes - 1];
+    strides[n - 1] = array->strides[n - 2];
+    strides[n - 2] = array->strides[n - 1];
+    PyObject *view = new_array(
+        array_type, Py_NewRef(double_type), n, axes, strides, array->data, ALIGNED | WRITEABLE, NULL
+    );
+    if (view == NULL)
+        Py_DECREF(made);
+    else
+        ((Array *)view)->base = made;
+    return view;
+}
+
+/* Bytes of an element in doubles, and its operations as so many bytes, as `LoopDefinition.work_of`. */
+static double work_of(const LoopCall *call, const Py_ssize_t *lengths, Py_ssize_t numbers)
+{
+    double work = (double)sizeof(double) * (double)numbers;
+    for (int k = 0; k < call->n_operations; k++) {
+        const Operations *some = &call->operations[k];
+        double count = 4.0 * (double)some->count;
+        for (int axis = 0; axis < some->n_lengths; axis++)
+            count *= (double)lengths[some->lengths[axis]];
+        work += count;
+    }
+    return work;
+}
+
+/* Runs a batch, without the lock of Python where it takes long; 0 where threads are to share it, or on failure. */
+static int run_elements(const LoopCall *call, const Py_ssize_t *lengths, char **starts, const Elements *elements, double work)
+{
+    work *= (double)elements->count;
+    if (work < LONG_WORK)
+        return call->rows((const intptr_t *)lengths, starts, elements->steps, elements->count) == 0;
+    if (work >= SHARED_WORK && !is_one_thread(call->settings))
+        return 0;
+    const RowsFunction rows = call->rows;
+    int failed;
+    Py_BEGIN_ALLOW_THREADS
+    failed = rows((const intptr_t *)lengths, starts, elements->steps, elements->count);
+    Py_END_ALLOW_THREADS
+    return !failed;
+}
+
+/* Doubles in C order, of one element or a batch; NULL without an error where that is not all that there is to do. */
+static PyObject *loops_on_arrays(const LoopCall *call, PyObject *const *args, PyObject *out)
+{
     Py_ssize_t lengths[MAX_LENGTHS], axes[MAX_TABLE_AXES], sizes[MAX_GIVEN];
     double numbers[MAX_GIVEN], results[MAX_GIVEN], few[MAX_FEW];
     char *starts[MAX_TABLES];
     PyObject *made[MAX_GIVEN];
-    Py_ssize_t total = call->total, n_work = 0;
+    Py_ssize_t total = call->total, n_room = 0;
+    Elements elements;
+    elements.n_axes = 0;
+    elements.count = 1;
     if (call->settings != NULL && PyDict_GetItemWithError(call->settings, word_backend) != call->backend)
         return NULL;
     memcpy(lengths, call->lengths, sizeof lengths);
@@ -1421,12 +1529,16 @@ static PyObject *loops_on_element(LoopCall *call, PyObject *const *args, PyObjec
         const Table *table = &call->tables[k];
         PyObject *input = args[given];
         const Array *array = (const Array *)input;
+        int before = 0;
         if (table->is_index) {
             if (!is_index_array(input))
                 return NULL;
         } else if (Py_TYPE(input) == array_type) {
             const int usable = IN_C_ORDER | ALIGNED;
             if (real_type(array) != double_type || (array->flags & usable) != usable)
+                return NULL;
+            before = array->n_axes - table->n_axes;
+            if (before && (before < 0 || !take_leading(&elements, array, before)))
                 return NULL;
         } else if (!table->n_axes && is_number(input, &numbers[k])) {
             starts[k] = (char *)&numbers[k];
@@ -1439,10 +1551,14 @@ static PyObject *loops_on_element(LoopCall *call, PyObject *const *args, PyObjec
         } else {
             return NULL;
         }
-        if (!take_lengths(array, table, lengths))
+        if (!take_lengths(array->shape + before, table, lengths))
             return NULL;
         starts[k] = array->data;
         total += sizes[k] = table_axes(table, lengths, axes);
+        if (before) {
+            elements.steps[k] = (intptr_t)sizeof(double) * sizes[k];
+            sizes[k] *= elements.count;
+        }
     }
     if (total > call->most)
         return NULL;
@@ -1456,45 +1572,61 @@ static PyObject *loops_on_element(LoopCall *call, PyObject *const *args, PyObjec
     if (out != NULL) {
         const Array *array = (const Array *)out;
         const int usable = IN_C_ORDER | ALIGNED | WRITEABLE;
-        if (call->n_outputs != 1 || !outputs->n_axes || Py_TYPE(out) != array_type ||
-            real_type(array) != double_type || (array->flags & usable) != usable ||
-            !take_lengths(array, outputs, lengths))
+        if (call->n_outputs != 1 || call->only >= 0 || outputs->n_axes + elements.n_axes == 0 ||
+            Py_TYPE(out) != array_type || real_type(array) != double_type || (array->flags & usable) != usable ||
+            array->n_axes != outputs->n_axes + elements.n_axes ||
+            (elements.n_axes && !take_leading(&elements, array, elements.n_axes)) ||
+            !take_lengths(array->shape + elements.n_axes, outputs, lengths))
             return NULL;
         const Py_ssize_t size = table_axes(outputs, lengths, axes);
         for (int k = 0; k < call->n_inputs; k++)
-            if (sizes[k] && !are_apart(array->data, size, starts[k], sizes[k]))
+            if (sizes[k] && !are_apart(array->data, size * elements.count, starts[k], sizes[k]))
                 return NULL;
         starts[call->n_inputs] = array->data;
+        total += size;
+        if (elements.n_axes)
+            elements.steps[call->n_inputs] = (intptr_t)sizeof(double) * size;
     }
+    /* Room for intermediate tables, and for results that nobody wants. */
     for (int k = 0; k < call->n_work; k++)
-        n_work += table_axes(&work[k], lengths, axes);
-    if (n_work > call->most)
+        n_room += table_axes(&work[k], lengths, axes);
+    for (int k = 0; call->only >= 0 && k < call->n_outputs; k++)
+        n_room += k == call->only ? 0 : table_axes(&outputs[k], lengths, axes);
+    if (n_room > call->most)
         return NULL;
-    double *room = n_work <= MAX_FEW ? few : PyMem_Malloc((size_t)n_work * sizeof(double));
+    double *room = n_room <= MAX_FEW ? few : PyMem_Malloc((size_t)n_room * sizeof(double));
     if (room == NULL)
         return NULL;
-    char **next = starts + call->n_inputs + call->n_outputs;
-    n_work = 0;
+    double *next = room;
     for (int k = 0; k < call->n_work; k++) {
-        *next++ = (char *)(room + n_work);
-        n_work += table_axes(&work[k], lengths, axes);
+        starts[call->n_inputs + call->n_outputs + k] = (char *)next;
+        next += table_axes(&work[k], lengths, axes);
     }
     int done = 1, n_made = 0;
-    for (; out == NULL && n_made < call->n_outputs && done; n_made++) {
-        const Table *table = &outputs[n_made];
-        made[n_made] = NULL;
-        starts[call->n_inputs + n_made] = (char *)&results[n_made];
-        if (!table->n_axes)
+    for (int k = 0; out == NULL && k < call->n_outputs && done; k++) {
+        const Table *table = &outputs[k];
+        char **start = &starts[call->n_inputs + k];
+        const Py_ssize_t size = table_axes(table, lengths, axes);
+        total += size;
+        if (call->only >= 0 && k != call->only) {
+            *start = (char *)next;
+            next += size;
             continue;
-        table_axes(table, lengths, axes);
-        made[n_made] = new_array(
-            array_type, Py_NewRef(double_type), table->n_axes, axes, NULL, NULL, 0, NULL
-        );
-        done = made[n_made] != NULL;
-        if (done)
-            starts[call->n_inputs + n_made] = ((Array *)made[n_made])->data;
+        }
+        made[n_made] = NULL;
+        *start = (char *)&results[n_made];
+        if (table->n_axes + elements.n_axes) {
+            made[n_made] = new_rows(&elements, table->n_axes, axes, call->transposed, start);
+            done = made[n_made] != NULL;
+        }
+        if (elements.n_axes)
+            elements.steps[call->n_inputs + k] = (intptr_t)sizeof(double) * size;
+        n_made++;
     }
-    done = done && call->rows((const intptr_t *)lengths, starts, steps, 1) == 0;
+    if (done && elements.n_axes)
+        done = run_elements(call, lengths, starts, &elements, work_of(call, lengths, total));
+    else if (done)
+        done = call->rows((const intptr_t *)lengths, starts, no_steps, 1) == 0;
     if (room != few)
         PyMem_Free(room);
     if (out != NULL)
@@ -1503,6 +1635,24 @@ static PyObject *loops_on_element(LoopCall *call, PyObject *const *args, PyObjec
         if (made[k] == NULL)
             done = (made[k] = new_number(results[k])) != NULL;
     return returned(made, n_made, done);
+}
+
+PyDoc_STRVAR(
+    attempt_doc,
+    "attempt(*arrays)\n--\n\n"
+    "The results where that needs no more than the extension: for arrays of doubles in C order of the right shapes,\n"
+    "once the kernel has been called. None for all else, right or wrong."
+);
+
+static PyObject *loops_attempt(PyObject *self, PyObject *const *args, Py_ssize_t n)
+{
+    const LoopCall *call = (const LoopCall *)self;
+    PyObject *result = NULL;
+    if (call->rows != NULL && n == call->n_given)
+        result = loops_on_arrays(call, args, NULL);
+    if (result == NULL && !PyErr_Occurred())
+        Py_RETURN_NONE;
+    return result;
 }
 
 static PyObject *loops_vectorcall(PyObject *self, PyObject *const *args, size_t nargsf, PyObject *names)
@@ -1516,7 +1666,7 @@ static PyObject *loops_vectorcall(PyObject *self, PyObject *const *args, size_t 
             return call_in_python(self, args, nargsf, names);
         out = args[call->n_given] == Py_None ? NULL : args[call->n_given];
     }
-    PyObject *result = loops_on_element(call, args, out);
+    PyObject *result = loops_on_arrays(call, args, out);
     if (result == NULL && !PyErr_Occurred())
         result = call_in_python(self, args, nargsf, names);
     return result;
@@ -1547,32 +1697,56 @@ static int read_table(PyObject *object, Table *table, int n_lengths)
     return 1;
 }
 
+static int read_operations(PyObject *object, Operations *operations, int n_lengths)
+{
+    PyObject *lengths;
+    if (!PyArg_ParseTuple(object, "nO!", &operations->count, &PyTuple_Type, &lengths) ||
+        PyTuple_GET_SIZE(lengths) > MAX_TABLE_AXES)
+        return 0;
+    operations->n_lengths = (int)PyTuple_GET_SIZE(lengths);
+    for (int k = 0; k < operations->n_lengths; k++) {
+        operations->lengths[k] = (int)PyLong_AsLong(PyTuple_GET_ITEM(lengths, k));
+        if (operations->lengths[k] < 0 || operations->lengths[k] >= n_lengths)
+            return 0;
+    }
+    return 1;
+}
+
 PyDoc_STRVAR(
     bind_loops_doc,
-    "_bind(address, lengths, tables, n_inputs, n_outputs, fixed, most, settings)\n--\n\n"
-    "Run the kernel from its address on elements of doubles from now on; False where it has too many arrays.\n"
+    "_bind(address, lengths, tables, n_inputs, n_outputs, fixed, operations, only, transposed, most, settings)\n--\n\n"
+    "Run the kernel from its address on doubles from now on; False where it has too many arrays.\n"
     "Lengths are -1 where calls say them. Tables are (axes, is_index, into, least, earlier); fixed arguments are\n"
-    "arrays, and None for the others."
+    "arrays, and None for the others. Operations are (count, lengths). `only` is the number of the result that calls\n"
+    "return, or -1 for all."
 );
 
 static PyObject *loops_bind(PyObject *self, PyObject *args)
 {
     LoopCall *call = (LoopCall *)self;
     unsigned long long address;
-    int n_inputs, n_outputs;
+    int n_inputs, n_outputs, only, transposed;
     Py_ssize_t most;
-    PyObject *known, *tables, *fixed, *settings;
+    PyObject *known, *tables, *fixed, *operations, *settings;
     if (!PyArg_ParseTuple(
-            args, "KO!O!iiO!nO!", &address, &PyTuple_Type, &known, &PyTuple_Type, &tables, &n_inputs, &n_outputs,
-            &PyTuple_Type, &fixed, &most, &PyDict_Type, &settings
+            args, "KO!O!iiO!O!ipnO!", &address, &PyTuple_Type, &known, &PyTuple_Type, &tables, &n_inputs, &n_outputs,
+            &PyTuple_Type, &fixed, &PyTuple_Type, &operations, &only, &transposed, &most, &PyDict_Type, &settings
         ))
         return NULL;
     const Py_ssize_t n_tables = PyTuple_GET_SIZE(tables);
     const int n_lengths = (int)PyTuple_GET_SIZE(known);
     if (new_array == NULL || n_tables > MAX_TABLES || n_inputs + n_outputs > MAX_GIVEN || n_lengths > MAX_LENGTHS ||
-        n_inputs + n_outputs > n_tables || PyTuple_GET_SIZE(fixed) != n_inputs)
+        n_inputs + n_outputs > n_tables || PyTuple_GET_SIZE(fixed) != n_inputs || only >= n_outputs ||
+        PyTuple_GET_SIZE(operations) > MAX_OPERATIONS)
         Py_RETURN_FALSE;
     call->rows = NULL;
+    call->n_operations = (int)PyTuple_GET_SIZE(operations);
+    for (int k = 0; k < call->n_operations; k++)
+        if (!read_operations(PyTuple_GET_ITEM(operations, k), &call->operations[k], n_lengths)) {
+            if (PyErr_Occurred())
+                return NULL;
+            Py_RETURN_FALSE;
+        }
     for (Py_ssize_t k = 0; k < n_tables; k++)
         if (!read_table(PyTuple_GET_ITEM(tables, k), &call->tables[k], n_lengths)) {
             if (PyErr_Occurred())
@@ -1594,7 +1768,7 @@ static PyObject *loops_bind(PyObject *self, PyObject *args)
         }
         const Array *array = (const Array *)object;
         if (Py_TYPE(object) != array_type || (array->flags & (IN_C_ORDER | ALIGNED)) != (IN_C_ORDER | ALIGNED) ||
-            !take_lengths(array, &call->tables[k], call->lengths))
+            array->n_axes != call->tables[k].n_axes || !take_lengths(array->shape, &call->tables[k], call->lengths))
             Py_RETURN_FALSE;
         Py_XSETREF(call->fixed[k], Py_NewRef(object));
         call->starts[k] = array->data;
@@ -1619,6 +1793,8 @@ static PyObject *loops_bind(PyObject *self, PyObject *args)
     call->n_inputs = n_inputs;
     call->n_outputs = n_outputs;
     call->n_work = (int)n_tables - n_inputs - n_outputs;
+    call->only = only;
+    call->transposed = transposed;
     call->rows = (RowsFunction)(uintptr_t)address;
     Py_RETURN_TRUE;
 }
@@ -1648,6 +1824,7 @@ static void loops_dealloc(PyObject *self)
 static PyMethodDef loops_methods[] = {
     {"_adopt", loops_adopt, METH_NOARGS | METH_CLASS, adopt_call_doc},
     {"_bind", loops_bind, METH_VARARGS, bind_loops_doc},
+    {"attempt", (PyCFunction)(void (*)(void))loops_attempt, METH_FASTCALL, attempt_doc},
     {NULL, NULL, 0, NULL},
 };
 
@@ -1657,7 +1834,7 @@ static PyMemberDef loops_members[] = {
 };
 
 static PyType_Slot loops_slots[] = {
-    {Py_tp_doc, "A kernel with loops that is called on one element."},
+    {Py_tp_doc, "A kernel with loops that is called on one element or a elements."},
     {Py_tp_new, loops_new},
     {Py_tp_dealloc, loops_dealloc},
     {Py_tp_call, PyVectorcall_Call},
@@ -1751,6 +1928,7 @@ PyMODINIT_FUNC INIT(void)
     failed = failed || (word_out = PyUnicode_InternFromString("out")) == NULL ||
              (word_in_python = PyUnicode_InternFromString("_in_python")) == NULL ||
              (word_backend = PyUnicode_InternFromString("backend")) == NULL ||
+             (word_num_threads = PyUnicode_InternFromString("num_threads")) == NULL ||
              (word_kind = PyUnicode_InternFromString("_kind")) == NULL;
     for (int k = 0; k < N_SYMBOLS && !failed; k++)
         failed = (symbols[k] = PyUnicode_InternFromString(texts[k])) == NULL;

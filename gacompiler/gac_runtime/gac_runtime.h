@@ -725,7 +725,9 @@ static INLINE float gac_asin_polynomial_f32(float z)
        #define WORK_f(WORK) WORK(3, sums, 8, 8, n)
 
    where each has its place, its name, the shape of its rows and how many numbers and rows that is; an index table has
-   the number of its rows and the length of what it refers to. */
+   the number of its rows and the length of what it refers to. One element goes to the plain function at once, where its
+   work space is at most GAC_NEAR numbers. */
+#define GAC_NEAR 1024
 #define GAC_LENGTH(k, name) const intptr_t name = gac_lengths[k];
 #define GAC_LENGTH_UNUSED(k, name) (void)name;
 #define GAC_LENGTH_PASSED(k, name) gac_lengths[k]
@@ -740,6 +742,7 @@ static INLINE float gac_asin_polynomial_f32(float z)
 #define GAC_TABLE_INDEX(k, name, rows, into) {GAC_IS_INDEX, rows},
 #define GAC_TABLE_OUT(k, name, shape, size, rows) {GAC_IS_OUT, (size) * (rows)},
 #define GAC_TABLE_WORK(k, name, shape, size, rows) {GAC_IS_WORK, (size) * (rows)},
+#define GAC_WORK_SIZE(k, name, shape, size, rows) + (size) * (rows)
 #define GAC_ONE_MORE(...) + 1
 #define GAC_COUNTED(list) list(GAC_NONE, GAC_ONE_MORE, GAC_ONE_MORE, GAC_ONE_MORE, GAC_ONE_MORE, GAC_ONE_MORE, )
 #define GAC_PROCEDURE_ALONE(f)
@@ -769,6 +772,12 @@ static INLINE float gac_asin_polynomial_f32(float z)
     {                                                                                                               \
         TABLES_##f(GAC_LENGTH, GAC_NONE, GAC_NONE, GAC_NONE, GAC_NONE, GAC_NONE, )                                  \
         TABLES_##f(GAC_LENGTH_UNUSED, GAC_NONE, GAC_NONE, GAC_NONE, GAC_NONE, GAC_NONE, )                           \
+        if (gac_n == 1 && (0 WORK_##f(GAC_WORK_SIZE)) <= GAC_NEAR) {                                                \
+            REAL gac_near[GAC_NEAR];                                                                                \
+            NAME(f)(TABLES_##f(GAC_LENGTH_PASSED, GAC_ARRAY_PASSED, GAC_VALUE_PASSED, GAC_ARRAY_PASSED,             \
+                GAC_INDEX_PASSED, GAC_OUT_PASSED, GAC_COMMA), gac_near);                                            \
+            return 0;                                                                                               \
+        }                                                                                                           \
         const struct gac_table gac_tables[] = {TABLES_##f(GAC_NONE, GAC_TABLE_IN, GAC_TABLE_NUMBER, GAC_TABLE_SAME, \
             GAC_TABLE_INDEX, GAC_TABLE_OUT, ) WORK_##f(GAC_TABLE_WORK)};                                            \
         static const struct gac_procedure gac_procedure = {NAME(f##_call), GAC_LOOPS_##kind(f),                    \

@@ -1,13 +1,16 @@
 """The kernel with loops of a generated module: it checks its arguments, takes lengths from them, and runs them.
 
-Where the extension is built, it serves calls on one element of doubles; all other calls, and all calls without it, come
-to `LoopKernel.call`. A kernel and what `bind` makes of it depend on each other, so they are one file.
+Where the extension is built, it serves calls on doubles in C order, on one element or a batch; all other calls, and all
+calls without it, come to `LoopKernel.call`. A kernel and what `bind` makes of it depend on each other, so they are in
+one file.
 """
 
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable, Mapping, Sequence
+from pickle import PicklingError
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
@@ -32,7 +35,6 @@ from .loop_arguments import (
 from .loop_arrays import evaluate_loops
 from .loop_definition import ROWS_TYPE, LoopDefinition, Table
 from .loop_documentation import Described, LoopSignature, docstring
-from .loop_element import Plans
 from .threads import LEAST_WORK, checked_threads, in_threads
 
 _SUFFIX = {FLOAT32: "f32", FLOAT64: "f64"}
@@ -40,6 +42,18 @@ _PATIENCE = 1 << 16
 """Numbers in the arrays of one element up to which other threads of Python wait for it: some ten microseconds."""
 
 NO_LENGTHS: Mapping[str, int] = MappingProxyType({})
+
+
+class Chosen(NamedTuple):
+    """What calls return of the results."""
+
+    place: int
+    """That of the only one; -1 for all."""
+    is_transposed: bool
+    """Whether its last two axes are swapped."""
+
+
+EVERY = Chosen(-1, False)
 
 
 class Rows(NamedTuple):
@@ -93,13 +107,18 @@ class LoopKernel(LoopCall):  # type: ignore[misc]
         self._settings = settings
         self._rows: dict[tuple[str, np.dtype[Any]], Rows | None] = {}
         self._quick_backend: Any = None
-        self._plans = self.new_plans()
 
     def __repr__(self) -> str:
         return f"<kernel {self.__module__}.{self.name}{self.signature}>"
 
     def __reduce__(self) -> str:
-        return self.name
+        name: str = self.name
+        if getattr(sys.modules.get(self.__module__), name, None) is not self:
+            raise PicklingError(
+                f"{name}: module {self.__module__} is not imported under that name, or does not have this kernel; "
+                "expected a kernel of a module that can be imported"
+            )
+        return name
 
     def describe(self) -> str:
         """The text of `help`."""
@@ -148,17 +167,13 @@ class LoopKernel(LoopCall):  # type: ignore[misc]
 
     def call(self, /, *arrays: Any, out: Any = None, num_threads: int | None = None, **named: Any) -> Any:
         """A call with any arguments."""
-        if out is None and num_threads is None and not named:
-            found = self._plans.call(arrays)
-            if found is not None:
-                return found
         if named:
             arrays = self._in_order(arrays, named)
         if len(arrays) != len(self.argument_names):
             names = ", ".join(self.argument_names)
             raise TypeError(f"{self.name}: {len(arrays)} arguments; expected {len(self.argument_names)} ({names})")
         fixed = (None,) * len(arrays)
-        found = self.run(arrays, fixed, out, num_threads, self._plans)
+        found = self.run(arrays, fixed, out, num_threads)
         self._quick_backend = self.quicken(self, fixed, self._quick_backend)
         return found
 
@@ -167,12 +182,13 @@ class LoopKernel(LoopCall):  # type: ignore[misc]
     if extension is None:
         __call__ = call
 
-    def new_plans(self) -> Plans:
-        """No plans yet, for this kernel or for it with some arguments fixed."""
-        return Plans(self._settings.namespace)
-
     def quicken(
-        self, called: Any, fixed: Sequence[Fixed | None], known: Any, lengths: Mapping[str, int] = NO_LENGTHS
+        self,
+        called: Any,
+        fixed: Sequence[Fixed | None],
+        known: Any,
+        lengths: Mapping[str, int] = NO_LENGTHS,
+        chosen: Chosen = EVERY,
     ) -> Any:
         """Let the extension run calls of `called`, this kernel with some arguments and lengths fixed, where it can.
 
@@ -207,7 +223,15 @@ class LoopKernel(LoopCall):  # type: ignore[misc]
             )
             own = tuple(lengths.get(name, -1) for name in self.lengths)
             sizes = own, described, len(definition.parameters), len(definition.results)
-            called._bind(rows.address, *sizes, tuple(arrays), _PATIENCE, self._settings.namespace)
+            operations = tuple(
+                (
+                    sum(counts.values()),
+                    tuple(self.lengths.index(name) for name in often.split("*") if name in self.lengths),
+                )
+                for often, counts in definition.cost.items()
+            )
+            settings = _PATIENCE, self._settings.namespace
+            called._bind(rows.address, *sizes, tuple(arrays), operations, *chosen, *settings)
         return backend
 
     def _in_order(self, arrays: tuple[Any, ...], named: dict[str, Any]) -> tuple[Any, ...]:
@@ -230,7 +254,6 @@ class LoopKernel(LoopCall):  # type: ignore[misc]
         fixed: Sequence[Fixed | None],
         out: Any,
         num_threads: int | None,
-        plans: Plans,
         known_lengths: Mapping[str, int] = NO_LENGTHS,
     ) -> Any:
         """A call with all arguments in order, some of which may be fixed ones."""
@@ -251,12 +274,6 @@ class LoopKernel(LoopCall):  # type: ignore[misc]
         if out is None:
             results = [np.empty(leading + core, dtype) for core in out_cores]
             self._fill(operands, results, leading, lengths, dtype, n_threads)
-            rows = self._rows.get((self._settings.backend, dtype))
-            work = math.prod(leading) * definition.work_of(lengths)
-            if 0 < work < LEAST_WORK and dtype is FLOAT64 and rows is not None:
-                fixed_arrays = [None if known is None else known.array for known in fixed]
-                given = [array for array, known in zip(arrays, fixed, strict=True) if known is None]
-                plans.add(definition, given, fixed_arrays, lengths, leading, rows.call, rows.work)
             return as_returned(results)
         outs = checked_outs(self.definition, out, leading, out_cores, dtype)
         targets = [
@@ -352,20 +369,25 @@ class BoundLoops(LoopCall):  # type: ignore[misc]
         The arguments that calls give, in order.
     """
 
-    def __init__(self, kernel: LoopKernel, fixed: list[Fixed | None], lengths: Mapping[str, int] = NO_LENGTHS) -> None:
+    def __init__(
+        self,
+        kernel: LoopKernel,
+        fixed: list[Fixed | None],
+        lengths: Mapping[str, int] = NO_LENGTHS,
+        chosen: Chosen = EVERY,
+    ) -> None:
         self.kernel = kernel
-        self._fixed, self._lengths = fixed, dict(lengths)
+        self._fixed, self._lengths, self._chosen = fixed, dict(lengths), chosen
         self._places = [k for k, known in enumerate(fixed) if known is None]
         self.argument_names = [kernel.argument_names[k] for k in self._places]
         self._arrays = [None if known is None else known.array for known in fixed]
-        self._quick_backend: Any = kernel.quicken(self, fixed, None, self._lengths)
-        self._plans = kernel.new_plans()
+        self._quick_backend: Any = kernel.quicken(self, fixed, None, self._lengths, chosen)
 
     __signature__ = LoopSignature()
 
     def __repr__(self) -> str:
         names = [name for name in self.kernel.argument_names if name not in self.argument_names]
-        return f"<{self.kernel!r} with fixed {', '.join(names)}>"
+        return f"<{self.kernel!r} with fixed {', '.join(names) or 'lengths'}>"
 
     def __reduce__(self) -> tuple[Any, ...]:
         fixed = {
@@ -373,14 +395,46 @@ class BoundLoops(LoopCall):  # type: ignore[misc]
             for name, known in zip(self.kernel.argument_names, self._fixed, strict=True)
             if known is not None
         }
-        return _bound, (self.kernel, self._lengths, fixed)
+        return _bound, (self.kernel, self._lengths, fixed, self._chosen)
+
+    def returning(self, name: str, *, transposed: bool = False) -> BoundLoops:
+        """The same function with one result: calls return it alone, and take no ``out``.
+
+        Parameters
+        ----------
+        name : str
+            The name of the result, as `layouts` of the kernel has it.
+        transposed : bool, optional
+            Swap its last two axes.
+
+        Raises
+        ------
+        TypeError
+            For a name of no result, or one that has less than two axes to be swapped.
+        """
+        results = self.kernel.definition.results
+        names = [table.name for table in results]
+        if name not in names:
+            expected = ", ".join(names)
+            raise TypeError(f"{self.kernel.name}.returning: an unknown result {name}; expected one of {expected}")
+        place = names.index(name)
+        table = results[place]
+        if transposed and len(table.lengths) + len(table.shape) < 2:
+            raise TypeError(
+                f"{self.kernel.name}.returning: {name} has shape {table.shape_text}; expected two axes to be swapped"
+            )
+        return BoundLoops(self.kernel, self._fixed, self._lengths, Chosen(place, transposed))
+
+    if extension is None:
+
+        def attempt(self, *_arrays: Any) -> None:
+            """None: without the extension no call is quick."""
 
     def call(self, /, *arrays: Any, out: Any = None, num_threads: int | None = None) -> Any:
         """A call with any of the remaining arguments."""
-        if out is None and num_threads is None:
-            found = self._plans.call(arrays)
-            if found is not None:
-                return found
+        place, is_transposed = self._chosen
+        if out is not None and place >= 0:
+            raise TypeError(f"{self.kernel.name} returning one result takes no out; expected arguments only")
         if len(arrays) != len(self._places):
             names = ", ".join(self.argument_names)
             raise TypeError(
@@ -390,17 +444,22 @@ class BoundLoops(LoopCall):  # type: ignore[misc]
         every = list(self._arrays)
         for k, array in zip(self._places, arrays, strict=True):
             every[k] = array
-        found = self.kernel.run(every, self._fixed, out, num_threads, self._plans, self._lengths)
-        self._quick_backend = self.kernel.quicken(self, self._fixed, self._quick_backend, self._lengths)
-        return found
+        found = self.kernel.run(every, self._fixed, out, num_threads, self._lengths)
+        self._quick_backend = self.kernel.quicken(self, self._fixed, self._quick_backend, self._lengths, self._chosen)
+        if place >= 0 and isinstance(found, tuple):
+            found = found[place]
+        return np.swapaxes(found, -1, -2) if is_transposed else found
 
     _in_python = call
     if extension is None:
         __call__ = call
 
 
-def _bound(kernel: LoopKernel, lengths: dict[str, int], fixed: dict[str, Any]) -> BoundLoops:
-    return kernel.bind(lengths, **fixed)
+def _bound(
+    kernel: LoopKernel, lengths: dict[str, int], fixed: dict[str, Any], chosen: tuple[int, bool] = EVERY
+) -> BoundLoops:
+    found = kernel.bind(lengths, **fixed)
+    return found if chosen == EVERY else BoundLoops(kernel, found._fixed, lengths, Chosen(*chosen))
 
 
 def _is_quick(table: Table, array: Any) -> bool:

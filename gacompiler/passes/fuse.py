@@ -2,6 +2,9 @@
 
 Neighbouring loops over the same length become one where no row is used before it is computed. Tables whose rows are
 then used in the same round only need no memory for each row: they become a single row (`_contracted`).
+
+Sines and the like of rows that do not depend on each other stay apart from loops that carry something from row to row.
+In a loop of their own processors compute several of them at once; in the other one each round would wait for its own.
 """
 
 from __future__ import annotations
@@ -9,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
+from ..ir.cost import cost
 from ..ir.procedure import (
     Add,
     Apply,
@@ -26,6 +30,7 @@ from ..ir.procedure import (
     Statement,
     Storage,
     Through,
+    statements,
 )
 
 
@@ -127,7 +132,10 @@ def _can_join(first: Loop, second: Loop) -> bool:
     """Whether the rows of two loops may be computed in one loop, first those of the first one."""
     if first.length != second.length:
         return False
+    both = (first, second), (second, first)
     if first.reverse != second.reverse and not (_is_free(first) or _is_free(second)):
+        return False
+    if any(_has_calls(each) and _is_free(each) and not _is_free(other) for each, other in both):
         return False
     reverse = first.reverse if not _is_free(first) else second.reverse
     earlier, later = _uses(first.body), _uses(second.body)
@@ -171,6 +179,11 @@ def _is_free(loop: Loop) -> bool:
         for place in (*uses.reads, *uses.writes)
     )
     return not in_order and all(place.row == Counter(loop.counter) for place in uses.writes)
+
+
+def _has_calls(loop: Loop) -> bool:
+    """Whether it computes transcendental functions."""
+    return any(isinstance(each, Apply) and cost(each.program).call for each in statements(loop.body))
 
 
 def _together(first: Loop, second: Loop) -> Loop:

@@ -382,6 +382,17 @@ def test_pickling(module: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
     assert pickle.loads(pickle.dumps(bound))([1.0, 2.0]) == 5
     tree = pickle.loads(pickle.dumps(module.tree.bind(parents=[-1, 0])))
     np.testing.assert_array_equal(tree(np.ones(2), 1.0), module.tree(np.ones(2), [-1, 0], 1.0))
+    sums = pickle.loads(pickle.dumps(module.suffixes.bind({"n": 2}, n=2.0).returning("out_0", transposed=True)))
+    assert sums(np.ones((2, 3))).shape == (4, 2)
+
+
+def test_kernels_of_modules_that_cannot_be_imported_are_not_pickled(
+    module: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delitem(sys.modules, module.__name__, raising=False)
+    for found in (module.squares, module.squares.bind(), module.tree.bind(parents=[-1, 0]).returning("out_0")):
+        with pytest.raises(pickle.PicklingError, match=r"module .* is not imported under that name"):
+            pickle.dumps(found)
 
 
 def test_numba_code_is_kept(module: ModuleType) -> None:
@@ -485,3 +496,118 @@ def test_quick_calls_refuse_what_others_do(quick_module: ModuleType) -> None:
     np.testing.assert_array_equal(buffer[1:], known)
     large = np.ones(20_000)
     assert quick_module.squares(large) == 20_000 and quick_module.squares(large[:10_000]) == 10_000
+
+
+def in_python(bound: Any, *arrays: Any, **named: Any) -> Any:
+    """The results of the general tier."""
+    return type(bound).call(bound, *arrays, **named)
+
+
+@pytest.mark.parametrize("leading", [(), (1,), (2,), (7,), (2, 3)])
+@pytest.mark.parametrize("name", NAMES)
+def test_the_extension_runs_batches(
+    quick_module: ModuleType, name: str, leading: tuple[int, ...], rng: np.random.Generator
+) -> None:
+    quick_module.backend = "numba"  # type: ignore[attr-defined]
+    bound = getattr(quick_module, name).bind()
+    given = list(arguments(sources()[name].procedure, lengths_of(name, 3), rng, leading).values())
+    known = as_list(in_python(bound, *given))
+    found = bound.attempt(*given)
+    assert found is not None
+    for one, other in zip(as_list(found), known, strict=True):
+        np.testing.assert_array_equal(one, other, strict=True)
+        assert type(one) is type(other)
+
+
+def test_the_extension_leaves_other_batches_to_python(quick_module: ModuleType, rng: np.random.Generator) -> None:
+    quick_module.backend = "numba"  # type: ignore[attr-defined]
+    q, axes, tool = arguments(sources()["forward"].procedure, {"n": 3}, rng, (4,)).values()
+    forward = quick_module.forward.bind(axes=axes)
+    known = forward(q, tool)
+    assert forward.attempt(q, tool) is not None
+    fixed = q.copy()
+    fixed.flags.writeable = False
+    np.testing.assert_array_equal(forward.attempt(fixed, tool), known)
+    others = (
+        (np.asfortranarray(q), tool),
+        (np.repeat(q, 2, axis=0)[::2], tool),
+        (q[::-1][:, ::-1], tool),
+        (q.astype(np.float32), tool),
+        (q.astype(">f8"), tool),
+        (q.tolist(), tool),
+        (q[:1], tool),
+        (q[:, None], tool),
+        (q[:0], tool[:0]),
+    )
+    for arrays in others:
+        assert forward.attempt(*arrays) is None
+        wide = [np.array(array, float) for array in np.broadcast_arrays(*(np.zeros(np.shape(a)[:-1]) for a in arrays))]
+        found = forward(*arrays)
+        assert found.shape == (*wide[0].shape, 8)
+        for place in np.ndindex(wide[0].shape):
+            element = [np.broadcast_to(a, (*wide[0].shape, np.shape(a)[-1]))[place] for a in arrays]
+            np.testing.assert_allclose(found[place], forward(*map(np.array, element)), rtol=1e-6)
+    assert forward.attempt(q) is None and forward.attempt(q, tool, tool) is None
+    with pytest.raises(ValueError, match=r"q has shape \(4, 2\); expected \(..., n\)|axes has shape \(3, 6\)"):
+        forward(q[:, :2].copy(), tool)
+    with pytest.raises(ValueError, match="leading axes do not broadcast"):
+        forward(q[:3], tool)
+    with pytest.raises(TypeError, match="q has dtype complex128"):
+        forward(q + 0j, tool)
+    q[1] = np.nan
+    np.testing.assert_array_equal(np.isnan(forward(q, tool)).all(-1), [False, True, False, False])
+
+
+def test_batches_in_the_extension_write_to_out(quick_module: ModuleType) -> None:
+    quick_module.backend = "numba"  # type: ignore[attr-defined]
+    buffer = np.arange(33.0)
+    x = buffer[:32].reshape(4, 8)
+    known = quick_module.chain(x)
+    out = np.empty((4, 8))
+    assert quick_module.chain(x, out=out) is out
+    np.testing.assert_array_equal(out, known)
+    sums = np.empty(4)
+    assert quick_module.squares(x, out=sums) is sums
+    np.testing.assert_array_equal(sums, quick_module.squares(x))
+    quick_module.chain(x, out=buffer[1:].reshape(4, 8))  # which overlaps the argument
+    np.testing.assert_array_equal(buffer[1:].reshape(4, 8), known)
+    for wrong in (np.empty((3, 8)), np.empty((2, 4, 8)), np.empty(8)):
+        with pytest.raises(ValueError, match=r"out has shape"):
+            quick_module.chain(known, out=wrong)
+
+
+def test_long_batches_in_the_extension(quick_module: ModuleType, rng: np.random.Generator) -> None:
+    """Other threads of Python run beside them, and several share them where the module says so."""
+    quick_module.backend = "numba"  # type: ignore[attr-defined]
+    chain = quick_module.chain.bind()
+    chain(np.ones(3))
+    for count in (3_000, 60_000):
+        x = rng.uniform(size=(count, 10))
+        known = in_python(chain, x)
+        np.testing.assert_array_equal(chain.attempt(x), known)
+        quick_module.num_threads = 2  # type: ignore[attr-defined]
+        try:
+            assert (chain.attempt(x) is None) == (count == 60_000)
+            np.testing.assert_array_equal(chain(x), known)
+        finally:
+            quick_module.num_threads = 1  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("leading", [(), (1,), (3,), (2, 2)])
+def test_one_result_is_returned(loops: ModuleType, leading: tuple[int, ...], rng: np.random.Generator) -> None:
+    points, n = rng.uniform(size=(*leading, 5, 3)), 2.0
+    both = loops.suffixes.bind(n=n)
+    sums, last = both(points)
+    for _ in range(2):  # by Python, and then by the extension if it is there
+        np.testing.assert_array_equal(both.returning("out_0")(points), sums)
+        np.testing.assert_array_equal(both.returning("out_1")(points), last)
+        columns = both.returning("out_0", transposed=True)(points)
+        np.testing.assert_array_equal(columns, np.swapaxes(sums, -1, -2), strict=True)
+        assert columns.flags.writeable
+        columns[...] = 0
+    with pytest.raises(TypeError, match=r"suffixes.returning: an unknown result out; expected one of out_0, out_1"):
+        both.returning("out")
+    with pytest.raises(TypeError, match=r"returning: lowest|expected two axes to be swapped"):
+        loops.squares.bind().returning("out", transposed=True)
+    with pytest.raises(TypeError, match="returning one result takes no out"):
+        both.returning("out_0")(points, out=sums)

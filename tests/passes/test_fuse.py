@@ -176,3 +176,16 @@ def test_a_copy_of_a_row_that_changes_stays_a_table() -> None:
     assert fused.table("work").lengths == ("n",)
     fused = check(1, loop(apply(at("out"), at("x"))), loop(body[0], body[2]))
     assert fused.table("work").lengths == ()
+
+
+def test_sines_stay_apart_from_loops_that_carry() -> None:
+    sine = Program("sine", (Argument("a", (), ("a",)),), (Line("t", Op.SIN, ("a",)),), (Result("r", (), ("t",)),))
+    turns = loop(Apply(sine, (at("x"),), (at("work"),)))
+    carry = Place("out", Previous("i", "start"))
+    scan = loop(apply(at("out"), carry, at("work")))
+    assert n_loops(fuse(procedure(turns, apply(Place("start")), scan))) == 2
+    plain = loop(apply(at("work"), at("x")))
+    assert n_loops(fuse(procedure(plain, apply(Place("start")), scan))) == 1
+    assert n_loops(fuse(procedure(turns, loop(apply(at("out"), at("work")))))) == 1
+    follows = loop(Apply(sine, (at("out"),), (at("other"),)))
+    assert n_loops(fuse(procedure(plain, apply(Place("start")), scan, follows))) == 2
