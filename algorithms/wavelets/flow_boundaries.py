@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import product
 
 import numpy as np
@@ -48,15 +48,14 @@ def chosen(first: Reals, moved: Callable[[Reals], Reals], uv: Reals) -> Reals:
     array, (2, M, N)
     """
     offers = [(dy * _DISTANCE, dx * _DISTANCE) for dy, dx in product((-1, 0, 1), repeat=2) if dy or dx]
-    if not any(_far(_shifted(uv, *offer), uv).any() for offer in offers):
+    if not any(_far(other, uv).any() for other in _shifted(uv, offers)):
         return uv
     here = moved(uv)
     comparison = _Comparison(first, here)
     best, result = comparison.cost(here), uv.copy()
     for _ in range(_TURNS):
         before, own = result.copy(), best.copy()
-        for offer in offers:
-            other = _shifted(before, *offer)
+        for other in _shifted(before, offers):
             wanted = _far(other, before)
             if wanted.any():
                 offered = comparison.cost(moved(other))
@@ -129,12 +128,12 @@ def _light(first: Reals, second: Reals) -> tuple[Reals, Reals]:
     return gain, a - gain * b
 
 
-def _shifted(uv: Reals, down: int, across: int) -> Reals:
-    """The motion of other pixels, so many rows and columns away."""
-    rows, columns = (
-        np.clip(np.arange(n) + step, 0, n - 1) for n, step in zip(uv.shape[1:], (down, across), strict=True)
-    )
-    return np.ascontiguousarray(uv[:, rows[:, None], columns])
+def _shifted(uv: Reals, offers: Sequence[tuple[int, int]]) -> list[Reals]:
+    """The motions of other pixels, so many rows and columns away, as views."""
+    padded = np.pad(uv, [(0, 0), (_DISTANCE, _DISTANCE), (_DISTANCE, _DISTANCE)], "edge")
+    rows, columns = uv.shape[1:]
+    starts = [(_DISTANCE + down, _DISTANCE + across) for down, across in offers]
+    return [padded[:, top : top + rows, left : left + columns] for top, left in starts]
 
 
 def _far(a: Reals, b: Reals) -> NDArray[np.bool_]:

@@ -13,7 +13,7 @@ from generated import images, quaternion
 
 from ..arguments import Reals
 from .phase import gabor_taps
-from .separable import gabor_rows, half_taps, sampled_rows, smooth_rows
+from .separable import Sampler, gabor_rows, half_taps, smooth_rows
 from .sharing import in_threads, n_threads, slices
 
 _FREQUENCIES = (0.7, 1.2)
@@ -44,7 +44,7 @@ class Level:
     def __init__(self, first: Reals, second: Reals, workers: int | None) -> None:
         image = first
         self._second: Reals = second
-        self._spline: Reals = scipy.ndimage.spline_filter(second, 3, np.float32)
+        self._sampler = Sampler(scipy.ndimage.spline_filter(second, 3, np.float32))
         rows, columns = image.shape
         self._workers, self._places = workers, list(slices(rows, max(_PIXELS // columns, 1)))
         self._most = max(place.stop - place.start for place in self._places)
@@ -72,8 +72,8 @@ class Level:
         """The second image where the motion says that the pixels of the first one are."""
         if not uv.any():
             return self._second
-        result: Reals = np.empty_like(self._spline)
-        in_threads(lambda place: sampled_rows(self._spline, uv, place, result[place]), self._places, self._workers)
+        result: Reals = np.empty(self._second.shape, np.float32)
+        in_threads(lambda place: self._sampler.rows(uv, place, result[place]), self._places, self._workers)
         return result
 
     def equations(self, moved: Reals, uv: Reals) -> tuple[Reals, Reals, float]:

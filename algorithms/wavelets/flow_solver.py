@@ -1,7 +1,4 @@
-"""The motion that satisfies the equations of all pixels and is smooth except at few places.
-
-Loops are written for numba by hand: successive overrelaxation is a stencil that works in place, which is no kernel.
-"""
+"""The motion that satisfies the equations of all pixels and is smooth except at few places."""
 
 from __future__ import annotations
 
@@ -9,7 +6,8 @@ from typing import Any
 
 import numpy as np
 import scipy.ndimage
-from numba import njit
+
+from generated import images
 
 from ..arguments import Reals
 
@@ -23,8 +21,6 @@ _SWEEPS = 12
 """Of all pixels in each round; more change the motion little, as it is followed from coarse to fine."""
 _FILLING = 90
 """Sweeps for hidden pixels, as their motion comes from far."""
-_OVER = 1.7
-"""Overrelaxation."""
 
 
 def solved(sums: Reals, uv: Reals, noise: float, bands: int, stiffness: float) -> Reals:
@@ -54,15 +50,13 @@ def solved(sums: Reals, uv: Reals, noise: float, bands: int, stiffness: float) -
     (Charbonnier et al., *IEEE Trans. Image Processing* 6:298, 1997), by iteratively reweighted least squares and
     successive overrelaxation of pixels in the order of a chessboard, so that no order of rows matters.
     """
-    result = uv.copy()
-    rows, columns = uv.shape[1:]
-    data = np.empty((5, rows, columns), uv.dtype)
-    across, down = np.zeros((rows, columns), uv.dtype), np.zeros((rows, columns), uv.dtype)
+    sides = np.full((4, *uv.shape[1:]), stiffness, uv.dtype)
+    sides[0, :, 0] = sides[1, :, -1] = sides[2, 0] = sides[3, -1] = 0
+    board = _Board(sums, uv, sides)
+    parameters = np.array([1 / noise, 1 / (bands * noise * _DEGREES), 1 / _KNEE], uv.dtype)
     for _ in range(_ROUNDS):
-        _weighted_data(sums, uv, result, noise, bands * noise * _DEGREES, data)
-        _smoothness(result, stiffness, across, down)
-        _relax(data, across, down, result, _SWEEPS)
-    return result
+        board.relax(parameters, _SWEEPS)
+    return board.motion()
 
 
 def filled(uv: Reals, known: Any, image: Reals, contrast: float) -> Reals:
@@ -85,68 +79,84 @@ def filled(uv: Reals, known: Any, image: Reals, contrast: float) -> Reals:
     # Boundaries are right to a pixel or two, so that the next pixels may have the motion of the wrong side.
     sure = scipy.ndimage.binary_erosion(known, iterations=2, border_value=1)
     firm = np.where(sure, np.float32(1e6), np.float32(0))
-    data = np.stack([firm, 0 * firm, firm, firm * uv[0], firm * uv[1]])
-    across, down = np.zeros_like(image), np.zeros_like(image)
-    across[:, :-1] = np.exp(-((np.diff(image, axis=1) / contrast) ** 2) / 2) + 1e-3
-    down[:-1] = np.exp(-((np.diff(image, axis=0) / contrast) ** 2) / 2) + 1e-3
-    result = uv.copy()
-    _relax(data, across, down, result, _FILLING)
-    return np.where(known, uv, result)
+    none = np.zeros_like(firm)
+    across, down = (np.exp(-((np.diff(image, axis=axis) / contrast) ** 2) / 2) + 1e-3 for axis in (1, 0))
+    sides = np.zeros((4, *image.shape), uv.dtype)
+    sides[0, :, 1:] = sides[1, :, :-1] = across
+    sides[2, 1:] = sides[3, :-1] = down
+    board = _Board(np.stack([firm, none, firm, none, none, none]), uv, sides)
+    board.relax(np.array([1, 0, 0], uv.dtype), _FILLING)
+    return np.where(known, uv, board.motion())
 
 
-@njit(cache=True, nogil=True)
-def _weighted_data(sums: Any, before: Any, uv: Any, noise: Any, scale: Any, data: Any) -> None:
-    """Normal equations of the whole motion: xx, xy, yy of the matrix, and the right-hand sides x and y."""
-    rows, columns = uv.shape[1:]
-    for y in range(rows):
-        for x in range(columns):
-            xx, xy, yy = sums[0, y, x], sums[1, y, x], sums[2, y, x]
-            bx, by = sums[3, y, x], sums[4, y, x]
-            u0, v0 = before[0, y, x], before[1, y, x]
-            u, v = uv[0, y, x] - u0, uv[1, y, x] - v0
-            left = sums[5, y, x] - 2 * (bx * u + by * v) + xx * u * u + 2 * xy * u * v + yy * v * v
-            weight = 1 / (noise * (1 + max(left, 0) / scale))
-            data[0, y, x], data[1, y, x], data[2, y, x] = weight * xx, weight * xy, weight * yy
-            data[3, y, x] = weight * (bx + xx * u0 + xy * v0)
-            data[4, y, x] = weight * (by + xy * u0 + yy * v0)
+class _Board:
+    """Pixels as the squares of a chessboard, so that kernels can replace all that have no neighbours among each other.
+
+    Four kinds, of even and odd rows and columns, are lines of numbers of their own, row after row with a zero behind
+    each; neighbours are elsewhere in other lines. Zeros, also behind odd sizes, have no stiffness and remain zeros.
+
+    Parameters
+    ----------
+    sums : array, (6, M, N)
+    uv : array, (2, M, N)
+        The motion that `sums` are for what is added to.
+    stiffness : array, (4, M, N)
+        Between pixels and their neighbours in the west, east, north and south; 0 where there is none.
+    """
+
+    def __init__(self, sums: Reals, uv: Reals, stiffness: Reals) -> None:
+        self._shape = uv.shape[1:]
+        rows, columns = ((size + 1) // 2 for size in self._shape)
+        self._wide = columns + 1
+        self._size = rows * self._wide
+        self._sums, self._before, self._stiffness = (self._split(images) for images in (sums, uv, stiffness))
+        self._lines = np.zeros((4, 2, self._size + 2 * self._wide), uv.dtype)
+        self._lines[:, :, self._wide : -self._wide] = self._before
+        self._steps = np.empty((4, 10, self._size), uv.dtype)
+        self._squares = [self._square(kind) for kind in range(4)]
+
+    def _split(self, images: Reals) -> Reals:
+        """Images (K, M, N) as lines, (4, K, size)."""
+        result = np.zeros((4, len(images), self._size), images.dtype)
+        grid = result.reshape(4, len(images), -1, self._wide)
+        for kind, part in enumerate(_kinds(images)):
+            grid[kind, :, : part.shape[1], : part.shape[2]] = part
+        return result
+
+    def motion(self) -> Reals:
+        """The motion so far, (2, M, N)."""
+        result = np.empty((2, *self._shape), self._lines.dtype)
+        grid = self._lines[:, :, self._wide : -self._wide].reshape(4, 2, -1, self._wide)
+        for kind, part in enumerate(_kinds(result)):
+            part[...] = grid[kind, :, : part.shape[1], : part.shape[2]]
+        return result
+
+    def relax(self, parameters: Reals, sweeps: int) -> None:
+        """Weights of the present motion, see `images.relaxation_step`, and sweeps over all pixels with them."""
+        for sums, before, square, stiffness, step in zip(
+            self._sums, self._before, self._squares, self._stiffness, self._steps, strict=True
+        ):
+            images.relaxation_step(sums.T, before.T, *square, stiffness.T, parameters, out=step.T)
+        calls = [(*self._squares[kind], self._steps[kind].T) for kind in (0, 3, 1, 2)]
+        for _ in range(sweeps):
+            for call in calls:
+                images.relaxed_motion(*call, out=call[0])
+
+    def _square(self, kind: int) -> list[Reals]:
+        """One kind of pixels and their neighbours in the west, east, north and south, each (size, 2)."""
+        down, across = divmod(kind, 2)
+        beside, above = 2 * down + 1 - across, 2 * (1 - down) + across
+        places = [
+            (kind, 0),
+            (beside, across - 1),
+            (beside, across),
+            (above, (down - 1) * self._wide),
+            (above, down * self._wide),
+        ]
+        first = self._wide
+        return [self._lines[line, :, first + at : first + at + self._size].T for line, at in places]
 
 
-@njit(cache=True, nogil=True)
-def _smoothness(uv: Any, stiffness: Any, across: Any, down: Any) -> None:
-    """Weights between each pixel and the next one of its row, and of its column."""
-    rows, columns = uv.shape[1:]
-    for y in range(rows):
-        for x in range(columns):
-            if x < columns - 1:
-                u, v = uv[0, y, x + 1] - uv[0, y, x], uv[1, y, x + 1] - uv[1, y, x]
-                across[y, x] = stiffness / np.sqrt(1 + (u * u + v * v) / _KNEE)
-            if y < rows - 1:
-                u, v = uv[0, y + 1, x] - uv[0, y, x], uv[1, y + 1, x] - uv[1, y, x]
-                down[y, x] = stiffness / np.sqrt(1 + (u * u + v * v) / _KNEE)
-
-
-@njit(cache=True, nogil=True)
-def _relax(data: Any, across: Any, down: Any, uv: Any, sweeps: Any) -> None:
-    rows, columns = uv.shape[1:]
-    over, tiny = np.float32(_OVER), np.float32(1e-30)
-    for sweep in range(2 * sweeps):
-        for y in range(rows):
-            for x in range((y + sweep) % 2, columns, 2):
-                w, p, q = tiny, data[3, y, x], data[4, y, x]
-                if x > 0:
-                    weight = across[y, x - 1]
-                    w, p, q = w + weight, p + weight * uv[0, y, x - 1], q + weight * uv[1, y, x - 1]
-                if x < columns - 1:
-                    weight = across[y, x]
-                    w, p, q = w + weight, p + weight * uv[0, y, x + 1], q + weight * uv[1, y, x + 1]
-                if y > 0:
-                    weight = down[y - 1, x]
-                    w, p, q = w + weight, p + weight * uv[0, y - 1, x], q + weight * uv[1, y - 1, x]
-                if y < rows - 1:
-                    weight = down[y, x]
-                    w, p, q = w + weight, p + weight * uv[0, y + 1, x], q + weight * uv[1, y + 1, x]
-                a, b, c = data[0, y, x] + w, data[1, y, x], data[2, y, x] + w
-                determinant = a * c - b * b
-                if determinant > 0:
-                    uv[0, y, x] += over * ((c * p - b * q) / determinant - uv[0, y, x])
-                    uv[1, y, x] += over * ((a * q - b * p) / determinant - uv[1, y, x])
+def _kinds(images: Reals) -> list[Reals]:
+    """Images (K, M, N) at even and odd rows and columns."""
+    return [images[:, down::2, across::2] for down in range(2) for across in range(2)]

@@ -1,13 +1,15 @@
-"""Images, one pixel at a time: optical flow from the phases of complex bands, and the median that smooths it.
+"""Images, one pixel at a time: optical flow from the phases of complex bands, medians, and samples between pixels.
 
 The bands of a pixel are eight numbers: a quaternion, and the complex numbers of two waves, as `algorithms.wavelets`
 computes them. Lengths are in pixels, phases in radians.
 """
 
 import gacompiler as ga
-from gacompiler import SCALAR, array, kernel
+from gacompiler import SCALAR, array, each, gather, index, kernel
 
 BANDS, SLOPES, EQUATIONS = array(SCALAR, 8), array(SCALAR, 4, 2), array(SCALAR, 6)
+MOTION, SIDES, STEP = array(SCALAR, 2), array(SCALAR, 4), array(SCALAR, 10)
+OVERRELAXATION = 1.7
 
 
 def _change_of_phase(a, b):
@@ -67,6 +69,110 @@ def solve_motion(sums, ridge):
     u, v = (c * x - xy * y) / determinant, (a * y - xy * x) / determinant
     least, left = ga.maximum(least, 0), ga.maximum(square - u * x - v * y, 0)
     return u, v, least / (least + left + ridge)
+
+
+@kernel(
+    sums=EQUATIONS,
+    before=MOTION,
+    motion=MOTION,
+    west=MOTION,
+    east=MOTION,
+    north=MOTION,
+    south=MOTION,
+    stiffness=SIDES,
+    noise=array(SCALAR, 3),
+    returns=STEP,
+)
+def relaxation_step(sums, before, motion, west, east, north, south, stiffness, noise):
+    """What `relaxed_motion` takes at a pixel: one step of iteratively reweighted least squares for a smooth motion.
+
+    `sums` are those of `phase_equations` for what is added to the motion `before`. Their weight is
+    ``noise[0] / (1 + noise[1] r)`` with the squared residual r that the present motion leaves; that of the difference d
+    to a neighbour is ``stiffness / sqrt(1 + noise[2] |d|^2)``. Where no weight is above 0, the motion is 0.
+    """
+    xx, xy, yy, bx, by, square = sums
+    u, v = motion[0] - before[0], motion[1] - before[1]
+    left = square - 2 * (bx * u + by * v) + xx * u * u + 2 * xy * u * v + yy * v * v
+    weight = noise[0] / (1 + noise[1] * ga.maximum(left, 0))
+    sides = []
+    for neighbour, stiff in zip((west, east, north, south), stiffness, strict=True):
+        du, dv = neighbour[0] - motion[0], neighbour[1] - motion[1]
+        sides.append(stiff / ga.sqrt(1 + noise[2] * (du * du + dv * dv)))
+    total = sides[0] + sides[1] + sides[2] + sides[3]
+    a, b, c = weight * xx + total, weight * xy, weight * yy + total
+    x = weight * (bx + xx * before[0] + xy * before[1])
+    y = weight * (by + xy * before[0] + yy * before[1])
+    determinant = a * c - b * b
+    known = determinant > 0
+    factor = OVERRELAXATION / ga.select(known, determinant, 1)
+    a, b, c = factor * a, factor * b, factor * c
+    return (ga.select(known, 1 - OVERRELAXATION, 1), a, b, c, x, y, *sides)
+
+
+@kernel(
+    motion=MOTION, west=MOTION, east=MOTION, north=MOTION, south=MOTION, step=STEP, returns=MOTION
+)
+def relaxed_motion(motion, west, east, north, south, step):
+    """The motion of a pixel after one step of successive overrelaxation; `step` is that of `relaxation_step`."""
+    keep, a, b, c, x, y, *sides = step
+    for neighbour, side in zip((west, east, north, south), sides, strict=True):
+        x, y = x + side * neighbour[0], y + side * neighbour[1]
+    return keep * motion[0] + c * x - b * y, keep * motion[1] + a * y - b * x
+
+
+TABLE = array(SCALAR, "m", 4, shared=True)
+
+
+def _cubic_weights(t):
+    """The cubic B-spline at t + 1, t, t - 1 and t - 2."""
+    s = 1 - t
+    before, after = s * s * s / 6, t * t * t / 6
+    return before, (4 - t * t * (6 - 3 * t)) / 6, (4 - s * s * (6 - 3 * s)) / 6, after
+
+
+@kernel(
+    first=TABLE,
+    second=TABLE,
+    third=TABLE,
+    fourth=TABLE,
+    place=index("n", into="m"),
+    x=array(SCALAR, "n"),
+    y=array(SCALAR, "n"),
+)
+def cubic_samples(first, second, third, fourth, place, x, y):
+    """An image between its pixels, x and y from 0 to 1 behind the second of four columns and rows.
+
+    Tables have four neighbours of the coefficients of its cubic spline for each place, of as many rows.
+    """
+
+    def sample(x, y, *numbers):
+        across, down = _cubic_weights(x), _cubic_weights(y)
+        lines = (sum((across[k] * numbers[4 * row + k] for k in range(4)), 0) for row in range(4))
+        return sum((weight * line for weight, line in zip(down, lines, strict=True)), 0)
+
+    tables = (gather(column, place) for table in (first, second, third, fourth) for column in table)
+    return each(sample, x, y, *tables)
+
+
+@kernel(
+    upper=TABLE,
+    lower=TABLE,
+    place=index("n", into="m"),
+    x=array(SCALAR, "n"),
+    y=array(SCALAR, "n"),
+    returns=array(SCALAR, "n", 2),
+)
+def motion_samples(upper, lower, place, x, y):
+    """A field of motions between its pixels, x and y from 0 to 1 behind the first of two columns and rows.
+
+    Tables have u of two neighbours and v of both for each place, of the first row and of the second one.
+    """
+
+    def sample(x, y, *numbers):
+        lines = [numbers[k] + x * (numbers[k + 1] - numbers[k]) for k in (0, 2, 4, 6)]
+        return lines[0] + y * (lines[2] - lines[0]), lines[1] + y * (lines[3] - lines[1])
+
+    return each(sample, x, y, *(gather(column, place) for table in (upper, lower) for column in table))
 
 
 def _merge_exchange(size):
