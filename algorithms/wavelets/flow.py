@@ -16,7 +16,7 @@ from .flow_equations import BANDS, Level
 from .flow_solver import filled, solved
 from .phase import gabor_taps
 from .separable import half_taps, median_rows, smooth_rows
-from .sharing import Progress, n_threads, steps
+from .sharing import Progress, in_threads, n_threads, steps
 
 _HALVING = half_taps(gabor_taps(0.0, 1.0, False)[0], np.float32)
 _ROUNDS = 4
@@ -109,7 +109,7 @@ def optical_flow(
     count = min(5, most) if levels is None else levels
     if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or not 1 <= count <= most:
         raise ValueError(f"levels: {levels!r}; expected 1 to {most} for images of {rows} x {columns} pixels")
-    n_threads(workers)
+    threads = n_threads(workers)
     normalized, contrasts = zip(*(_normalized(image) for image in images), strict=True)
     share = _noise_share(normalized, contrasts, noise)
     stiffness = _STIFFNESS[0] + (_STIFFNESS[1] - _STIFFNESS[0]) * share**2 / (share**2 + _NOISE**2)
@@ -117,8 +117,14 @@ def optical_flow(
     while len(pyramid) < count:
         pyramid.append(tuple(_halved(image) for image in pyramid[-1]))
     step_done = steps(progress, 2 * sum(_rounds(count)))
-    back, *_ = _motion([(b, a) for a, b in pyramid], stiffness, workers, step_done)
-    uv, confidence, level = _motion(pyramid, stiffness, workers, step_done)
+    found: dict[str, tuple[Reals, Reals, Level]] = {}
+
+    def followed(name: str) -> None:
+        images = pyramid if name == "forth" else [pair[::-1] for pair in pyramid]
+        found[name] = _motion(images, stiffness, -(-threads // 2), step_done)
+
+    in_threads(followed, ["forth", "back"], threads)
+    (uv, confidence, level), (back, *_) = found["forth"], found["back"]
     seen = visible(uv, back, normalized[0], level.moved(uv))
     uv = filled(uv, seen, normalized[0], _CONTRAST)
     confidence = np.where(seen, confidence, 0)
@@ -144,7 +150,7 @@ def _noise_share(images: Sequence[Reals], contrasts: Sequence[float], noise: flo
 def _motion(
     pyramid: Sequence[tuple[Reals, ...]],
     stiffness: float,
-    workers: int | None,
+    workers: int,
     step_done: Callable[[], None],
 ) -> tuple[Reals, Reals, Level]:
     """The motion between the images of a pyramid, coarse to fine, its confidence, and the last level."""
@@ -155,7 +161,7 @@ def _motion(
         level = Level(a, b, workers)
         for k in range(count):
             if k == count - 1:
-                uv = chosen(a, level.moved, uv)
+                uv = chosen(a, level, uv)
             sums, confidence, noise = level.equations(level.moved(uv), uv)
             uv = _medians(solved(sums, uv, noise, BANDS, stiffness))
             step_done()

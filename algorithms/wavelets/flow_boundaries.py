@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from functools import lru_cache
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 import scipy.ndimage
 from numpy.typing import NDArray
 
+from generated import images
+
 from ..arguments import Reals
-from .flow_equations import outside
+from .flow_equations import Level, median, outside
 from .phase import gabor_taps
-from .separable import half_taps, smooth_rows
+from .separable import cells, half_taps, smooth_rows
 
 _DISTANCE = 6
 """Pixels from which motions are offered: about how far bands and averages carry motion over a boundary."""
@@ -21,8 +25,12 @@ _OTHER = 0.25
 """Squared difference in pixels of motions that are worth a comparison."""
 _LIGHT = 8.0
 """Standard deviation of the neighbourhood of one brightness and contrast, in pixels."""
+_STEP = 4
+"""Pixels over which brightness and contrast are averaged before they are smoothed."""
 _WINDOW = half_taps(gabor_taps(0.0, 1.2, False)[0], np.float32)
 """A Gaussian over which differences of images are averaged: narrow, for sharp boundaries."""
+_SQUARE = 11
+"""Pixels on each side of squares beside which windows end."""
 _BETTER = 0.8
 """Another motion has to lessen the differences to this part."""
 _EXCESS = 6.0
@@ -33,14 +41,14 @@ _TOLERANCE, _SHARE = 0.5, 0.01
 """Squared pixels that forward and backward motion may differ by, and part of their squares that is added."""
 
 
-def chosen(first: Reals, moved: Callable[[Reals], Reals], uv: Reals) -> Reals:
+def chosen(first: Reals, level: Level, uv: Reals) -> Reals:
     """The motion, replaced at each pixel by that of a neighbour some pixels away where it explains the images better.
 
     Parameters
     ----------
     first : array, (M, N)
-    moved : function of (uv,)
-        The second image, of which the motion says where it is sampled.
+    level : Level
+        Of the same image and the second one.
     uv : array, (2, M, N)
 
     Returns
@@ -50,7 +58,7 @@ def chosen(first: Reals, moved: Callable[[Reals], Reals], uv: Reals) -> Reals:
     offers = [(dy * _DISTANCE, dx * _DISTANCE) for dy, dx in product((-1, 0, 1), repeat=2) if dy or dx]
     if not any(_far(other, uv).any() for other in _shifted(uv, offers)):
         return uv
-    here = moved(uv)
+    here = level.moved(uv)
     comparison = _Comparison(first, here)
     best, result = comparison.cost(here), uv.copy()
     for _ in range(_TURNS):
@@ -58,7 +66,11 @@ def chosen(first: Reals, moved: Callable[[Reals], Reals], uv: Reals) -> Reals:
         for other in _shifted(before, offers):
             wanted = _far(other, before)
             if wanted.any():
-                offered = comparison.cost(moved(other))
+                # What the costs of wanted pixels are means of; elsewhere costs do not count.
+                row, column = np.nonzero(_near(wanted))
+                other_image = here.copy()
+                other_image[row, column] = level.moved_at(other[:, row, column], row, column)
+                offered = comparison.cost(other_image)
                 wanted &= (offered + 0.1 * comparison.noise < best) & (offered < _BETTER * own) & ~outside(other)
                 best = np.where(wanted, offered, best)
                 result = np.where(wanted, other, result)
@@ -81,7 +93,7 @@ def visible(forward: Reals, backward: Reals, first: Reals, here: Reals) -> NDArr
     images agree and no other pixel moves there; and the motion ends inside the image.
     """
     y, x = np.indices(first.shape, np.float32) + forward[::-1]
-    back = np.stack([scipy.ndimage.map_coordinates(part, [y, x], order=1, mode="nearest") for part in backward])
+    back = _followed(backward, forward)
     allowed = _TOLERANCE + _SHARE * ((forward**2).sum(0) + (back**2).sum(0))
     inside = ~outside(forward)
     confirmed = (((forward + back) ** 2).sum(0) <= allowed) & inside
@@ -93,6 +105,18 @@ def visible(forward: Reals, backward: Reals, first: Reals, here: Reals) -> NDArr
     return np.asarray(confirmed | (agrees & ~taken[rows, columns] & inside))
 
 
+def _followed(backward: Reals, forward: Reals) -> Reals:
+    """The motion back, (2, M, N), from where the motion forth leads."""
+    rows, columns = forward.shape[1:]
+    padded = np.pad(backward, [(0, 0), (0, 1), (0, 1)], "edge")
+    # u of a pixel and of the next one, and v of both.
+    table = np.stack([padded[0, :, :-1], padded[0, :, 1:], padded[1, :, :-1], padded[1, :, 1:]], -1).reshape(-1, 4)
+    (left, x), (top, y) = cells(forward, np.arange(rows)[:, None], np.arange(columns), (rows, columns))
+    place, parts = (top * columns + left).reshape(-1), (x.reshape(-1), y.reshape(-1))
+    found = images.motion_samples(table[:-columns], table[columns:], place, *parts)
+    return np.moveaxis(found.reshape(rows, columns, 2), -1, 0)
+
+
 class _Comparison:
     """Squared differences between the first image and the second one under any motion.
 
@@ -102,7 +126,7 @@ class _Comparison:
     def __init__(self, first: Reals, here: Reals) -> None:
         self._first = first
         self._gain, self._offset = _light(first, here)
-        self.noise = max(float(np.median(self._squares(here))), _LEAST)
+        self.noise = max(median(self._squares(here)), _LEAST)
 
     def cost(self, moved: Reals) -> Reals:
         """Differences averaged over a few pixels, each up to a bound."""
@@ -116,16 +140,46 @@ class _Comparison:
 
 
 def _light(first: Reals, second: Reals) -> tuple[Reals, Reals]:
-    """Gain and offset by which the second image has the brightness and contrast of the first one, about each pixel."""
+    """Gain and offset by which the second image has the brightness and contrast of the first one, about each pixel.
+
+    They change little over the pixels of a coarse image, of which each is the mean of a square.
+    """
+    across, down = (_coarse_gaussian(size) for size in first.shape[::-1])
 
     def mean(image: Reals) -> Reals:
-        return np.asarray(scipy.ndimage.gaussian_filter(image, _LIGHT, mode="nearest"))
+        return down.smooth @ _reduced(_reduced(image).T).T @ across.smooth.T
 
     a, b = mean(first), mean(second)
     # Where there is no contrast, the gain is 1.
     least = np.float32(0.01 * second.var() + 1e-12)
     gain = (mean(first * second) - a * b + least) / (mean(second * second) - b * b + least)
-    return gain, a - gain * b
+    gain, offset = (down.enlarge @ coarse @ across.enlarge.T for coarse in (gain, a - gain * b))
+    return gain, offset
+
+
+class _CoarseGaussian(NamedTuple):
+    """Matrices that smooth a line of means of `_STEP` numbers each, and that interpolate between those."""
+
+    smooth: Reals
+    enlarge: Reals
+
+
+@lru_cache(64)
+def _coarse_gaussian(size: int) -> _CoarseGaussian:
+    count = -(-size // _STEP)
+    identity = np.eye(count)
+    smooth = scipy.ndimage.gaussian_filter1d(identity, _LIGHT / _STEP, axis=0, mode="nearest")
+    middles = np.arange(count) * _STEP + (_STEP - 1) / 2
+    enlarge = np.stack([np.interp(np.arange(size), middles, row) for row in identity], -1)
+    return _CoarseGaussian(smooth.astype(np.float32), enlarge.astype(np.float32))
+
+
+def _reduced(image: Reals) -> Reals:
+    """Means of so many rows each; the last row is repeated."""
+    missing = -len(image) % _STEP
+    if missing:
+        image = np.concatenate([image, np.repeat(image[-1:], missing, 0)])
+    return np.asarray(sum(image[k::_STEP] for k in range(_STEP)) / np.float32(_STEP))
 
 
 def _shifted(uv: Reals, offers: Sequence[tuple[int, int]]) -> list[Reals]:
@@ -134,6 +188,15 @@ def _shifted(uv: Reals, offers: Sequence[tuple[int, int]]) -> list[Reals]:
     rows, columns = uv.shape[1:]
     starts = [(_DISTANCE + down, _DISTANCE + across) for down, across in offers]
     return [padded[:, top : top + rows, left : left + columns] for top, left in starts]
+
+
+def _near(wanted: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Pixels in squares of the size of a window, in which or beside which pixels are wanted."""
+    rows, columns = wanted.shape
+    padded = np.pad(wanted, [(0, -rows % _SQUARE), (0, -columns % _SQUARE)])
+    squares = padded.reshape(padded.shape[0] // _SQUARE, _SQUARE, -1, _SQUARE).any((1, 3))
+    squares = scipy.ndimage.binary_dilation(squares, np.ones((3, 3), bool))
+    return squares.repeat(_SQUARE, 0).repeat(_SQUARE, 1)[:rows, :columns]
 
 
 def _far(a: Reals, b: Reals) -> NDArray[np.bool_]:

@@ -31,6 +31,8 @@ _FLOOR = 0.1
 """Bands count where they are larger than this part of their median."""
 _PIXELS = 2**14
 """Whose numbers stay in a cache from one filter or kernel to the next."""
+_LARGE = 2**16
+"""Pixels of which the quarter is enough for a median."""
 _LEAST_NOISE = 1e-6
 """Squared residual of a band of an image of contrast 1 that rounding to bytes leaves."""
 
@@ -69,12 +71,16 @@ class Level:
         self._floors = (_FLOOR * np.sqrt(squares)).astype(image.dtype)
 
     def moved(self, uv: Reals) -> Reals:
-        """The second image where the motion says that the pixels of the first one are."""
+        """The second image where the motion (2, M, N) says that the pixels of the first one are."""
         if not uv.any():
             return self._second
         result: Reals = np.empty(self._second.shape, np.float32)
         in_threads(lambda place: self._sampler.rows(uv, place, result[place]), self._places, self._workers)
         return result
+
+    def moved_at(self, uv: Reals, row: NDArray[np.intp], column: NDArray[np.intp]) -> Reals:
+        """The same for some pixels of the first image; uv is (2, n)."""
+        return self._sampler.at(uv, row, column)
 
     def equations(self, moved: Reals, uv: Reals) -> tuple[Reals, Reals, float]:
         """Averaged equations for what is added to a motion, from the second image as that motion moves it.
@@ -111,7 +117,7 @@ class Level:
 
         in_threads(solved, self._places, self._workers)
         left = smooth[5] - found[0] * smooth[3] - found[1] * smooth[4]
-        noise = max(float(np.median(left)) / BANDS, _LEAST_NOISE)
+        noise = max(median(left) / BANDS, _LEAST_NOISE)
         smooth *= ~outside(uv)
         return smooth, found[2], noise
 
@@ -147,6 +153,11 @@ def _bands(image: Reals, border: int, place: slice, memory: Reals) -> tuple[Real
 def _lines(images: Reals) -> Reals:
     """Images (..., K, rows, columns) as one line of K numbers each, (..., n, K), in the same memory."""
     return np.swapaxes(images.reshape(*images.shape[:-2], -1, copy=False), -1, -2)
+
+
+def median(image: Reals) -> float:
+    """The median of an image, of large ones of every other row and column."""
+    return float(np.median(image[::2, ::2] if image.size > _LARGE else image))
 
 
 def outside(uv: Reals) -> NDArray[np.bool_]:

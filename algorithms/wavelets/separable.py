@@ -142,35 +142,39 @@ class Sampler:
 
     def rows(self, uv: Reals, place: slice, out: Reals) -> None:
         """Some rows of the image at (x + u, y + v) for every pixel; see `sampled_rows`."""
-        rows, columns = self._shape
-        (left, x), (top, y) = cells(uv, place, self._shape)
-        at = (top * self._wide + left).astype(np.int64).reshape(-1)
-        out[...] = images.cubic_samples(*self._tables, at, x.reshape(-1), y.reshape(-1)).reshape(out.shape)
+        out[...] = self.at(uv[:, place], np.arange(place.start, place.stop)[:, None], np.arange(self._shape[1]))
+
+    def at(self, uv: Reals, row: NDArray[np.intp], column: NDArray[np.intp]) -> Reals:
+        """The image at (column + u, row + v) for some pixels; uv is (2, ...)."""
+        (left, x), (top, y) = cells(uv, row, column, self._shape)
+        place = (top * self._wide + left).reshape(-1)
+        found: Reals = images.cubic_samples(*self._tables, place, x.reshape(-1), y.reshape(-1))
+        return found.reshape(uv.shape[1:])
 
 
-def cells(uv: Reals, place: slice, shape: tuple[int, ...]) -> list[tuple[NDArray[np.int32], Reals]]:
-    """Which pixels are the last ones before ``(x + u, y + v)``, and how far that is behind them.
+def cells(
+    uv: Reals, row: NDArray[np.intp], column: NDArray[np.intp], shape: tuple[int, ...]
+) -> list[tuple[NDArray[np.intp], Reals]]:
+    """Which pixels are the last ones before ``(column + u, row + v)``, and how far that is behind them.
 
     Parameters
     ----------
-    uv : array, (2, M, N)
-    place : slice
-        Rows of the pixels (x, y).
+    uv : array, (2, ...)
+    row, column : array of int
     shape : (int, int)
         Of the image, beyond whose edges nothing leads.
 
     Returns
     -------
     [(columns, x), (rows, y)]
-        Whole numbers and parts from 0 to 1, each an array (rows, N).
+        Whole numbers and parts from 0 to 1.
     """
-    own = np.arange(shape[1], dtype=np.int32), np.arange(place.start, place.stop, dtype=np.int32)[:, None]
     found = []
-    for motion, first, size in zip(uv, own, shape[::-1], strict=True):
-        bounded = np.clip(motion[place], -size, size)
-        whole = np.floor(bounded)
-        part, pixel = bounded - whole, whole.astype(np.int32)
-        pixel += first
+    for motion, own, size in zip(uv, (column, row), shape[::-1], strict=True):
+        whole = np.floor(motion)
+        part = motion - whole
+        pixel = np.clip(whole, -size, size, out=whole).astype(np.intp)
+        pixel += own
         part *= (pixel >= 0) & (pixel < size - 1)
         found.append((np.clip(pixel, 0, size - 1, out=pixel), part))
     return found
