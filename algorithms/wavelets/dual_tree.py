@@ -143,7 +143,7 @@ def split(
     bands = []
     for level in range(levels):
         # One large piece of memory: the system gives that in large pages.
-        work = list(np.empty((6, *array.shape), array.dtype)) if level == 0 else None
+        work = list(np.empty((3, 2, *array.shape), array.dtype)) if level == 0 else None
         low, high = _both(array, level, first, later, -2, work, workers)
         parts = {"a": low, "d": high}
         halves = {name: _both(part, level, first, later, -1, work, workers) for name, part in parts.items()}
@@ -180,7 +180,7 @@ def _both(
     """One level along one axis. The first level keeps all samples: its two trees take the even and the odd ones."""
     size = array.shape[axis]
     if level == 0:
-        out = None if work is None else (work.pop(), work.pop())
+        out = None if work is None else work.pop()
         taps = _level_one_taps(first)
         places = np.arange(size)
         lines = beyond("symmetric", size, 1 - taps.shape[1] // 2, size + taps.shape[1])

@@ -1,14 +1,16 @@
-"""Pairs of filters along one axis, split into their even and odd taps, in loops that numba compiles."""
+"""Pairs of filters along one axis, split into their even and odd taps."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
-from numba import njit
+from numpy.lib.stride_tricks import as_strided
 from numpy.typing import NDArray
+
+from generated import filters
 
 from ..arguments import Reals
 from .sharing import in_threads, n_threads, shares
@@ -30,7 +32,9 @@ MODES = (
 
 
 _LEAST = 2**14
-"""Numbers from which on threads share the work."""
+"""Numbers from which on threads share the work, and lines are not copied that lie as filters need them."""
+_BLOCK = 2**15
+"""Results that stay in a cache."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +60,7 @@ def split(
     taps: Reals,
     lines: Lines,
     to: tuple[Places, Places],
-    out: tuple[Reals, Reals] | None = None,
+    out: Reals | None = None,
     workers: int | None = None,
 ) -> tuple[Reals, Reals]:
     """Two filters along an axis: ``sum_j taps[t, j] y[step i + j]`` for the numbers y that `lines` finds.
@@ -71,8 +75,8 @@ def split(
     lines : Lines
     to : (array of int, array of int)
         Where the results i are put, for either filter.
-    out : (array, array), optional
-        Dense arrays for the results.
+    out : array, (2, ...), optional
+        Dense, for the results.
     workers : int, optional
         How many threads share the results, see `n_threads`.
 
@@ -83,19 +87,16 @@ def split(
     stack = _stack(array, axis)
     shape = list(array.shape)
     shape[axis] = len(to[0])
-    low, high = (np.empty(shape, array.dtype) for _ in range(2)) if out is None else out
-    stacks = [band.reshape(len(stack), len(to[0]), stack.shape[2], copy=False) for band in (low, high)]
-    border = lines.border.astype(array.dtype)
-    weights, more = np.ascontiguousarray(taps, array.dtype), taps.shape[1] - step
+    both = np.empty((2, *shape), array.dtype) if out is None else out
+    result = both.reshape(2, len(stack), len(to[0]), stack.shape[2], copy=False)
+    weights = np.ascontiguousarray(taps, array.dtype)
 
     def work(part: tuple[slice, slice]) -> None:
         some, place = part
-        seen = lines.places[step * place.start : step * place.stop + more]
-        results = (band[some] for band in stacks)
-        _split(stack[some], step, weights, seen, border, to[0][place], to[1][place], *results)
+        _split(stack[some], step, weights, lines, to, place, result[:, some])
 
     in_threads(work, _parts(stack, len(to[0]), workers), workers)
-    return low, high
+    return both[0], both[1]
 
 
 def merge(
@@ -133,16 +134,12 @@ def merge(
     shape = list(bands[0].shape)
     shape[axis] = len(to)
     result = np.empty((len(stacks[0]), len(to), stacks[0].shape[2]), bands[0].dtype)
-    pairs = np.ascontiguousarray(taps.reshape(2, -1, 2).transpose(2, 1, 0).reshape(2, -1), result.dtype)
-    half = taps.shape[1] // 2
+    # Of even and of odd results, for either band, for numbers of the bands in their order.
+    pairs = np.ascontiguousarray(taps.reshape(2, -1, 2)[:, ::-1].transpose(2, 0, 1), result.dtype)
 
     def work(part: tuple[slice, slice]) -> None:
         some, place = part
-        # Two results to each number; the first of all may be left out.
-        begin, end = max(2 * place.start - first, 0), 2 * place.stop - first
-        seen = (at[place.start : place.stop + half - 1] for at in places)
-        low, high = (stack[some] for stack in stacks)
-        _merge(low, high, pairs, *seen, 0 if place.start else first, to[begin:end], result[some])
+        _merge([stack[some] for stack in stacks], pairs, places, first, to, place, result[some])
 
     in_threads(work, _parts(result, (len(to) + first + 1) // 2, workers), workers)
     return result.reshape(shape)
@@ -200,128 +197,136 @@ def _stack(array: Reals, axis: int) -> Reals:
     return np.ascontiguousarray(array).reshape(shape)
 
 
-@njit(nogil=True, error_model="numpy", fastmath={"contract"})
-def _begin(one: Any, other: Any, a: Any, b: Any, w: Any, j: Any) -> None:
-    p, q, r, s = w[0, j], w[0, j + 1], w[1, j], w[1, j + 1]
-    for n in range(one.size):
-        one[n] = p * a[n] + q * b[n]
-        other[n] = r * a[n] + s * b[n]
-
-
-@njit(nogil=True, error_model="numpy", fastmath={"contract"})
-def _add(one: Any, other: Any, a: Any, b: Any, w: Any, j: Any) -> None:
-    p, q, r, s = w[0, j], w[0, j + 1], w[1, j], w[1, j + 1]
-    for n in range(one.size):
-        one[n] += p * a[n] + q * b[n]
-        other[n] += r * a[n] + s * b[n]
-
-
-@njit(nogil=True, error_model="numpy", fastmath={"contract"})
-def _add_four(one: Any, other: Any, a: Any, b: Any, c: Any, d: Any, w: Any, j: Any) -> None:
-    """Four terms at once, as what is added to goes through memory."""
-    p, q, r, s = w[0, j], w[0, j + 1], w[0, j + 2], w[0, j + 3]
-    t, u, v, x = w[1, j], w[1, j + 1], w[1, j + 2], w[1, j + 3]
-    for n in range(one.size):
-        one[n] += p * a[n] + q * b[n] + r * c[n] + s * d[n]
-        other[n] += t * a[n] + u * b[n] + v * c[n] + x * d[n]
-
-
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def _split(
-    x: Any, step: Any, taps: Any, places: Any, border: Any, low_to: Any, high_to: Any, low: Any, high: Any
+    x: Reals, step: int, taps: Reals, lines: Lines, to: tuple[Places, Places], part: slice, out: Reals
 ) -> None:
-    size, inner, count, half = x.shape[1], x.shape[2], low_to.size, taps.shape[1] // 2
-    # The numbers that a line of results sees: along the axis, or whole lines of numbers after it.
-    lines = np.empty((step if inner == 1 else 0, count + 2 * half), x.dtype)
-    pads = np.empty((border.shape[0], inner), x.dtype)
-    one, other = np.empty(count, x.dtype), np.empty(count, x.dtype)
-    for o in range(x.shape[0]):
-        for k in range(border.shape[0]):
-            p, s, u, v = int(border[k, 0]), border[k, 1], border[k, 2], border[k, 3]
-            for n in range(inner):
-                pads[k, n] = s * x[o, p, n] + u * x[o, 0, n] + v * x[o, size - 1, n]
-        if inner == 1:
-            for r in range(step):
-                for n in range((places.size - r + step - 1) // step):
-                    p = places[step * n + r]
-                    lines[r, n] = x[o, p, 0] if p < size else pads[p - size, 0]
-            even, odd = lines[0], lines[step - 1, 2 - step :]
-            each = 3 - step
-            _begin(one, other, even[:count], odd[:count], taps, 0)
-            j = 1
-            while j < half:
-                k = each * j
-                a, b = even[k : k + count], odd[k : k + count]
-                if j + 1 < half:
-                    k += each
-                    _add_four(one, other, a, b, even[k : k + count], odd[k : k + count], taps, 2 * j)
-                else:
-                    _add(one, other, a, b, taps, 2 * j)
-                j += 2
-            for n in range(count):
-                low[o, low_to[n], 0] = one[n]
-                high[o, high_to[n], 0] = other[n]
+    """Some results of `split`; `out` is (2, outer, count, inner)."""
+    length = taps.shape[1]
+    inside = [] if x.size < _LEAST else _segments(lines.places, x.shape[1])
+    firsts = [(-(-start // step), (stop - length) // step + 1) for start, stop in inside]
+    placed = [_segments(places) for places in to]
+    # Few results go apart in one band and together in the other one.
+    apart = [(i, i + 1) for i in np.flatnonzero(np.diff(to[0]) != np.diff(to[1])).tolist()]
+    for start, stop in _cut(part, [bounds for bounds in firsts if bounds[0] < bounds[1]], *placed, apart):
+        seen = lines.places[step * start : step * (stop - 1) + length]
+        is_inside = any(first <= start and stop <= last for first, last in firsts)
+        y, at = (x, seen) if is_inside else _gathered(x, seen, lines.border)
+        windows = _windows(y, at, stop - start, step, length)
+        low, high = (places[start:stop] for places in to)
+        to_next, to_high = out.strides[2] * _stride(low), out.strides[0] + out.strides[2] * int(high[0] - low[0])
+        shape, strides = (len(x), stop - start, x.shape[2], 2), (out.strides[1], to_next, out.strides[3], to_high)
+        _filter(windows, taps, as_strided(out[0, :, low[0] :], shape, strides))
+
+
+def _filter(windows: Reals, taps: Reals, out: Reals) -> None:
+    """Both filters: the first two to eight taps, and eight more at a time."""
+    length = taps.shape[1]
+    head = length % 8 or 8
+    for lines in _blocks(out, length > head):
+        seen, results = windows[:, lines], out[:, lines]
+        _SPLIT[head](seen[..., :head], taps[:, :head], out=results)
+        for k in range(head, length, 8):
+            filters.split_8_more(results, seen[..., k : k + 8], taps[:, k : k + 8], out=results)
+
+
+def _merge(
+    stacks: list[Reals], pairs: Reals, places: tuple[Places, Places], first: int, to: Places, part: slice, out: Reals
+) -> None:
+    """Some pairs of results of `merge`; `out` is (outer, results, inner)."""
+    half, size = pairs.shape[2], stacks[0].shape[1]
+    inside = [[] if out.size < _LEAST else _segments(at, size) for at in places]
+    firsts = [[(start, stop - half + 1) for start, stop in segments if stop - start >= half] for segments in inside]
+    # Both results of a pair are there, at places of one segment; others are put in their places one by one.
+    whole = [(-(-(start + first) // 2), (stop + first) // 2) for start, stop in _segments(to)]
+    for start, stop in _cut(part, *firsts, [bounds for bounds in whole if bounds[0] < bounds[1]]):
+        windows = []
+        for stack, at, bounds in zip(stacks, places, firsts, strict=True):
+            seen = at[start : stop + half - 1]
+            is_inside = any(one <= start and stop <= last for one, last in bounds)
+            y, seen = (stack, seen) if is_inside else _gathered(stack, seen)
+            windows.append(_windows(y, seen, stop - start, 1, half))
+        shape = len(out), stop - start, out.shape[2], 2
+        at_once = any(one <= start and stop <= last for one, last in whole)
+        if at_once:
+            begin = 2 * start - first
+            stride = out.strides[1] * int(to[begin + 1] - to[begin])
+            results = as_strided(out[:, to[begin] :], shape, (out.strides[0], 2 * stride, out.strides[2], stride))
+        else:
+            results = np.empty(shape, out.dtype)
+        _join(windows, pairs, results)
+        if not at_once:
+            for pair in range(start, stop):
+                for k, result in enumerate((2 * pair - first, 2 * pair + 1 - first)):
+                    if 0 <= result < len(to):
+                        out[:, to[result]] = results[:, pair - start, :, k]
+
+
+def _join(windows: list[Reals], pairs: Reals, out: Reals) -> None:
+    """As `_filter`, four numbers of each band at a time."""
+    low, high = windows
+    half = pairs.shape[2]
+    head = half % 4 or 4
+    for lines in _blocks(out, half > head):
+        results = out[:, lines]
+        _MERGE[head](low[:, lines, :, :head], high[:, lines, :, :head], pairs[..., :head], out=results)
+        for k in range(head, half, 4):
+            some = slice(k, k + 4)
+            filters.merge_4_more(
+                results, low[:, lines, :, some], high[:, lines, :, some], pairs[..., some], out=results
+            )
+
+
+def _blocks(out: Reals, is_repeated: bool) -> Iterator[slice]:
+    """Lines of results that stay in a cache while more is added to them."""
+    count = out.shape[1]
+    size = max(_BLOCK * count // max(out.size, 1), 1) if is_repeated else count
+    for start in range(0, count, size):
+        yield slice(start, start + size)
+
+
+def _windows(y: Reals, at: Places, count: int, step: int, length: int) -> Reals:
+    """What `count` results see, (outer, count, inner, length), of lines at places with one stride."""
+    stride = y.strides[1] * _stride(at)
+    shape = len(y), count, y.shape[2], length
+    return as_strided(y[:, at[0] :], shape, (y.strides[0], step * stride, y.strides[2], stride), writeable=False)
+
+
+def _gathered(x: Reals, places: Places, border: NDArray[np.float64] | None = None) -> tuple[Reals, Places]:
+    """The lines at some places, one after the other, and where they are now."""
+    y = x.take(np.minimum(places, x.shape[1] - 1), 1)
+    for k in np.flatnonzero(places >= x.shape[1]):
+        p, s, u, v = border[places[k] - x.shape[1]]  # type: ignore[index]
+        y[:, k] = s * x[:, int(p)] + u * x[:, 0] + v * x[:, -1]
+    return y, np.arange(len(places))
+
+
+def _stride(places: Places) -> int:
+    return int(places[1] - places[0]) if len(places) > 1 else 1
+
+
+def _segments(places: Places, size: int | None = None) -> list[tuple[int, int]]:
+    """Parts of places that have one stride; of those from `size` on, none."""
+    steps = np.diff(places)
+    if size is not None:
+        steps[(places[1:] >= size) | (places[:-1] >= size)] = np.iinfo(steps.dtype).min
+    turns = (np.flatnonzero(np.diff(steps)) + 1).tolist()
+    found, start, last = [], 0, len(places) - 1
+    for turn in [*turns, last]:
+        # A turn behind the last segment, where this one begins, is none of this one.
+        if turn <= start and turn < last or start > last:
             continue
-        for i in range(count):
-            left, right, at = low[o, low_to[i]], high[o, high_to[i]], places[step * i : step * i + 2 * half]
-            _begin(left, right, _line(x[o], pads, at[0]), _line(x[o], pads, at[1]), taps, 0)
-            j = 1
-            while j < half:
-                a, b = _line(x[o], pads, at[2 * j]), _line(x[o], pads, at[2 * j + 1])
-                if j + 1 < half:
-                    c, d = _line(x[o], pads, at[2 * j + 2]), _line(x[o], pads, at[2 * j + 3])
-                    _add_four(left, right, a, b, c, d, taps, 2 * j)
-                else:
-                    _add(left, right, a, b, taps, 2 * j)
-                j += 2
+        if size is None or places[start] < size and places[turn] < size:
+            found.append((start, turn + 1))
+        start = turn + 1
+    return found
 
 
-@njit(nogil=True)
-def _line(x: Any, pads: Any, place: Any) -> Any:
-    return x[place] if place < len(x) else pads[place - len(x)]
+def _cut(part: slice, *bounds: list[tuple[int, int]]) -> list[tuple[int, int]]:
+    """A part of results, cut at all bounds."""
+    cuts = {each for pairs in bounds for pair in pairs for each in pair if part.start < each < part.stop}
+    places = [part.start, *sorted(cuts), part.stop]
+    return list(zip(places[:-1], places[1:], strict=True)) if part.start < part.stop else []
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
-def _merge(low: Any, high: Any, taps: Any, low_at: Any, high_at: Any, first: Any, to: Any, result: Any) -> None:
-    """`taps` has pairs, of the low and of the high filter, for even results and for odd ones."""
-    inner, half = low.shape[2], taps.shape[1] // 2
-    count = (to.size + first + 1) // 2
-    a_line, b_line = np.empty(count + half - 1, low.dtype), np.empty(count + half - 1, low.dtype)
-    wide = max(count, inner)
-    one, other = np.empty(wide, low.dtype), np.empty(wide, low.dtype)
-    for o in range(low.shape[0]):
-        if inner == 1:
-            for n in range(len(a_line)):
-                a_line[n], b_line[n] = low[o, low_at[n], 0], high[o, high_at[n], 0]
-            even, odd = one[:count], other[:count]
-            k = half - 1
-            _begin(even, odd, a_line[k : k + count], b_line[k : k + count], taps, 0)
-            j = 1
-            while j < half:
-                k = half - 1 - j
-                a, b = a_line[k : k + count], b_line[k : k + count]
-                if j + 1 < half:
-                    c, d = a_line[k - 1 : k - 1 + count], b_line[k - 1 : k - 1 + count]
-                    _add_four(even, odd, a, b, c, d, taps, 2 * j)
-                else:
-                    _add(even, odd, a, b, taps, 2 * j)
-                j += 2
-            for n in range(to.size):
-                place = n + first
-                result[o, to[n], 0] = odd[place // 2] if place % 2 else even[place // 2]
-            continue
-        for i in range(count):
-            before, after = 2 * i - first, 2 * i + 1 - first
-            even = result[o, to[before]] if before >= 0 else one[:inner]
-            odd = result[o, to[after]] if after < to.size else other[:inner]
-            k = i + half - 1
-            _begin(even, odd, low[o, low_at[k]], high[o, high_at[k]], taps, 0)
-            j = 1
-            while j < half:
-                k = i + half - 1 - j
-                a, b = low[o, low_at[k]], high[o, high_at[k]]
-                if j + 1 < half:
-                    _add_four(even, odd, a, b, low[o, low_at[k - 1]], high[o, high_at[k - 1]], taps, 2 * j)
-                else:
-                    _add(even, odd, a, b, taps, 2 * j)
-                j += 2
+_SPLIT = {2: filters.split_2, 4: filters.split_4, 6: filters.split_6, 8: filters.split_8}
+_MERGE = {1: filters.merge_1, 2: filters.merge_2, 3: filters.merge_3, 4: filters.merge_4}

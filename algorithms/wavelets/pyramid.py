@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import scipy.sparse
 import scipy.sparse.linalg
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from generated import quaternion
@@ -17,12 +16,14 @@ from generated import quaternion
 from ..arguments import Reals
 from .checks import image_stack
 from .discrete import checked_levels
-from .dual_tree import joined, split
+from .dual_tree import joined, quads, split
 from .phase import amplitudes, quaternion_phase
 from .sharing import Progress, n_threads, steps
 
 _FIRST, _LATER = "near_sym_b", "qshift_b"
 _KINDS = ("dual-tree", "gabor")
+_PARTS = (0, 2, 1, 3)
+"""Of a quaternion, for each of `quads`."""
 _NAMES = {"H": ("high", "low"), "V": ("low", "high"), "D": ("high", "high")}
 _TAPS = {
     "low": np.array([1 - 1j, 4 - 1j, 4 + 1j, 1 + 1j]) / 10,
@@ -164,28 +165,16 @@ def _quaternions(samples: Reals, memory: Reals | None = None) -> Reals:
     shape = samples.shape
     memory = np.empty(samples.size, samples.dtype) if memory is None else memory
     q = memory.reshape(*shape[:-2], shape[-2] // 2, shape[-1] // 2, 4)
-    _group(np.ascontiguousarray(samples).reshape(-1, *shape[-2:]), q.reshape(-1, *q.shape[-3:]), False)
+    for part, values in enumerate(quads(samples)):
+        q[..., _PARTS[part]] = values
     return q
 
 
 def _interleaved(q: Reals) -> Reals:
     samples = np.empty((*q.shape[:-3], 2 * q.shape[-3], 2 * q.shape[-2]), q.dtype)
-    _group(samples.reshape(-1, *samples.shape[-2:]), np.ascontiguousarray(q).reshape(-1, *q.shape[-3:]), True)
+    for part, values in enumerate(quads(samples)):
+        values[...] = q[..., _PARTS[part]]
     return samples
-
-
-@njit(cache=True, nogil=True)
-def _group(samples: Any, q: Any, back: Any) -> None:
-    """Squares of four samples, a b over c d, to quaternions (a, c, b, d), or back."""
-    for o in range(q.shape[0]):
-        for i in range(q.shape[1]):
-            for j in range(q.shape[2]):
-                for k in range(4):
-                    row, column = 2 * i + k % 2, 2 * j + k // 2
-                    if back:
-                        samples[o, row, column] = q[o, i, j, k]
-                    else:
-                        q[o, i, j, k] = samples[o, row, column]
 
 
 def _embedded(image: Reals) -> Reals:

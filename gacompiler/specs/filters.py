@@ -1,17 +1,14 @@
 """Filters of signals and images, one result at a time.
 
-The numbers that a filter sees are a window: a shifted view of an array for each of its places, so that nothing is copied.
+The numbers that a filter sees are its window: views of one array, shifted by one place each, so that nothing is copied.
 """
 
 from gacompiler import SCALAR, array, kernel
 
 REACH = 10
-WINDOW, HALF = array(SCALAR, 2 * REACH + 1), array(SCALAR, REACH + 1)
-
-
-def _folded(window, sign):
-    middle = len(window) // 2
-    return [window[middle - k] + sign * window[middle + k] for k in range(1, middle + 1)]
+WIDTH = 2 * REACH + 1
+WINDOW = array(SCALAR, WIDTH)
+PAIR = array(SCALAR, 2)
 
 
 def _sum(weights, numbers):
@@ -21,71 +18,107 @@ def _sum(weights, numbers):
     return total
 
 
-def _half(taps, sign):
-    """The middle tap and those after it, of the symmetric or antisymmetric part of taps."""
-    return [taps[REACH], *((taps[REACH + k] + sign * taps[REACH - k]) / 2 for k in range(1, REACH + 1))]
+def _even(window):
+    """The middle number, and sums of those before and behind it."""
+    return [window[REACH], *(window[REACH - k] + window[REACH + k] for k in range(1, REACH + 1))]
+
+
+def _odd(window):
+    """Differences of numbers before and behind the middle one."""
+    return [window[REACH - k] - window[REACH + k] for k in range(1, REACH + 1)]
+
+
+def _symmetric(taps, window):
+    return _sum([taps[REACH], *((taps[REACH + k] + taps[REACH - k]) / 2 for k in range(1, REACH + 1))], _even(window))
+
+
+def _antisymmetric(taps, window):
+    return _sum([(taps[REACH + k] - taps[REACH - k]) / 2 for k in range(1, REACH + 1)], _odd(window))
 
 
 @kernel(window=WINDOW, taps=WINDOW, returns=SCALAR)
 def symmetric_filter(window, taps):
-    """A filter with symmetric taps, of which the middle one and those after it are given."""
-    return _sum(_half(taps, 1), [window[REACH], *_folded(window, 1)])
+    """Convolution with the symmetric part of taps."""
+    return _symmetric(taps, window)
 
 
-@kernel(window=WINDOW, taps=array(SCALAR, 3, 2*REACH + 1), returns=array(SCALAR, 3))
-def three_filters(window, taps):
-    both = [window[REACH], *_folded(window, 1)]
-    even, odd, low = taps
-    return _sum(_half(even, 1), both), _sum(_half(odd, -1)[1:], _folded(window, -1)), _sum(_half(low, 1), both)
-
-
-@kernel(window=WINDOW, taps=array(SCALAR, 2, 2*REACH + 1), returns=array(SCALAR, 2))
+@kernel(window=WINDOW, taps=array(SCALAR, 2, WIDTH), returns=PAIR)
 def even_and_odd_filter(window, taps):
-    even, odd = taps
-    return _sum(_half(even, 1), [window[REACH], *_folded(window, 1)]), _sum(_half(odd, -1)[1:], _folded(window, -1))
+    """Convolutions with the symmetric part of some taps, and with the antisymmetric part of others."""
+    return _symmetric(taps[0], window), _antisymmetric(taps[1], window)
 
 
-def _pair(x, taps):
-    return tuple(_sum(row, x) for row in taps)
+@kernel(window=WINDOW, taps=array(SCALAR, 3, WIDTH), returns=array(SCALAR, 3))
+def three_filters(window, taps):
+    """Convolutions with the symmetric part, the antisymmetric part and the symmetric part of three rows of taps."""
+    return _symmetric(taps[0], window), _antisymmetric(taps[1], window), _symmetric(taps[2], window)
 
 
-@kernel(window=array(SCALAR, 2), taps=array(SCALAR, 2, 2), returns=array(SCALAR, 2))
-def filter_pair_2(window, taps):
-    return _pair(window, taps)
+def _split(window, taps):
+    return tuple(_sum(row, window) for row in taps)
 
 
-@kernel(window=array(SCALAR, 4), taps=array(SCALAR, 2, 4), returns=array(SCALAR, 2))
-def filter_pair_4(window, taps):
-    return _pair(window, taps)
+def _merged(low, high, taps):
+    return tuple(_sum(row[0], low) + _sum(row[1], high) for row in taps)
 
 
-@kernel(window=array(SCALAR, 6), taps=array(SCALAR, 2, 6), returns=array(SCALAR, 2))
-def filter_pair_6(window, taps):
-    return _pair(window, taps)
+@kernel(window=array(SCALAR, 2), taps=array(SCALAR, 2, 2), returns=PAIR)
+def split_2(window, taps):
+    """Two filters of 2 taps."""
+    return _split(window, taps)
 
 
-@kernel(window=array(SCALAR, 8), taps=array(SCALAR, 2, 8), returns=array(SCALAR, 2))
-def filter_pair_8(window, taps):
-    return _pair(window, taps)
+@kernel(window=array(SCALAR, 4), taps=array(SCALAR, 2, 4), returns=PAIR)
+def split_4(window, taps):
+    """Two filters of 4 taps."""
+    return _split(window, taps)
 
 
-@kernel(window=array(SCALAR, 10), taps=array(SCALAR, 2, 10), returns=array(SCALAR, 2))
-def filter_pair_10(window, taps):
-    return _pair(window, taps)
+@kernel(window=array(SCALAR, 6), taps=array(SCALAR, 2, 6), returns=PAIR)
+def split_6(window, taps):
+    """Two filters of 6 taps."""
+    return _split(window, taps)
 
 
-@kernel(sums=array(SCALAR, 2), window=array(SCALAR, 8), taps=array(SCALAR, 2, 8), returns=array(SCALAR, 2))
-def filter_more(sums, window, taps):
-    a, b = _pair(window, taps)
-    return sums[0] + a, sums[1] + b
+@kernel(window=array(SCALAR, 8), taps=array(SCALAR, 2, 8), returns=PAIR)
+def split_8(window, taps):
+    """Two filters of 8 taps."""
+    return _split(window, taps)
 
 
-PAIR = array(SCALAR, 2)
+@kernel(sums=PAIR, window=array(SCALAR, 8), taps=array(SCALAR, 2, 8), returns=PAIR)
+def split_8_more(sums, window, taps):
+    """Eight more taps of two filters."""
+    first, second = _split(window, taps)
+    return sums[0] + first, sums[1] + second
 
 
-@kernel(uv=PAIR, west=PAIR, east=PAIR, north=PAIR, south=PAIR, weights=array(SCALAR, 9), returns=PAIR)
-def relaxed(uv, west, east, north, south, weights):
-    x, y, xx, xy, yy, *weights = weights
-    p, q = (sum((w * n for w, n in zip(weights, numbers, strict=True)), 0) for numbers in zip(west, east, north, south, strict=True))
-    u, v = uv
-    return xx * p + xy * q + x - 0.7 * u, xy * p + yy * q + y - 0.7 * v
+@kernel(low=array(SCALAR, 1), high=array(SCALAR, 1), taps=array(SCALAR, 2, 2, 1), returns=PAIR)
+def merge_1(low, high, taps):
+    """Two neighbours of the sum of two bands, each filtered by every other of 2 taps."""
+    return _merged(low, high, taps)
+
+
+@kernel(low=array(SCALAR, 2), high=array(SCALAR, 2), taps=array(SCALAR, 2, 2, 2), returns=PAIR)
+def merge_2(low, high, taps):
+    """Two neighbours of the sum of two bands, each filtered by every other of 4 taps."""
+    return _merged(low, high, taps)
+
+
+@kernel(low=array(SCALAR, 3), high=array(SCALAR, 3), taps=array(SCALAR, 2, 2, 3), returns=PAIR)
+def merge_3(low, high, taps):
+    """Two neighbours of the sum of two bands, each filtered by every other of 6 taps."""
+    return _merged(low, high, taps)
+
+
+@kernel(low=array(SCALAR, 4), high=array(SCALAR, 4), taps=array(SCALAR, 2, 2, 4), returns=PAIR)
+def merge_4(low, high, taps):
+    """Two neighbours of the sum of two bands, each filtered by every other of 8 taps."""
+    return _merged(low, high, taps)
+
+
+@kernel(sums=PAIR, low=array(SCALAR, 4), high=array(SCALAR, 4), taps=array(SCALAR, 2, 2, 4), returns=PAIR)
+def merge_4_more(sums, low, high, taps):
+    """Four more numbers of each band."""
+    first, second = _merged(low, high, taps)
+    return sums[0] + first, sums[1] + second
