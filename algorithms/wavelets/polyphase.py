@@ -201,21 +201,46 @@ def _split(
     x: Reals, step: int, taps: Reals, lines: Lines, to: tuple[Places, Places], part: slice, out: Reals
 ) -> None:
     """Some results of `split`; `out` is (2, outer, count, inner)."""
-    length = taps.shape[1]
-    inside = [] if x.size < _LEAST else _segments(lines.places, x.shape[1])
-    firsts = [(-(-start // step), (stop - length) // step + 1) for start, stop in inside]
-    placed = [_segments(places) for places in to]
+    length, small = taps.shape[1], x.size < _LEAST
+    low_to, high_to = to
+    keys = lines.places.tobytes(), low_to.tobytes(), high_to.tobytes()
+    for start, stop, is_inside, at, to_next, low_first, apart in _split_runs(
+        *keys, step, length, x.shape[1], small, part.start, part.stop
+    ):
+        y, first, stride = x, *at
+        if not is_inside:
+            seen = lines.places[step * start : step * (stop - 1) + length]
+            y, first, stride = _gathered(x, seen, lines.border), 0, 1
+        windows = _windows(y, first, stride, stop - start, step, length)
+        shape = len(x), stop - start, x.shape[2], 2
+        along = out.strides[2]
+        strides = out.strides[1], along * to_next, out.strides[3], out.strides[0] + along * apart
+        _filter(windows, taps, as_strided(out[0, :, low_first:], shape, strides))
+
+
+@lru_cache(512)
+def _split_runs(
+    places: bytes, low: bytes, high: bytes, step: int, length: int, size: int, small: bool, first: int, last: int
+) -> list[tuple[int, int, bool, tuple[int, int], int, int, int]]:
+    """Results from `start` to `stop` that one view of the signal, or of a copy of it, and one of the bands serve.
+
+    With whether it is the signal, where its lines begin and their stride; the stride of the results, where the low ones
+    begin, and how far behind them the high ones do.
+    """
+    at, low_to, high_to = (np.frombuffer(each, np.intp) for each in (places, low, high))
+    segments = [] if small else _segments(at, size)
+    firsts = [(-(-start // step), (stop - length) // step + 1) for start, stop in segments]
     # Few results go apart in one band and together in the other one.
-    apart = [(i, i + 1) for i in np.flatnonzero(np.diff(to[0]) != np.diff(to[1])).tolist()]
-    for start, stop in _cut(part, [bounds for bounds in firsts if bounds[0] < bounds[1]], *placed, apart):
-        seen = lines.places[step * start : step * (stop - 1) + length]
-        is_inside = any(first <= start and stop <= last for first, last in firsts)
-        y, at = (x, seen) if is_inside else _gathered(x, seen, lines.border)
-        windows = _windows(y, at, stop - start, step, length)
-        low, high = (places[start:stop] for places in to)
-        to_next, to_high = out.strides[2] * _stride(low), out.strides[0] + out.strides[2] * int(high[0] - low[0])
-        shape, strides = (len(x), stop - start, x.shape[2], 2), (out.strides[1], to_next, out.strides[3], to_high)
-        _filter(windows, taps, as_strided(out[0, :, low[0] :], shape, strides))
+    apart = [(i, i + 1) for i in np.flatnonzero(np.diff(low_to) != np.diff(high_to)).tolist()]
+    bounds = [pair for pair in firsts if pair[0] < pair[1]], _segments(low_to), _segments(high_to), apart
+    found = []
+    for start, stop in _cut(slice(first, last), *bounds):
+        is_inside = any(one <= start and stop <= other for one, other in firsts)
+        k = step * start
+        line = int(at[k]), int(at[k + 1] - at[k]) if k + 1 < len(at) else 1
+        to_next = int(low_to[start + 1] - low_to[start]) if stop - start > 1 else 1
+        found.append((start, stop, is_inside, line, to_next, int(low_to[start]), int(high_to[start] - low_to[start])))
+    return found
 
 
 def _filter(windows: Reals, taps: Reals, out: Reals) -> None:
@@ -223,7 +248,7 @@ def _filter(windows: Reals, taps: Reals, out: Reals) -> None:
     length = taps.shape[1]
     head = length % 8 or 8
     for lines in _blocks(out, length > head):
-        seen, results = windows[:, lines], out[:, lines]
+        seen, results = windows[lines], out[lines]
         _SPLIT[head](seen[..., :head], taps[:, :head], out=results)
         for k in range(head, length, 8):
             filters.split_8_more(results, seen[..., k : k + 8], taps[:, k : k + 8], out=results)
@@ -233,32 +258,53 @@ def _merge(
     stacks: list[Reals], pairs: Reals, places: tuple[Places, Places], first: int, to: Places, part: slice, out: Reals
 ) -> None:
     """Some pairs of results of `merge`; `out` is (outer, results, inner)."""
-    half, size = pairs.shape[2], stacks[0].shape[1]
-    inside = [[] if out.size < _LEAST else _segments(at, size) for at in places]
-    firsts = [[(start, stop - half + 1) for start, stop in segments if stop - start >= half] for segments in inside]
-    # Both results of a pair are there, at places of one segment; others are put in their places one by one.
-    whole = [(-(-(start + first) // 2), (stop + first) // 2) for start, stop in _segments(to)]
-    for start, stop in _cut(part, *firsts, [bounds for bounds in whole if bounds[0] < bounds[1]]):
+    half, small = pairs.shape[2], out.size < _LEAST
+    keys = (*(at.tobytes() for at in places), to.tobytes())
+    for start, stop, seen, begin, stride in _merge_runs(
+        *keys, half, stacks[0].shape[1], first, small, part.start, part.stop
+    ):
         windows = []
-        for stack, at, bounds in zip(stacks, places, firsts, strict=True):
-            seen = at[start : stop + half - 1]
-            is_inside = any(one <= start and stop <= last for one, last in bounds)
-            y, seen = (stack, seen) if is_inside else _gathered(stack, seen)
-            windows.append(_windows(y, seen, stop - start, 1, half))
+        for stack, at, line in zip(stacks, places, seen, strict=True):
+            y = stack.take(at[start : stop + half - 1], 1) if line is None else stack
+            windows.append(_windows(y, *(line or (0, 1)), stop - start, 1, half))
         shape = len(out), stop - start, out.shape[2], 2
-        at_once = any(one <= start and stop <= last for one, last in whole)
-        if at_once:
-            begin = 2 * start - first
-            stride = out.strides[1] * int(to[begin + 1] - to[begin])
-            results = as_strided(out[:, to[begin] :], shape, (out.strides[0], 2 * stride, out.strides[2], stride))
-        else:
-            results = np.empty(shape, out.dtype)
+        if stride:
+            step = out.strides[1] * stride
+            results = as_strided(out[:, begin:], shape, (out.strides[0], 2 * step, out.strides[2], step))
+            _join(windows, pairs, results)
+            continue
+        results = np.empty(shape, out.dtype)
         _join(windows, pairs, results)
-        if not at_once:
-            for pair in range(start, stop):
-                for k, result in enumerate((2 * pair - first, 2 * pair + 1 - first)):
-                    if 0 <= result < len(to):
-                        out[:, to[result]] = results[:, pair - start, :, k]
+        for pair in range(start, stop):
+            for k, result in enumerate((2 * pair - first, 2 * pair + 1 - first)):
+                if 0 <= result < len(to):
+                    out[:, to[result]] = results[:, pair - start, :, k]
+
+
+@lru_cache(512)
+def _merge_runs(
+    low: bytes, high: bytes, places: bytes, half: int, size: int, first: int, small: bool, begin: int, end: int
+) -> list[tuple[int, int, list[tuple[int, int] | None], int, int]]:
+    """Pairs of results from `start` to `stop` that one view of each band, or of a copy of it, and one of results serve.
+
+    With where the lines of either band begin and their stride, None of copies, and the same of the results; the stride
+    is 0 where these are put in their places one by one.
+    """
+    ats, to = [np.frombuffer(each, np.intp) for each in (low, high)], np.frombuffer(places, np.intp)
+    inside = [[] if small else _segments(at, size) for at in ats]
+    firsts = [[(start, stop - half + 1) for start, stop in segments if stop - start >= half] for segments in inside]
+    whole = [(-(-(start + first) // 2), (stop + first) // 2) for start, stop in _segments(to)]
+    found = []
+    for start, stop in _cut(slice(begin, end), *firsts, [pair for pair in whole if pair[0] < pair[1]]):
+        seen = []
+        for at, bounds in zip(ats, firsts, strict=True):
+            is_inside = any(one <= start and stop <= last for one, last in bounds)
+            stride = int(at[start + 1] - at[start]) if start + 1 < len(at) else 1
+            seen.append((int(at[start]), stride) if is_inside else None)
+        k = 2 * start - first
+        at_once = any(one <= start and stop <= last for one, last in whole)
+        found.append((start, stop, seen, int(to[k]), int(to[k + 1] - to[k])) if at_once else (start, stop, seen, 0, 0))
+    return found
 
 
 def _join(windows: list[Reals], pairs: Reals, out: Reals) -> None:
@@ -267,41 +313,42 @@ def _join(windows: list[Reals], pairs: Reals, out: Reals) -> None:
     half = pairs.shape[2]
     head = half % 4 or 4
     for lines in _blocks(out, half > head):
-        results = out[:, lines]
-        _MERGE[head](low[:, lines, :, :head], high[:, lines, :, :head], pairs[..., :head], out=results)
+        results, a, b = out[lines], low[lines], high[lines]
+        _MERGE[head](a[..., :head], b[..., :head], pairs[..., :head], out=results)
         for k in range(head, half, 4):
             some = slice(k, k + 4)
-            filters.merge_4_more(
-                results, low[:, lines, :, some], high[:, lines, :, some], pairs[..., some], out=results
-            )
+            filters.merge_4_more(results, a[..., some], b[..., some], pairs[..., some], out=results)
 
 
-def _blocks(out: Reals, is_repeated: bool) -> Iterator[slice]:
-    """Lines of results that stay in a cache while more is added to them."""
-    count = out.shape[1]
-    size = max(_BLOCK * count // max(out.size, 1), 1) if is_repeated else count
+def _blocks(out: Reals, is_repeated: bool) -> Iterator[tuple[slice, slice]]:
+    """Parts of results that stay in a cache while more is added to them."""
+    everything = slice(None)
+    axis = 0 if out.shape[2] == 1 else 1
+    count = out.shape[axis]
+    size = max(_BLOCK * count // max(out.size, 1), 1) if is_repeated else max(count, 1)
     for start in range(0, count, size):
-        yield slice(start, start + size)
+        some = slice(start, start + size)
+        yield (some, everything) if axis == 0 else (everything, some)
 
 
-def _windows(y: Reals, at: Places, count: int, step: int, length: int) -> Reals:
-    """What `count` results see, (outer, count, inner, length), of lines at places with one stride."""
-    stride = y.strides[1] * _stride(at)
+def _windows(y: Reals, first: int, stride: int, count: int, step: int, length: int) -> Reals:
+    """What `count` results see, (outer, count, inner, length), of lines from the first on, so many lines apart."""
+    along = y.strides[1] * stride
     shape = len(y), count, y.shape[2], length
-    return as_strided(y[:, at[0] :], shape, (y.strides[0], step * stride, y.strides[2], stride), writeable=False)
+    return as_strided(y[:, first:], shape, (y.strides[0], step * along, y.strides[2], along), writeable=False)
 
 
-def _gathered(x: Reals, places: Places, border: NDArray[np.float64] | None = None) -> tuple[Reals, Places]:
-    """The lines at some places, one after the other, and where they are now."""
-    y = x.take(np.minimum(places, x.shape[1] - 1), 1)
-    for k in np.flatnonzero(places >= x.shape[1]):
-        p, s, u, v = border[places[k] - x.shape[1]]  # type: ignore[index]
-        y[:, k] = s * x[:, int(p)] + u * x[:, 0] + v * x[:, -1]
-    return y, np.arange(len(places))
-
-
-def _stride(places: Places) -> int:
-    return int(places[1] - places[0]) if len(places) > 1 else 1
+def _gathered(x: Reals, places: Places, border: NDArray[np.float64]) -> Reals:
+    """The lines at some places, see `Lines`, one after the other."""
+    y: Reals = x.take(np.minimum(places, x.shape[1] - 1), 1)
+    outside = np.flatnonzero(places >= x.shape[1])
+    if len(outside):
+        p, s, u, v = border[places[outside] - x.shape[1]].astype(x.dtype).T[:, :, None]
+        numbers = s * x[:, p[:, 0].astype(np.intp)]
+        if u.any() or v.any():
+            numbers += u * x[:, :1] + v * x[:, -1:]
+        y[:, outside] = numbers
+    return y
 
 
 def _segments(places: Places, size: int | None = None) -> list[tuple[int, int]]:
