@@ -8,12 +8,12 @@ from math import comb
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from generated import vga2, vga3
 
 from ..arguments import real_array
+from ..subspaces.products import product_of_terms
 from ..subspaces.tables import vectors_of
 
 Floats = NDArray[np.float64]
@@ -71,21 +71,12 @@ def _by_table(n: int) -> Product:
         swaps += np.bitwise_count((bitmaps[:, None] >> shift) & bitmaps)
     sign = 1.0 - 2.0 * (swaps & 1)
 
+    places = np.broadcast_to(np.arange(1 << n), target.shape)
+    multiply = product_of_terms(places.T, places, sign, target, 1 << n)
+
     def product(a: ArrayLike, b: ArrayLike) -> Floats:
         one = real_array(a, "a", (1 << n,), f"multivectors of {n} vectors").astype(np.float64, copy=False)
         two = real_array(b, "b", (1 << n,), f"multivectors of {n} vectors").astype(np.float64, copy=False)
-        shape = np.broadcast_shapes(one.shape, two.shape)
-        out = np.zeros(shape)
-        rows = (np.ascontiguousarray(np.broadcast_to(x, shape)).reshape(-1, 1 << n) for x in (one, two))
-        _multiply(*rows, target, sign, out.reshape(-1, 1 << n))
-        return out
+        return np.asarray(multiply(one, two))
 
     return product
-
-
-@njit(cache=True, error_model="numpy")
-def _multiply(a: Any, b: Any, target: Any, sign: Any, out: Any) -> None:
-    for e in range(len(out)):
-        for i in range(a.shape[1]):
-            for j in range(a.shape[1]):
-                out[e, target[i, j]] += sign[i, j] * a[e, i] * b[e, j]

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import finite, real_array
-from . import loops, tables
+from . import tables
+from .products import outer_by_vector, outer_of_grades
 
 Floats = NDArray[np.float64]
 
@@ -210,11 +211,8 @@ def outer_product(a: Blade | FactoredBlade, b: Blade | FactoredBlade) -> Blade |
         raise ValueError(f"outer_product: grades {a.grade} and {b.grade} of {a.n} vectors; expected a sum up to {a.n}")
     shape = np.broadcast_shapes(a.shape, b.shape)
     if isinstance(a, Blade) and isinstance(b, Blade):
-        table = tables.outer_table(a.n, a.grade, b.grade)
-        one, two = (flat(x.coefficients, shape, 1) for x in (a, b))
-        out = np.empty((len(one), len(table.left)))
-        loops.outer_product(one, two, table.left, table.right, table.sign, out)
-        return Blade(out.reshape(*shape, out.shape[-1]), a.n, a.grade + b.grade)
+        product = outer_of_grades(a.n, a.grade, b.grade)
+        return Blade(product(a.coefficients, b.coefficients), a.n, a.grade + b.grade)
     assert isinstance(a, FactoredBlade) and isinstance(b, FactoredBlade)
     parts = [np.broadcast_to(x.vectors, shape + x.vectors.shape[-2:]) for x in (a, b)]
     found = FactoredBlade.of_vectors(np.concatenate(parts, -2))
@@ -226,14 +224,14 @@ def wedge_vectors(blade: Blade, vectors: Floats, scale: Floats) -> Blade:
     check_dimension(blade.n, tables.LARGEST, "keep the factored form")
     k = vectors.shape[-2]
     shape = np.broadcast_shapes(blade.shape, vectors.shape[:-2])
-    first, rows = flat(blade.coefficients, shape, 1), flat(vectors, shape, 2)
-    out = np.empty((len(rows), comb(blade.n, blade.grade + k)))
-    loops.expand_batch(first, blade.grade, rows, k, flat(scale, shape, 0), _wedge_arrays(blade.n), out)
-    return Blade(out.reshape(*shape, out.shape[-1]), blade.n, blade.grade + k)
+    out = np.broadcast_to(blade.coefficients, (*shape, blade.coefficients.shape[-1]))
+    for i in range(k):
+        out = outer_by_vector(blade.n, blade.grade + i)(out, vectors[..., i, :])
+    return Blade(out * np.asarray(scale)[..., None], blade.n, blade.grade + k)
 
 
 def flat(array: Floats, shape: tuple[int, ...], axes: int) -> Floats:
-    """One leading axis instead of `shape`, contiguous and read-only: numba compiles a loop for each kind of array."""
+    """One leading axis instead of `shape`, contiguous and read-only: one kind of array for compiled loops."""
     if array.shape[: array.ndim - axes] != shape or len(shape) != 1:
         last = array.shape[array.ndim - axes :]
         array = np.broadcast_to(array, shape + last).reshape(int(np.prod(shape)), *last)
@@ -280,11 +278,6 @@ def _made(vectors: Floats, scale: Floats) -> FactoredBlade:
     return made
 
 
-def _wedge_arrays(n: int) -> tuple[NDArray[Any], ...]:
-    table = tables.wedge_table(n)
-    return table.rest, table.vector, table.start, table.size
-
-
 def _factors(blade: Blade, tolerance: float | None, orthonormal: bool) -> tuple[Floats, Floats]:
     if not isinstance(blade, Blade):
         raise TypeError(f"blade: {type(blade).__name__}; expected Blade")
@@ -311,6 +304,8 @@ def factors_and_defects(
     relations = tables.blade_table(n, grade) if short else tables.blade_table(1, 0)
     fields = (relations.pivot, relations.target, relations.first, relations.left, relations.right, relations.sign)
     coefficients = flat(coefficients, coefficients.shape[:1], 1)
+    from . import loops  # which loads numba, if anything asks for factors
+
     loops.factor_batch(coefficients, table.place, table.sign, orthonormal, fields, vectors, scale, error)
     if checked and not short:
         nonzero = scale != 0

@@ -8,7 +8,6 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from . import loops, tables
 from .blade import (
     BLADE_TOLERANCE,
     Blade,
@@ -21,6 +20,7 @@ from .blade import (
     refuse,
     wedge_vectors,
 )
+from .products import outer_of_grades
 
 ANGLE = 1e-9
 """A direction of one blade is in the other where the sine of the angle between them is at most this."""
@@ -136,6 +136,8 @@ def join_and_meet(
     count = len(one)
     rank, factor = np.empty(count, np.int64), np.empty(count)
     outside, inside = np.empty_like(two), np.empty_like(two)
+    from . import loops  # which loads numba, if blades may share directions
+
     loops.join_batch(one, two, tolerance, rank, factor, outside, inside)
     more = rank.reshape(shape)
     factor = factor.reshape(shape) * scale
@@ -164,11 +166,11 @@ def join(a: AnyBlade, b: AnyBlade, tolerance: float = ANGLE) -> AnyBlade:
 def _apart(a: Blade, b: Blade, tolerance: float) -> Blade | None:
     """The joins of blades that share nothing: outer products, whose norms are products of sines; None for others."""
     shape, grade = np.broadcast_shapes(a.shape, b.shape), a.grade + b.grade
-    table = tables.outer_table(a.n, a.grade, b.grade)
     one, two = (flat(x.coefficients, shape, 1) for x in (a, b))
-    out, clear = np.empty((len(one), len(table.left))), np.empty(len(one), bool)
-    terms = (table.left, table.right, table.sign)
-    if not len(out) or not loops.clear_outer_product(one, two, terms, _CLEAR, out, clear):
+    out: Floats = outer_of_grades(a.n, a.grade, b.grade)(one, two)
+    whole, first, second = (np.einsum("ep,ep->e", x, x) for x in (out, one, two))
+    clear = whole > _CLEAR * _CLEAR * first * second
+    if 8 * np.count_nonzero(~clear) > len(clear) - 8:
         return None
     for name, x in (("a", a), ("b", b)):
         _rows(x, name, BLADE_TOLERANCE, orthonormal=False)

@@ -1,4 +1,8 @@
-"""The loops over batches, compiled by numba. Arrays come in whole and checked; nothing here raises.
+"""Factors of blades, and joins and meets, of one element after the other, compiled by numba when they are first used.
+
+They stay numba's: what they do next depends on the numbers of an element (the largest coefficient says which relations
+count, pivots say which row comes next and whether the rank is clear), and kernels with loops have neither nested loops
+over lengths nor branches. Arrays come in whole and checked; nothing here raises.
 
 Vectors are rows. `k`, `a`, `b` are numbers of rows, `n` is their length, `e` is an element of the batch: arrays are
 passed whole, with their index, because a view of an element would cost as much as a short loop.
@@ -19,45 +23,6 @@ ROUNDING = 1e-12
 """What is left of a vector of a subspace, of its length, when all of it is projected out."""
 REORTHOGONALIZE = 0.5
 """Below this length a projected unit vector is projected again ("twice is enough", Kahan in Parlett 1980, §6.9)."""
-
-
-@njit(**_INLINED)
-def outer_one(a: Any, b: Any, e: int, left: Any, right: Any, sign: Any, out: Any) -> None:
-    """``out = a ^ b`` for one element, by an `OuterTable`."""
-    for row in range(left.shape[0]):
-        total = 0.0
-        for way in range(left.shape[1]):
-            total += sign[row, way] * a[e, left[row, way]] * b[e, right[row, way]]
-        out[e, row] = total
-
-
-@njit(**_COMPILED)
-def outer_product(a: Any, b: Any, left: Any, right: Any, sign: Any, out: Any) -> None:
-    """`outer_one` for each element."""
-    for e in range(len(out)):
-        outer_one(a, b, e, left, right, sign, out)
-
-
-@njit(**_COMPILED)
-def clear_outer_product(a: Any, b: Any, table: Any, least: float, out: Any, clear: Any) -> bool:
-    """`outer_product`, and where it is larger than `least` of the product of the norms; False where it often is not."""
-    left, right, sign = table
-    doubtful = 0
-    for e in range(len(out)):
-        outer_one(a, b, e, left, right, sign, out)
-        whole, first, second = 0.0, 0.0, 0.0
-        for p in range(out.shape[1]):
-            whole += out[e, p] * out[e, p]
-        for p in range(a.shape[1]):
-            first += a[e, p] * a[e, p]
-        for p in range(b.shape[1]):
-            second += b[e, p] * b[e, p]
-        clear[e] = whole > least * least * first * second
-        if not clear[e]:
-            doubtful += 1
-            if 8 * doubtful > e + 8:
-                return False
-    return True
 
 
 @njit(**_INLINED)
@@ -129,28 +94,6 @@ def orthonormalize(rows: Any, e: int, k: int) -> float:
     return determinant
 
 
-@njit(**_INLINED)
-def wedge_rows(
-    start_with: Any, f: int, grade: int, rows: Any, e: int, first: int, k: int,
-    rest: Any, vector: Any, start: Any, size: Any, buffers: Any,
-) -> int:  # fmt: skip
-    """Coefficients of grade `grade` ^ rows `first` to `k`, in the row of `buffers` that is returned."""
-    for p in range(size[grade]):
-        buffers[0, p] = start_with[f, p]
-    source = 0
-    for i in range(first, k):
-        grade += 1
-        at = start[grade]
-        for p in range(size[grade]):
-            total = 0.0
-            for _ in range(grade):
-                total = buffers[source, rest[at]] * rows[e, i, vector[at]] - total
-                at += 1
-            buffers[1 - source, p] = total
-        source = 1 - source
-    return source
-
-
 @njit(**_COMPILED)
 def factor_batch(
     coefficients: Any, place: Any, sign: Any, orthonormal: bool, relations: Any, factors: Any, scale: Any, error: Any
@@ -167,20 +110,6 @@ def factor_batch(
             scale[e] *= orthonormalize(factors, e, place.shape[1])
         if len(relations[1]):
             error[e] = blade_defect(coefficients, e, pivot, relations)
-
-
-@njit(**_COMPILED)
-def expand_batch(start_with: Any, grade: int, rows: Any, k: int, scale: Any, table: Any, out: Any) -> None:
-    """``start_with`` (of grade `grade`) ^ the first `k` rows, times the scale, for each element."""
-    rest, vector, start, size = table
-    largest = 1
-    for each in range(grade, grade + k + 1):
-        largest = max(largest, size[each])
-    buffers = np.empty((2, largest))
-    for e in range(len(rows)):
-        found = wedge_rows(start_with, e, grade, rows, e, 0, k, rest, vector, start, size, buffers)
-        for p in range(size[grade + k]):
-            out[e, p] = scale[e] * buffers[found, p]
 
 
 @njit(**_INLINED)

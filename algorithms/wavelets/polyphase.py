@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 from numpy.lib.stride_tricks import as_strided
@@ -197,9 +198,7 @@ def _stack(array: Reals, axis: int) -> Reals:
     return np.ascontiguousarray(array).reshape(shape)
 
 
-def _split(
-    x: Reals, step: int, taps: Reals, lines: Lines, to: tuple[Places, Places], part: slice, out: Reals
-) -> None:
+def _split(x: Reals, step: int, taps: Reals, lines: Lines, to: tuple[Places, Places], part: slice, out: Reals) -> None:
     """Some results of `split`; `out` is (2, outer, count, inner)."""
     length, small = taps.shape[1], x.size < _LEAST
     low_to, high_to = to
@@ -360,9 +359,9 @@ def _segments(places: Places, size: int | None = None) -> list[tuple[int, int]]:
     found, start, last = [], 0, len(places) - 1
     for turn in [*turns, last]:
         # A turn behind the last segment, where this one begins, is none of this one.
-        if turn <= start and turn < last or start > last:
+        if (turn <= start and turn < last) or start > last:
             continue
-        if size is None or places[start] < size and places[turn] < size:
+        if size is None or (places[start] < size and places[turn] < size):
             found.append((start, turn + 1))
         start = turn + 1
     return found
@@ -372,7 +371,7 @@ def _cut(part: slice, *bounds: list[tuple[int, int]]) -> list[tuple[int, int]]:
     """A part of results, cut at all bounds."""
     cuts = {each for pairs in bounds for pair in pairs for each in pair if part.start < each < part.stop}
     places = [part.start, *sorted(cuts), part.stop]
-    return list(zip(places[:-1], places[1:], strict=True)) if part.start < part.stop else []
+    return list(pairwise(places)) if part.start < part.stop else []
 
 
 _SPLIT = {2: filters.split_2, 4: filters.split_4, 6: filters.split_6, 8: filters.split_8}

@@ -109,9 +109,7 @@ def relaxation_step(sums, before, motion, west, east, north, south, stiffness, n
     return (ga.select(known, 1 - OVERRELAXATION, 1), a, b, c, x, y, *sides)
 
 
-@kernel(
-    motion=MOTION, west=MOTION, east=MOTION, north=MOTION, south=MOTION, step=STEP, returns=MOTION
-)
+@kernel(motion=MOTION, west=MOTION, east=MOTION, north=MOTION, south=MOTION, step=STEP, returns=MOTION)
 def relaxed_motion(motion, west, east, north, south, step):
     """The motion of a pixel after one step of successive overrelaxation; `step` is that of `relaxation_step`."""
     keep, a, b, c, x, y, *sides = step
