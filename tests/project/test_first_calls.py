@@ -18,7 +18,7 @@ CALLS = {
     "quaternion pyramid": "wavelets.QuaternionPyramid(image).inverse()",
     "denoising": "wavelets.denoise(image)",
     "quaternion Fourier transform": "wavelets.qft(image)",
-    "local phase": "wavelets.local_phase(image)",
+    "local phase": "wavelets.local_phase(image, (0.1, 0.2))",
     "outer product": "subspaces.outer_product(blade, blade)",
     "coefficients of vectors": "subspaces.FactoredBlade.of_vectors(rng.normal(size=(2, 5))).coefficients()",
     "compound matrices": "calculus.minors.compound(rng.normal(size=(3, 5, 5)), 3)",
@@ -45,6 +45,10 @@ blade = subspaces.Blade(rng.normal(size=5), 5, 1)
 @pytest.mark.parametrize("call", CALLS.values(), ids=CALLS)
 def test_first_calls_load_no_numba(call: str, tmp_path: Path) -> None:
     program = f"{SETUP}\n{call}\nprint('numba' in sys.modules)"
-    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path), "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    environment = {
+        **os.environ,
+        "NUMBA_CACHE_DIR": str(tmp_path),
+        "PYTHONPATH": os.pathsep.join(filter(None, sys.path)),
+    }
     run = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True)
     assert run.stdout.strip() == "False"
