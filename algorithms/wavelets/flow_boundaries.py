@@ -196,7 +196,7 @@ def _near(wanted: NDArray[np.bool_]) -> NDArray[np.bool_]:
     padded = np.pad(wanted, [(0, -rows % _SQUARE), (0, -columns % _SQUARE)])
     squares = padded.reshape(padded.shape[0] // _SQUARE, _SQUARE, -1, _SQUARE).any((1, 3))
     squares = scipy.ndimage.binary_dilation(squares, np.ones((3, 3), bool))
-    return squares.repeat(_SQUARE, 0).repeat(_SQUARE, 1)[:rows, :columns]
+    return np.asarray(squares.repeat(_SQUARE, 0).repeat(_SQUARE, 1)[:rows, :columns])
 
 
 def _far(a: Reals, b: Reals) -> NDArray[np.bool_]:
