@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 from ..ir.procedure import (
@@ -37,11 +38,16 @@ def named_in_c(procedure: Procedure) -> tuple[Procedure, Names]:
         # Names that begin with `gac_` are the runtime's.
         return names.fresh(f"v{wanted}" if wanted.startswith("gac_") else wanted)
 
+    return renamed(procedure, fresh), names
+
+
+def renamed(procedure: Procedure, fresh: Callable[[str], str]) -> Procedure:
+    """A procedure whose lengths, tables and counters, in that order, have the names that a function gives them."""
     lengths = {length: fresh(length) for length in procedure.lengths}
     tables = {table.name: fresh(table.name) for table in procedure.tables}
     used = dict.fromkeys(s.counter for s in statements(procedure.body) if isinstance(s, Loop))
     counters = {counter: fresh(counter) for counter in used}
-    return _Renaming(lengths, tables, counters).procedure(procedure), names
+    return _Renaming(lengths, tables, counters).procedure(procedure)
 
 
 class _Renaming:

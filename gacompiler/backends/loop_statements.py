@@ -1,0 +1,223 @@
+"""The statements of kernels with loops, for every language with loops, conditions and the operators of C.
+
+`LoopWords` is how a language writes loops and conditions. How it names rows of tables and calls parts is left to the
+classes that derive from `StatementText`.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from ..errors import BackendError
+from ..ir.procedure import (
+    Add,
+    Apply,
+    Clear,
+    Copy,
+    Counter,
+    Following,
+    Loop,
+    Parent,
+    Place,
+    Previous,
+    Procedure,
+    Repeat,
+    Row,
+    Statement,
+    Storage,
+    Table,
+    Through,
+)
+from .printers import Names
+
+
+@dataclass(frozen=True, slots=True)
+class LoopWords:
+    """How a language writes loops and conditions.
+
+    Attributes
+    ----------
+    language : str
+        Its name, for errors.
+    forward, backward : str
+        The head of a loop of {counter} over {length} rows, from the first and from the last.
+    repeat : str
+        The head of a loop that runs at most {limit} times.
+    condition : str
+        The head of a statement that runs where {condition} holds.
+    choice : str
+        One of two expressions, {row} where {condition} holds, {start} elsewhere.
+    index : str
+        The entry {counter} of the index table {index} as the number of a row.
+    count, is_set : str
+        The statement that adds 1 to a number, and the condition that a number is not zero.
+    has_braces : bool
+        Whether one statement in a loop needs braces too.
+    indent : str
+    """
+
+    language: str
+    forward: str
+    backward: str
+    repeat: str
+    condition: str = "if ({condition})"
+    choice: str = "{condition} ? {row} : {start}"
+    index: str = "{index}[{counter}]"
+    count: str = "{} += 1;"
+    is_set: str = "{} != 0"
+    has_braces: bool = False
+    indent: str = "    "
+
+
+def is_number(table: Table) -> bool:
+    """Whether an argument or a work table is a single number: no array, and passed by value."""
+    return not table.lengths and not table.shape and table.storage in (Storage.ARGUMENT, Storage.WORK)
+
+
+def product(*factors: int | str) -> str:
+    """A product without factors that are 1; what is no name or number is in parentheses."""
+    texts = [f"({factor})" if " " in str(factor) else str(factor) for factor in factors if factor != 1]
+    return " * ".join(texts) or "1"
+
+
+class StatementText(ABC):
+    """Prints the statements of a procedure whose lengths, tables and counters are names of the language."""
+
+    words: LoopWords
+
+    def __init__(self, named: Procedure, names: Names) -> None:
+        self._procedure, self._names = named, names
+        self._loops: dict[str, Loop] = {}
+
+    def lines(self, body: Sequence[Statement]) -> list[str]:
+        """The text of statements, without the indentation of a function."""
+        return [line for statement in body for line in self._statement(statement)]
+
+    def _statement(self, statement: Statement) -> list[str]:
+        match statement:
+            case Apply():
+                return self._apply(statement)
+            case Add(source, target):
+                return self._add(source, target)
+            case Copy(source, target):
+                self._check_target(target)
+                return self._copied(source, target)
+            case Clear(name):
+                return self._cleared(self._procedure.table(name))
+            case Loop(counter, length, reverse, body):
+                self._loops[counter] = statement
+                head = self.words.backward if reverse else self.words.forward
+                return self._block(head.format(counter=counter, length=length), self.lines(body))
+            case Repeat():
+                return self._repeat(statement)
+
+    def _apply(self, statement: Apply) -> list[str]:
+        for place in statement.outputs:
+            self._check_target(place)
+        for place in statement.inputs:
+            if isinstance(place.row, Following):
+                raise self._refused(f"a row of {place.table} is read at {place.row}")
+        return self._called(statement)
+
+    def _repeat(self, statement: Repeat) -> list[str]:
+        words, counter = self.words, self._names.fresh("repeats")
+        until, steps = (self._value(Place(name)) for name in (statement.until, statement.steps))
+        end = self._block(words.condition.format(condition=words.is_set.format(until)), ["break;"])
+        inner = [*self.lines(statement.body), words.count.format(steps), *end]
+        return self._block(words.repeat.format(counter=counter, limit=statement.limit), inner)
+
+    def _add(self, source: Place, target: Place) -> list[str]:
+        added = self._summed(source, target)
+        if isinstance(target.row, (Previous, Parent)):
+            raise self._refused(f"a sum in {target.table} at {target.row}")
+        conditions = [self._condition(target.row)]
+        conditions += [self._condition(source.row)] if isinstance(source.row, (Following, Through)) else []
+        condition = " && ".join(dict.fromkeys(each for each in conditions if each))
+        return self._block(self.words.condition.format(condition=condition), added) if condition else added
+
+    def _block(self, head: str, body: list[str]) -> list[str]:
+        """A statement with others in it, in braces unless that is one line."""
+        inner = [f"{self.words.indent}{line}" for line in body]
+        return [head, *inner] if len(body) == 1 and not self.words.has_braces else [f"{head} {{", *inner, "}"]
+
+    def _check_target(self, place: Place) -> None:
+        if not isinstance(place.row, (Counter, Through, type(None))):
+            raise self._refused(f"a row of {place.table} is written at {place.row}")
+
+    def _refused(self, found: str) -> BackendError:
+        where = f"{self.words.language} text of {self._procedure.name}"
+        return BackendError(where, found, "a row that is always there")
+
+    # What languages write in different ways.
+
+    @abstractmethod
+    def _called(self, statement: Apply) -> list[str]:
+        """The call of a part."""
+
+    @abstractmethod
+    def _copied(self, source: Place, target: Place) -> list[str]:
+        """A row that becomes another one."""
+
+    @abstractmethod
+    def _summed(self, source: Place, target: Place) -> list[str]:
+        """A row that is added to another one."""
+
+    @abstractmethod
+    def _cleared(self, table: Table) -> list[str]:
+        """A table of zeros."""
+
+    @abstractmethod
+    def _value(self, place: Place) -> str:
+        """A row that is one number."""
+
+    # Rows.
+
+    def _chosen(self, place: Place, row: Callable[[Table, str], str], only: Callable[[Table], str]) -> str:
+        """The row of a place, or the only row of another table where it has none."""
+        table = self._procedure.table(place.table)
+        if place.row is None:
+            return only(table)
+        text = row(table, self._number(table, place.row))
+        if isinstance(place.row, (Previous, Parent)):
+            start = only(self._procedure.table(place.row.start))
+            return self.words.choice.format(condition=self._condition(place.row), row=text, start=start)
+        return text
+
+    def _step(self, loop: str, step: int) -> str:
+        """The counter of a loop a step further, or a step back."""
+        forward = step > 0
+        return f"{loop} {'-' if self._loops[loop].reverse == forward else '+'} 1"
+
+    def _number(self, table: Table, row: Row) -> str:
+        """The number of a row that is there."""
+        match row:
+            case Counter(loop):
+                return loop
+            case Previous(loop, _):
+                return self._step(loop, -1)
+            case Following(loop):
+                return self._step(loop, 1)
+            case Parent(index, loop, _):
+                return self.words.index.format(index=index, counter=loop)
+            case Through(indices, loop):
+                entries = [self.words.index.format(index=index, counter=loop) for index in indices]
+                text = entries[0]
+                for entry, length in zip(entries[1:], table.lengths[1:], strict=True):
+                    text = f"{f'({text})' if ' ' in text else text} * {length} + {entry}"
+                return text
+        raise AssertionError(row)
+
+    def _condition(self, row: Row) -> str:
+        """When a row is there; empty where it always is."""
+        match row:
+            case Previous(loop, _) | Following(loop):
+                step = 1 if isinstance(row, Following) else -1
+                after = self._step(loop, step)
+                return f"{loop} > 0" if after.endswith("- 1") else f"{after} < {self._loops[loop].length}"
+            case Parent(index, loop, _):
+                return f"{index}[{loop}] >= 0"
+            case Through(indices, loop):
+                return " && ".join(f"{index}[{loop}] >= 0" for index in indices)
+        return ""
