@@ -9,7 +9,7 @@ from dataclasses import replace
 from random import Random
 
 import pytest
-from loop_kernels import EXAMPLES, chain, loop_module, loop_source, tree
+from loop_examples import EXAMPLES, chain, loop_module, loop_source, tree
 
 from gacompiler.backends import c_procedures, c_programs, c_source
 from gacompiler.backends.c_loop_names import named_in_c

@@ -11,15 +11,24 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from loop_kernels import EXAMPLES, chain, forward, loop_module, loop_source, newton, shares, tree
+from loop_examples import (
+    EXAMPLES,
+    arguments,
+    chain,
+    element,
+    forward,
+    interpreted,
+    loop_module,
+    loop_source,
+    newton,
+    shares,
+    tree,
+)
 from loop_libraries import (
     Array,
     build_loops,
     call_one,
     call_rows,
-    element,
-    interpreted,
-    random_arguments,
 )
 
 from gacompiler.backends import c_header, find_compiler, standalone_c_source
@@ -65,9 +74,9 @@ def test_one_element_is_what_the_procedure_says(
     procedure = _procedure(definition)
     for seed, sizes in enumerate(LENGTHS):
         lengths = _of(procedure, sizes)
-        arguments = random_arguments(procedure, lengths, seed, dtype=np.dtype(number))
-        found = call_one(library, MODULE, procedure, lengths, arguments)
-        expected = interpreted(procedure, lengths, arguments, number)
+        given = arguments(procedure, lengths, seed, dtype=np.dtype(number))
+        found = call_one(library, MODULE, procedure, lengths, given)
+        expected = interpreted(procedure, lengths, given, number)
         if any(map(is_transcendental, procedure.programs)):
             for a, b in zip(found, expected, strict=True):
                 assert np.abs(a - b).max() <= 100 * np.finfo(np.dtype(number)).eps * np.abs(b).max()
@@ -79,10 +88,10 @@ def test_one_element_is_what_the_procedure_says(
 def test_no_rows(library: ctypes.CDLL, definition: Kernel) -> None:
     procedure = _procedure(definition)
     lengths = dict.fromkeys(procedure.lengths, 0)
-    arguments = random_arguments(procedure, lengths, 1)
-    found = call_one(library, MODULE, procedure, lengths, arguments)
-    assert _same(found, interpreted(procedure, lengths, arguments))
-    many = call_rows(library, MODULE, procedure, lengths, arguments, 20)
+    given = arguments(procedure, lengths, 1)
+    found = call_one(library, MODULE, procedure, lengths, given)
+    assert _same(found, interpreted(procedure, lengths, given))
+    many = call_rows(library, MODULE, procedure, lengths, given, 20)
     for k in range(20):
         assert _same([result[k] for result in many], found)
 
@@ -93,10 +102,10 @@ def test_batches_are_as_single_elements(library: ctypes.CDLL, definition: Kernel
     procedure = _procedure(definition)
     lengths = _of(procedure, LENGTHS[1])
     for count in BATCHES:
-        arguments = random_arguments(procedure, lengths, count, (count,), dtype)
-        found = call_rows(library, MODULE, procedure, lengths, arguments, count)
+        given = arguments(procedure, lengths, count, (count,), dtype)
+        found = call_rows(library, MODULE, procedure, lengths, given, count)
         for k in range(count):
-            one = call_one(library, MODULE, procedure, lengths, element(procedure, lengths, arguments, k))
+            one = call_one(library, MODULE, procedure, lengths, element(procedure, lengths, given, k))
             assert _same([result[k] for result in found], one), (count, k)
 
 
@@ -104,7 +113,7 @@ def test_batches_are_as_single_elements(library: ctypes.CDLL, definition: Kernel
 def test_each_argument_may_be_the_same_for_all(library: ctypes.CDLL, definition: Kernel) -> None:
     procedure, count = _procedure(definition), 37
     lengths = _of(procedure, LENGTHS[1])
-    varying = random_arguments(procedure, lengths, 5, (count,))
+    varying = arguments(procedure, lengths, 5, (count,))
     for name, array in varying.items():
         uniform = varying | {name: array[3] if array.ndim and len(array) == count else array}
         found = call_rows(library, MODULE, procedure, lengths, uniform, count)
@@ -118,27 +127,27 @@ def test_shared_tables_may_vary_after_all(library: ctypes.CDLL, definition: Kern
     procedure, count = _procedure(definition), 37
     lengths = _of(procedure, LENGTHS[1])
     unshared = replace(procedure, tables=tuple(replace(table, shared=False) for table in procedure.tables))
-    arguments = random_arguments(unshared, lengths, 5, (count,))
-    found = call_rows(library, MODULE, procedure, lengths, arguments, count)
+    given = arguments(unshared, lengths, 5, (count,))
+    found = call_rows(library, MODULE, procedure, lengths, given, count)
     for k in range(count):
-        one = call_one(library, MODULE, procedure, lengths, element(procedure, lengths, arguments, k))
+        one = call_one(library, MODULE, procedure, lengths, element(procedure, lengths, given, k))
         assert _same([result[k] for result in found], one)
 
 
 def test_angles_too_large_for_the_loops(library: ctypes.CDLL) -> None:
     procedure, count, lengths = _procedure(forward), 50, {"n": 6}
-    arguments = random_arguments(procedure, lengths, 5, (count,))
-    arguments["q"][17, 2], arguments["q"][49, 5] = 1e9, np.inf
-    found = call_rows(library, MODULE, procedure, lengths, arguments, count)
+    given = arguments(procedure, lengths, 5, (count,))
+    given["q"][17, 2], given["q"][49, 5] = 1e9, np.inf
+    found = call_rows(library, MODULE, procedure, lengths, given, count)
     for k in range(count):
-        one = call_one(library, MODULE, procedure, lengths, element(procedure, lengths, arguments, k))
+        one = call_one(library, MODULE, procedure, lengths, element(procedure, lengths, given, k))
         assert _same([result[k] for result in found], one)
-    angles = arguments["q"][17]
-    moved = call_one(library, MODULE, procedure, lengths, element(procedure, lengths, arguments, 17))
-    rest = arguments["q"][17].copy()
+    angles = given["q"][17]
+    moved = call_one(library, MODULE, procedure, lengths, element(procedure, lengths, given, 17))
+    rest = given["q"][17].copy()
     rest[2] = 2 * np.arctan2(np.sin(angles[2] / 2), np.cos(angles[2] / 2))
     near = call_one(
-        library, MODULE, procedure, lengths, element(procedure, lengths, arguments, 17) | {"q": rest}
+        library, MODULE, procedure, lengths, element(procedure, lengths, given, 17) | {"q": rest}
     )  # half an angle and its remainder have the same sine
     assert np.allclose(moved[0], near[0], rtol=1e-12)
     assert np.isnan(found[0][49]).any() and np.isfinite(found[0][48]).all()
@@ -146,10 +155,10 @@ def test_angles_too_large_for_the_loops(library: ctypes.CDLL) -> None:
 
 def test_steps_may_be_negative(library: ctypes.CDLL) -> None:
     procedure, lengths = _procedure(chain), {"n": 4}
-    arguments = random_arguments(procedure, lengths, 5, (40,))
-    found = call_rows(library, MODULE, procedure, lengths, arguments, 40)
+    given = arguments(procedure, lengths, 5, (40,))
+    found = call_rows(library, MODULE, procedure, lengths, given, 40)
     results = [np.zeros((40, 4, 8)), np.zeros((40, 4, 3))]
-    arrays = [arguments["moves"], arguments["points"], *results]
+    arrays = [given["moves"], given["points"], *results]
     steps = (ctypes.c_ssize_t * 4)(*(-array.strides[0] for array in arrays))
     pointers = (ctypes.c_void_p * 4)(*(array[-1].ctypes.data for array in arrays))
     assert library.loops_chain_rows_f64((ctypes.c_ssize_t * 1)(4), pointers, steps, ctypes.c_ssize_t(40)) == 0

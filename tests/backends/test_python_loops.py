@@ -8,7 +8,7 @@ from fractions import Fraction
 from random import Random
 
 import pytest
-from support.loop_examples import KERNELS, NAMES, module_source, sources
+from support.loop_examples import EXAMPLES, NAMES, loop_module, sources, squares
 
 from gacompiler import SCALAR, array, kernel
 from gacompiler.backends import python_source
@@ -28,7 +28,7 @@ from gacompiler.passes.loops import compile_loops
 
 @pytest.fixture(scope="module")
 def text() -> str:
-    return python_source(module_source())
+    return python_source(loop_module("loops", *EXAMPLES))
 
 
 def values(program: Program) -> list[float]:
@@ -84,7 +84,7 @@ def test_other_readers_leave_loops_out(text: str) -> None:
 
 def test_index_rules() -> None:
     rules = {name: index_rules(source.procedure) for name, source in sources().items()}
-    assert rules["tree"] == rules["kept"] == rules["matrices"] == {"parents": "an earlier row or -1 of n"}
+    assert rules["tree"] == rules["kept"] == rules["matrix_products"] == {"parents": "an earlier row or -1 of n"}
     assert rules["picked"] == {"which": "a row of m"}
     assert rules["dense"] == {"rows": "a row or -1 of m", "columns": "a row or -1 of k"}
     assert rules["forward"] == {}
@@ -184,7 +184,7 @@ def test_a_change_of_a_statement_is_noticed(text: str, before: str, after: str) 
 
 
 def test_names_of_parts_belong_to_the_module() -> None:
-    loops = LoopSource(compile_loops(KERNELS[1]).procedure, "S", (), ())
+    loops = LoopSource(compile_loops(squares).procedure, "S", (), ())
     for taken in ("squares", "squares_1", "squares_rows", "squares_work"):
         program = Program(taken, (Argument("x", (), ("x",)),), (), (Result("out", (), ("x",)),))
         kernels = (KernelSource(program, "S", (), cost(program)),)

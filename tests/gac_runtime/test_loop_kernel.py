@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.backend_programs import extension_of, load_beside, write
-from support.loop_examples import NAMES, arguments, expected, module_source, sources
+from support.loop_examples import EXAMPLES, NAMES, arguments, backwards, interpreted, loop_module, sources, squares
 
 from gacompiler.backends.build import build_extension
 from gacompiler.gac_runtime.build import find_compiler
@@ -27,7 +27,7 @@ BACKENDS = ("arrays", "numba", "extension")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A module of all examples; numba keeps what it compiled beside it."""
     folder = tmp_path_factory.mktemp("loops")
-    write(module_source("loops"), folder)
+    write(loop_module("loops", *EXAMPLES), folder)
     return folder
 
 
@@ -35,7 +35,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def module(tmp_path_factory: pytest.TempPathFactory) -> ModuleType:
     """The module on a runtime without the extension."""
     folder = tmp_path_factory.mktemp("without_extension")
-    write(module_source("loops"), folder)
+    write(loop_module("loops", *EXAMPLES), folder)
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("GAC_CACHE", str(tmp_path_factory.mktemp("cache")))
         for name in [name for name in sys.modules if name.startswith("calls_")]:
@@ -82,7 +82,7 @@ def test_results_are_those_of_the_interpreter(loops: ModuleType, name: str, rng:
         lengths = lengths_of(name, n)
         given = arguments(procedure, lengths, rng)
         found = as_list(getattr(loops, name)(**given))
-        for one, known in zip(found, expected(procedure, lengths, given), strict=True):
+        for one, known in zip(found, interpreted(procedure, lengths, given), strict=True):
             np.testing.assert_allclose(one, known, rtol=1e-12, strict=isinstance(one, np.ndarray))
 
 
@@ -99,7 +99,7 @@ def test_elements_of_a_batch(loops: ModuleType, name: str, rng: np.random.Genera
             else given[table.name][place]
             for table in procedure.parameters
         }
-        for one, known in zip(found, expected(procedure, lengths, element), strict=True):
+        for one, known in zip(found, interpreted(procedure, lengths, element), strict=True):
             np.testing.assert_allclose(one[place], known, rtol=1e-12)
 
 
@@ -113,7 +113,8 @@ def test_floats(loops: ModuleType, name: str, rng: np.random.Generator) -> None:
     kernel = getattr(loops, name)
     for one, known in zip(as_list(kernel(**single)), as_list(kernel(**wide)), strict=True):
         assert one.dtype == np.float32
-        if name not in ("newton", "nested"):  # which stop at another step where differences are rounded to zero
+        # Iterations stop at another step where differences are rounded to zero.
+        if name not in ("newton", "scan_in_iteration"):
             np.testing.assert_allclose(one, known, rtol=3e-5)
 
 
@@ -161,7 +162,7 @@ def test_mixed_types_are_promoted(loops: ModuleType, rng: np.random.Generator) -
     assert loops.tree(x, [-1, 0, 1], np.float64(2))[0].dtype == float
 
 
-@pytest.mark.parametrize("name", ["forward", "matrices", "dense"])
+@pytest.mark.parametrize("name", ["forward", "matrix_products", "dense"])
 def test_any_strides(loops: ModuleType, name: str, rng: np.random.Generator) -> None:
     procedure = sources()[name].procedure
     given = arguments(procedure, lengths_of(name, 4), rng, (5, 2))
@@ -218,9 +219,9 @@ def test_out_may_overlap_arguments(loops: ModuleType, rng: np.random.Generator) 
     assert loops.forward(q, axes, tool, out=tool) is tool
     np.testing.assert_array_equal(tool, known)
     x = rng.uniform(size=(4, 6))
-    known = loops.chain(x)
+    known = loops.backwards(x)
     buffer = np.concatenate([x.ravel(), np.zeros(1)])
-    loops.chain(buffer[:24].reshape(4, 6), out=buffer[1:].reshape(4, 6))
+    loops.backwards(buffer[:24].reshape(4, 6), out=buffer[1:].reshape(4, 6))
     np.testing.assert_array_equal(buffer[1:].reshape(4, 6), known)
     same = np.empty((2, 3))
     loops.tree(np.ones((2, 3)), [-1, 0, 1], 1.0, out=(same, same))
@@ -293,7 +294,7 @@ def test_wrong_values(loops: ModuleType, name: str, given: tuple[Any, ...], mess
         ("tree", (np.ones(2),), {"scale": 1.0}, "no argument parents"),
         ("squares", (np.ones(2),), {"out": [1.0]}, "out is float|out is list"),
         ("tree", (np.ones(2), [-1, 0], 1.0), {"out": np.ones(2)}, r"expected a tuple of 2 arrays \(out_0, out_1\)"),
-        ("chain", (np.ones(2),), {"out": np.ones(2, np.float32)}, "out has dtype float32; expected float64"),
+        ("backwards", (np.ones(2),), {"out": np.ones(2, np.float32)}, "out has dtype float32; expected float64"),
     ],
 )
 def test_wrong_arguments(
@@ -305,13 +306,13 @@ def test_wrong_arguments(
 
 def test_wrong_outs(loops: ModuleType) -> None:
     with pytest.raises(ValueError, match=r"out has shape \(3,\); expected \(2,\)"):
-        loops.chain(np.ones(2), out=np.ones(3))
+        loops.backwards(np.ones(2), out=np.ones(3))
     fixed = np.ones(2)
     fixed.flags.writeable = False
     with pytest.raises(ValueError, match="out is read-only"):
-        loops.chain(np.ones(2), out=fixed)
+        loops.backwards(np.ones(2), out=fixed)
     with pytest.raises(ValueError, match="num_threads is 0; expected a positive integer"):
-        loops.chain(np.ones(2), num_threads=0)
+        loops.backwards(np.ones(2), num_threads=0)
 
 
 def test_bound_arguments(loops: ModuleType, rng: np.random.Generator) -> None:
@@ -420,7 +421,7 @@ C_TEXT = """// Two kernels with loops, by hand: the sum of squares, and one that
 ROWS(by_hand_squares_rows_f64, double)
 ROWS(by_hand_squares_rows_f32, float)
 
-int by_hand_chain_rows_f64(const intptr_t *lengths, char **args, const intptr_t *steps, intptr_t count)
+int by_hand_backwards_rows_f64(const intptr_t *lengths, char **args, const intptr_t *steps, intptr_t count)
 {
     return 1;
 }
@@ -431,7 +432,7 @@ int by_hand_chain_rows_f64(const intptr_t *lengths, char **args, const intptr_t 
 def by_hand(tmp_path_factory: pytest.TempPathFactory) -> ModuleType:
     """A module with a library that is not generated."""
     folder = tmp_path_factory.mktemp("by_hand")
-    write(module_source("by_hand", ("squares", "chain")), folder)
+    write(loop_module("by_hand", squares, backwards), folder)
     text = (folder / "by_hand.py").read_text()
     text = re.sub(r'library="[^"]*"', f'library="{library_label("by_hand", C_TEXT)}"', text)
     (folder / "by_hand.py").write_text(text)
@@ -456,10 +457,10 @@ def test_a_library_is_called(by_hand: ModuleType, rng: np.random.Generator) -> N
 
 def test_missing_memory_is_an_error(by_hand: ModuleType) -> None:
     for _ in range(2):
-        with pytest.raises(MemoryError, match="chain: no memory for intermediate results"):
-            by_hand.chain(np.ones(3))
+        with pytest.raises(MemoryError, match="backwards: no memory for intermediate results"):
+            by_hand.backwards(np.ones(3))
     with pytest.raises(MemoryError):
-        by_hand.chain.bind()(np.ones(3))
+        by_hand.backwards.bind()(np.ones(3))
 
 
 def test_calls_after_a_change_of_the_backend(quick_module: ModuleType) -> None:
@@ -491,8 +492,8 @@ def test_quick_calls_refuse_what_others_do(quick_module: ModuleType) -> None:
         with pytest.raises(ValueError, match="which is 2 in row 1"):
             which(np.ones(2), np.ones(2))
     buffer = np.arange(9.0)
-    known = quick_module.chain(buffer[:8].copy())
-    quick_module.chain(buffer[:8], out=buffer[1:])
+    known = quick_module.backwards(buffer[:8].copy())
+    quick_module.backwards(buffer[:8], out=buffer[1:])
     np.testing.assert_array_equal(buffer[1:], known)
     large = np.ones(20_000)
     assert quick_module.squares(large) == 20_000 and quick_module.squares(large[:10_000]) == 10_000

@@ -1,23 +1,55 @@
-"""Kernels with loops that use every statement there is, and runs of their procedures by the interpreter."""
+"""Kernels with loops for all tests of loops, a spec as well: examples of every statement, and kernels hard to print.
+
+Those in `HARD` have tables that share places, names that languages reserve, and loops in loops; proofs check them.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from fractions import Fraction
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from gacompiler import SCALAR, absolute, array, cos, index, kernel, sin, sqrt
-from gacompiler.algebra.catalog import PGA3
+from gacompiler import (
+    SCALAR,
+    absolute,
+    accumulate,
+    array,
+    cos,
+    each,
+    fold,
+    gather,
+    index,
+    iterate,
+    kernel,
+    least,
+    scan,
+    scatter,
+    sin,
+    sqrt,
+    total,
+)
+from gacompiler.algebra.catalog import CGA3, PGA3
 from gacompiler.backends.module import LayoutText, LoopSource, ModuleSource
 from gacompiler.backends.python_loops import index_rules
-from gacompiler.frontend.loops import accumulate, each, fold, gather, iterate, least, scan, scatter, total
-from gacompiler.ir.procedure import Procedure, Storage
+from gacompiler.frontend.expression import lift
+from gacompiler.frontend.kernel import Kernel
+from gacompiler.ir.procedure import Procedure, Storage, Table
 from gacompiler.ir.run_procedure import run_procedure
 from gacompiler.passes.loops import compile_loops
+
+N = array(SCALAR, "n")
+M = array(SCALAR, "m")
+
+
+class State(NamedTuple):
+    position: object
+    speed: object
+
+
+# Every statement there is.
 
 
 @kernel(q=array(SCALAR, "n"), axes=array(PGA3.LINE, "n", shared=True), tool=PGA3.MOTOR)
@@ -39,6 +71,20 @@ def tree(x, parents, scale):
     return up, accumulate(lambda c, v: c + v, 0, up, parents=parents)
 
 
+@kernel(moves=array(PGA3.MOTOR, "n"), points=array(PGA3.POINT, "n"))
+def chain(moves, points):
+    """The products of motors up to every row, and the last one by which points are moved."""
+    poses = scan(lambda m, move: m * move, 1, moves)
+    return poses, each(lambda m, p: m * p * ~m, poses, points)
+
+
+@kernel(x=array(SCALAR, "n"), scale=SCALAR)
+def behind(x, scale):
+    """Running sums from the last row to the first, and sums of the rows behind each."""
+    suffix = scan(lambda s, v: s + v * scale, scale, x, reverse=True)
+    return suffix, accumulate(lambda c, v: c / 2 + v, 0, x), total(lambda v: v, x)
+
+
 @kernel(points=array(PGA3.POINT, "n"), n=SCALAR)
 def suffixes(points, n):
     """Weighted sums from each point to the last, and a polynomial of them."""
@@ -55,7 +101,7 @@ def kept(x, y, parents):
 
 
 @kernel(x=array(SCALAR, "n"))
-def chain(x):
+def backwards(x):
     """Sums from the last to the first, without a tree."""
     return accumulate(lambda c, v: c * v + v, 0, x)
 
@@ -76,16 +122,43 @@ def dense(value, rows, columns, a, b):
     return scatter(scaled, (rows, columns), (a, b))
 
 
+@kernel(
+    values=array(SCALAR, "k"), rows=index("k", into="n"), columns=index("k", into="m"),
+    x=array(SCALAR, "n"), y=array(SCALAR, "m")
+)  # fmt: skip
+def matrix(values, rows, columns, x, y):
+    """A matrix from its entries, of which some are left out."""
+    return scatter(each(lambda v, a: v * a, values, gather(x, rows)), (rows, columns), (x, y))
+
+
+@kernel(a=array(SCALAR, "n"), weights=array(PGA3.DIRECTION, "m", shared=True), which=index("m", into="n"), start=SCALAR)
+def shares(a, weights, which, start):
+    """Sums of a table that all elements share, and a product with it."""
+    sums = scatter(weights, which, a)
+    return each(lambda p, v: p * v, sums, a), total(lambda p: start * p, weights)
+
+
+@kernel(h=array(SCALAR, "n", 2, 3), v=array(SCALAR, "n", 3), returns=array(SCALAR, "n", 2))
+def rows_of_matrices(h, v):
+    """Each matrix times its vector."""
+    products = each(
+        lambda h, v: tuple(sum((a * b for a, b in zip(row, v, strict=True)), start=lift(0)) for row in h), h, v
+    )
+    return products
+
+
 @kernel(x=array(SCALAR, "n"), a=SCALAR)
 def newton(x, a):
-    """A root by Newton's method, times a sum."""
+    """A root, times a sum, and whether it was found."""
     s = total(lambda v: v, x)
-    r, converged, steps = iterate(lambda r: (r + a / r) / 2, 1, lambda old, new: absolute(new - old) < 1e-9, 6)
-    return r * s, converged, steps
+    root, found, steps = iterate(
+        lambda r: (r + a / r) / 2, 1, lambda old, new: absolute(new - old) < 1e-9 * absolute(new), 6
+    )
+    return root * s, found, steps
 
 
 @kernel(x=array(SCALAR, "n"), a=SCALAR)
-def nested(x, a):
+def scan_in_iteration(x, a):
     """Loops in an iteration."""
 
     def step(r):
@@ -96,7 +169,7 @@ def nested(x, a):
 
 @kernel(m=array(SCALAR, "n", 2, 2), start=array(SCALAR, 2, 2), parents=index("n"),
         returns=array(SCALAR, "n", 2, 2))  # fmt: skip
-def matrices(m, start, parents):
+def matrix_products(m, start, parents):
     """Products of matrices along a tree."""
 
     def product(a, b):
@@ -105,60 +178,320 @@ def matrices(m, start, parents):
     return scan(product, start, m, parents=parents)
 
 
-KERNELS = (forward, squares, tree, suffixes, kept, chain, picked, dense, newton, nested, matrices)
-NAMES = tuple(k.name for k in KERNELS)
+# Hard to print.
+
+
+@kernel(m=array(PGA3.MOTOR, "n"), p=PGA3.POINT)
+def motors(m, p):
+    """Checked by its proof."""
+    c = scan(lambda c, a: c * a, 1, m)
+    return each(lambda c: c * p * ~c, c), c
+
+
+@kernel(x=array(PGA3.POINT, "n"), i=index("n", into="m"), y=M)
+def points_sum(x, i, y):
+    """Checked by its proof."""
+    return scatter(x, i, y), total(lambda a: a, x)
+
+
+@kernel(x=array(PGA3.MOTOR, "n"), i=index("n", into="m"), j=index("n", into="k"), y=M, z=array(SCALAR, "k"))
+def matrices(x, i, j, y, z):
+    """Checked by its proof."""
+    return scatter((x, each(lambda a: a * 2, x)), (i, j), (y, z))
+
+
+@kernel(p=array(CGA3.POINT, "n"), m=array(CGA3.MOTOR, "n"))
+def conformal(p, m):
+    """Checked by its proof."""
+    return (
+        each(lambda p, m: m * p * ~m, p, m),
+        fold(lambda s, p, m: m * p * ~m, CGA3.multivector({"e0": 1}), p, m),
+        scan(lambda c, m: c * m, 1, m),
+    )
+
+
+@kernel(x=N)
+def nested_iteration(x):
+    """Checked by its proof."""
+
+    def row(a):
+        r, _, n = iterate(lambda r: (r + (a * a + 1) / r) / 2, 1, lambda o, n: absolute(o - n) < 1e-9, 20)
+        return r, n
+
+    return each(row, x)
+
+
+@kernel(x=N)
+def loop_in_iteration(x):
+    """Checked by its proof."""
+    s = total(lambda a: a * a, x)
+
+    def step(r):
+        d = total(lambda a: a * r, x)
+        return (r[0] if isinstance(r, tuple) else r) - d / (1 + s) * 0.5
+
+    return iterate(step, 1, lambda a, b: absolute(a - b) < 1e-3, 30)[0]
+
+
+@kernel(x=N, w=index("n"))
+def both_ways(x, w):
+    """Checked by its proof."""
+    up = scan(lambda s, a: s * 2 + a, 1, x, parents=w)
+    v, k = accumulate(lambda c, a: (c + a, (a * c)), 0, up, parents=w, keep=True)
+    return v, k, up
+
+
+@kernel(x=N, w=index("n"))
+def gathered(x, w):
+    """Checked by its proof."""
+    return gather(x, w), gather(each(lambda a: a * a, gather(x, w)), w), scatter(gather(x, w), w, x)
+
+
+@kernel(x=N)
+def reversed_(x):
+    """Checked by its proof."""
+    return (
+        accumulate(lambda s, a: s * 2 + a, 0, x),
+        scan(lambda s, a: s * 2 + a, 0, x, reverse=True),
+        fold(lambda s, a: s * 2 + a, 0, x, reverse=True),
+    )
+
+
+@kernel(x=N, a=SCALAR)
+def copies(x, a):
+    """Checked by its proof."""
+    s = fold(lambda s, b: s + b, a, x)
+    r = each(lambda b: b + 1, x)
+    return s, s, a, x, r, r
+
+
+@kernel(x=array(PGA3.MOTOR, "n"), a=PGA3.MOTOR)
+def copies_of_motors(x, a):
+    """Checked by its proof."""
+    s = fold(lambda s, b: s * b, a, x)
+    t = fold(lambda s, b: b, a, x)
+    u = fold(lambda s, b: (s[1], b), (a, a), x)
+    return s, s, a, x, t, u[0], u[1]
+
+
+@kernel(x=array(PGA3.POINT, "n", 3), returns=array(PGA3.POINT, "n", 2))
+def pairs(x):
+    """Checked by its proof."""
+    return (each(lambda p: p[0], x), each(lambda p: p[1], x))
+
+
+@kernel(i=N, out=N, work=SCALAR, q=SCALAR)
+def names(i, out, work, q):
+    """Checked by its proof."""
+    return (
+        each(lambda n, j: n * j + work, i, out),
+        total(lambda out_0: out_0 * q, i),
+        fold(lambda double, int: double + int, 0, i),
+        fold(lambda range, t: range * t, 1, i),
+    )
+
+
+@kernel(x=N)
+def smallest(x):
+    """Checked by its proof."""
+    return least(lambda a: a * a, x)
+
+
+@kernel(x=N, y=M)
+def nested(x, y):
+    """Checked by its proof."""
+
+    def body(a):
+        z = each(lambda b: a * b + 1, y)
+        return total(lambda b: b * b, z) * a, fold(lambda s, b: s * sin(a) + b, 1, z)
+
+    return each(body, x)
+
+
+@kernel(x=N, y=M)
+def captured(x, y):
+    """Checked by its proof."""
+    return each(lambda v: total(lambda w: w * sin(v) + v, y), x), fold(
+        lambda s, a: State(s.position + s.speed, s.speed + a), State(0, 1), x
+    )[1]
+
+
+@kernel(x=N)
+def unchanged(x):
+    """Checked by its proof."""
+    return fold(lambda s, a: (s[0], s[1] + a), (5, 1), x)
+
+
+@kernel(x=N)
+def no_effect(x):
+    """Checked by its proof."""
+    return fold(lambda s, a: s, 5, x)
+
+
+@kernel(x=array(SCALAR, "n", shared=True), y=N)
+def shared(x, y):
+    """Checked by its proof."""
+    return each(lambda a, b: a * b, x, y), total(lambda a: a * a, x)
+
+
+@kernel(x=array(SCALAR, "n", shared=True))
+def only_shared(x):
+    """Checked by its proof."""
+    return each(lambda a: a * a, x)
+
+
+@kernel(x=N, y=M)
+def aliasing(x, y):
+    """A row that is carried on while its table changes."""
+    line = PGA3.multivector({"e1": 1})
+    return fold(lambda s, a: fold(lambda t, b: b, s, each(lambda b: (b * a) * line + s, y)), line, x)
+
+
+@kernel(
+    m=array(SCALAR, "n", 2, 2),
+    parents=index("n"),
+    a=SCALAR,
+    returns=(array(SCALAR, "n", 2, 2), array(SCALAR, 2, 2), SCALAR),
+)
+def matrix_sums(m, parents, a):
+    """Sums of matrices."""
+    zero = ((0, 0), (0, 0))
+    s = accumulate(
+        lambda c, b: tuple(tuple(c[i][j] + a * b[i][j] for j in range(2)) for i in range(2)), zero, m, parents=parents
+    )
+    t, _, k = iterate(
+        lambda r: tuple(tuple(r[i][j] / 2 + a for j in range(2)) for i in range(2)),
+        ((1, 0), (0, 1)),
+        lambda o, n: absolute(o[0][0] - n[0][0]) < 1e-3,
+        9,
+    )
+    return s, t, k
+
+
+EXAMPLES = (
+    forward,
+    squares,
+    tree,
+    chain,
+    behind,
+    suffixes,
+    kept,
+    backwards,
+    picked,
+    dense,
+    matrix,
+    shares,
+    rows_of_matrices,
+    newton,
+    scan_in_iteration,
+    matrix_products,
+)
+NAMES = tuple(definition.name for definition in EXAMPLES)
+HARD = (
+    motors,
+    points_sum,
+    matrices,
+    conformal,
+    nested_iteration,
+    loop_in_iteration,
+    both_ways,
+    gathered,
+    reversed_,
+    copies,
+    copies_of_motors,
+    pairs,
+    names,
+    smallest,
+    nested,
+    captured,
+    unchanged,
+    no_effect,
+    shared,
+    only_shared,
+    aliasing,
+    matrix_sums,
+)
+
+
+# What they compile to, and what that means.
+
+
+@cache
+def loop_source(definition: Kernel) -> LoopSource:
+    """A kernel with loops as modules have it, with facts for readers."""
+    compiled = compile_loops(definition)
+    layouts = []
+    for parameter in definition.parameters:
+        layout = getattr(parameter.type, "layout", parameter.type if hasattr(parameter.type, "stored") else None)
+        if layout is not None and not layout.is_scalar:
+            layouts.append((parameter.name, LayoutText(str(layout), tuple(s.name for s in layout.stored))))
+    return LoopSource(
+        compiled.procedure, definition.summary, tuple(layouts), compiled.costs, ("a = a",), "1 ulp, 64 inputs"
+    )
 
 
 @cache
 def sources() -> dict[str, LoopSource]:
     """The examples compiled, by name."""
-    found = {}
-    for each_kernel in KERNELS:
-        compiled = compile_loops(each_kernel)
-        layouts = []
-        for parameter in each_kernel.parameters:
-            layout = getattr(parameter.type, "layout", parameter.type if hasattr(parameter.type, "stored") else None)
-            if layout is not None and not layout.is_scalar:
-                layouts.append((parameter.name, LayoutText(str(layout), tuple(s.name for s in layout.stored))))
-        found[each_kernel.name] = LoopSource(
-            compiled.procedure, each_kernel.summary, tuple(layouts), compiled.costs, ("a = a",), "1 ulp, 64 inputs"
-        )
-    return found
+    return {definition.name: loop_source(definition) for definition in EXAMPLES}
 
 
-def module_source(name: str = "loops", names: Sequence[str] = NAMES) -> ModuleSource:
-    """A module of examples."""
-    return ModuleSource(name, "Examples.", "gac", "00", (), tuple(sources()[each] for each in names))
+def loop_module(name: str, *definitions: Kernel) -> ModuleSource:
+    """A module of kernels with loops."""
+    return ModuleSource(
+        name, "Examples.", f"gac generate {name}.py", "0" * 64, (), tuple(map(loop_source, definitions))
+    )
+
+
+def shape_of(table: Table, lengths: Mapping[str, int]) -> tuple[int, ...]:
+    """The shape of a table of one element."""
+    return (*(lengths[name] for name in table.lengths), *table.shape)
 
 
 def arguments(
-    procedure: Procedure, lengths: Mapping[str, int], rng: np.random.Generator, leading: tuple[int, ...] = ()
+    procedure: Procedure,
+    lengths: Mapping[str, int],
+    rng: np.random.Generator | int,
+    leading: tuple[int, ...] = (),
+    dtype: Any = float,
 ) -> dict[str, Any]:
-    """Random arguments of a procedure; shared ones have no leading axes."""
-    rules = index_rules(procedure)
+    """Random arguments of a procedure, from a generator or a seed; shared ones have no leading axes."""
+    rng, rules = np.random.default_rng(rng), index_rules(procedure)
     found: dict[str, Any] = {}
     for table in procedure.parameters:
         if table.storage is Storage.INDEX:
             (length,) = table.lengths
             rule = rules[table.name]
-            least = -1 if "-1" in rule else 0
+            lowest = -1 if "-1" in rule else 0
             last = [k if "earlier" in rule else lengths[table.into] for k in range(lengths[length])]
-            found[table.name] = np.array([rng.integers(least, end) for end in last], int)
+            found[table.name] = np.array([rng.integers(lowest, end) for end in last], np.int64)
         else:
-            core = (*(lengths[name] for name in table.lengths), *table.shape)
-            found[table.name] = rng.uniform(0.5, 1.5, (() if table.shared else leading) + core)
+            axes = () if table.shared else leading
+            found[table.name] = np.asarray(rng.uniform(0.5, 1.5, axes + shape_of(table, lengths)), dtype)
     return found
 
 
-def expected(procedure: Procedure, lengths: Mapping[str, int], given: Mapping[str, Any]) -> list[Any]:
-    """The results of one element by the interpreter, in floats."""
-    rows = {}
+def interpreted(
+    procedure: Procedure,
+    lengths: Mapping[str, int],
+    given: Mapping[str, Any],
+    number: Callable[[Any], Any] = float,
+) -> list[np.ndarray[Any, Any]]:
+    """The results of one element as a procedure means them, every operation rounded once."""
+    rows: dict[str, Sequence[Sequence[Any]]] = {}
     for table in procedure.parameters:
+        kind = int if table.storage is Storage.INDEX else number
         count = math.prod(lengths[name] for name in table.lengths)
-        kind = int if table.storage is Storage.INDEX else float
         rows[table.name] = [[kind(x) for x in row] for row in np.reshape(given[table.name], (count, table.size))]
-    found = run_procedure(procedure, lengths, rows, lambda value: float(Fraction(value)))
+    found = run_procedure(procedure, lengths, rows, lambda value: number(float(value)))
     return [
-        np.array(found[table.name], float).reshape((*(lengths[name] for name in table.lengths), *table.shape))
-        for table in procedure.results
+        np.array(found[table.name], np.dtype(number)).reshape(shape_of(table, lengths)) for table in procedure.results
     ]
+
+
+def element(procedure: Procedure, lengths: Mapping[str, int], given: Mapping[str, Any], k: int) -> dict[str, Any]:
+    """The arguments of one element of a batch."""
+    tables = {table.name: table for table in procedure.parameters}
+    return {
+        name: array[k] if array.ndim > len(shape_of(tables[name], lengths)) else array for name, array in given.items()
+    }

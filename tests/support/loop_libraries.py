@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from math import prod
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from loop_examples import shape_of
 
 from gacompiler.backends import build_library, c_header, c_source, runtime_files
 from gacompiler.backends.module import ModuleSource
 from gacompiler.generation.files import write as write_files
-from gacompiler.ir.procedure import Procedure, Storage, Table
-from gacompiler.ir.run_procedure import run_procedure
+from gacompiler.ir.procedure import Procedure, Storage
 
 Array = np.ndarray[Any, Any]
 SUFFIX = {np.dtype(np.float64): "f64", np.dtype(np.float32): "f32"}
@@ -28,29 +28,6 @@ def build_loops(module: ModuleSource, folder: Path) -> ctypes.CDLL:
     library = build_library(folder / f"{module.name}.c")
     assert library is not None
     return ctypes.CDLL(str(library))
-
-
-def shape_of(table: Table, lengths: Mapping[str, int]) -> tuple[int, ...]:
-    """The shape of a table of one element."""
-    return (*(lengths[name] for name in table.lengths), *table.shape)
-
-
-def random_arguments(
-    procedure: Procedure, lengths: Mapping[str, int], seed: int, batch: tuple[int, ...] = (), dtype: Any = np.float64
-) -> dict[str, Array]:
-    """Arguments and index tables; shared tables have no batch axes. Index tables name earlier rows, some none."""
-    random, found = np.random.default_rng(seed), {}
-    for table in procedure.parameters:
-        if table.storage is Storage.INDEX:
-            count = lengths[table.lengths[0]]
-            if table.into == table.lengths[0]:
-                found[table.name] = np.array([random.integers(-1, k) for k in range(count)], dtype=np.int64)
-            else:
-                found[table.name] = random.integers(0, lengths[table.into], count)
-        else:
-            axes = () if table.shared else batch
-            found[table.name] = random.normal(size=(*axes, *shape_of(table, lengths))).astype(dtype)
-    return found
 
 
 def call_one(
@@ -108,38 +85,6 @@ def call_rows(
     assert all((array[:, -1] == 7).all() for array in results)
     shapes = [shape_of(table, lengths) for table in procedure.results]
     return [array[:, :-1].reshape(count, *shape) for array, shape in zip(results, shapes, strict=True)]
-
-
-def interpreted(
-    procedure: Procedure,
-    lengths: Mapping[str, int],
-    arguments: Mapping[str, Array],
-    number: Callable[[Any], Any] = float,
-) -> list[Array]:
-    """What a procedure means, every operation rounded once."""
-    rows: dict[str, Sequence[Sequence[Any]]] = {}
-    for table in procedure.parameters:
-        flat = arguments[table.name].reshape(-1, table.size)
-        if table.storage is Storage.INDEX:
-            rows[table.name] = [[int(k) for k in row] for row in flat]
-        else:
-            rows[table.name] = [[number(x) for x in row] for row in flat]
-    found = run_procedure(procedure, lengths, rows, lambda value: number(float(value)))
-    return [
-        np.array(found[table.name], dtype=np.dtype(number)).reshape(shape_of(table, lengths))
-        for table in procedure.results
-    ]
-
-
-def element(
-    procedure: Procedure, lengths: Mapping[str, int], arguments: Mapping[str, Array], k: int
-) -> dict[str, Array]:
-    """The arguments of one element of a batch."""
-    tables = {table.name: table for table in procedure.parameters}
-    return {
-        name: array[k] if array.ndim > len(shape_of(tables[name], lengths)) else array
-        for name, array in arguments.items()
-    }
 
 
 def _dtype(procedure: Procedure, arguments: Mapping[str, Array]) -> Any:
