@@ -6,10 +6,21 @@ The text includes nothing; it needs the functions of ``<math.h>`` under their gl
 from __future__ import annotations
 
 from ..ir.scalar import Op, Rational
+from .device_loops import LoopDialect, element_functions, function_lines, loop_batch
 from .devices import ARITHMETIC, C_WORDS, Grid, batch, element
-from .module import ModuleSource
+from .module import LoopSource, ModuleSource
 from .printers import number
-from .targets import Language, LanguageNames, comment, function, function_names, render_target
+from .target_loops import LoopNames, loop_comment, loop_names
+from .targets import (
+    Language,
+    LanguageNames,
+    about_loops,
+    comment,
+    function,
+    function_names,
+    joined,
+    render_target,
+)
 
 _POLICY = "contraction: -fmad=false, on the host -ffp-contract=off (every operation is rounded once)"
 _PRECISIONS = (("double", "f64"), ("float", "f32"))
@@ -58,13 +69,31 @@ CUDA = Language(
 )
 
 
+_LOOPS = LoopDialect(
+    CUDA,
+    _GRID,
+    "CUDA",
+    "template <typename real>\n__host__ __device__ inline void",
+    "__host__ __device__ inline",
+    "long long",
+)
+_ABOUT_LOOPS = """
+Kernels with loops have the lengths of their tables first. A table has one row behind the other; its strides are to
+the table of the next element and to the next number. Index tables are the same for all elements and are not checked.
+Results and work space overlap nothing else. The work space has as many numbers as the function _work says for each
+thread, however many elements there are; its strides are to the space of the next thread and to the next number.
+"""
+
+
 def cuda_source(module: ModuleSource) -> str:
     """The ``.cu`` of a module: templates in its namespace, and ``extern "C"`` kernels over batches."""
-    kernels, launched = [], []
+    kernels, loops, launched = [], [], []
     global_names = LanguageNames(CUDA)
     space = global_names.fresh(module.name)
-    names = function_names([kernel.program.name for kernel in module.kernels], CUDA, "_batch")
-    for kernel, (name, over_batch) in zip(module.kernels, names, strict=True):
+    local_names = LanguageNames(CUDA)
+    wanted = [kernel.program.name for kernel in module.kernels] + [loop.procedure.name for loop in module.loops]
+    names = function_names(wanted, local_names, "_batch")
+    for kernel, (name, over_batch) in zip(module.kernels, names, strict=False):
         printed = function(kernel.program, CUDA)
         loop = batch(printed, CUDA, name, _GRID)
         kernels.append(
@@ -85,4 +114,35 @@ def cuda_source(module: ModuleSource) -> str:
             }
             for real, suffix in _PRECISIONS
         ]
-    return render_target("cuda.cu.jinja", module, _POLICY, space=space, kernels=kernels, launched=launched)
+    for source, (name, over_batch) in zip(module.loops, names[len(module.kernels) :], strict=True):
+        its_names, strided = loop_names(source.procedure, name, local_names), local_names.fresh(f"{name}_strided")
+        loops.append(_loop_text(source, its_names, strided, over_batch))
+        over_elements = loop_batch(source, its_names, strided, _LOOPS)
+        launched += [
+            {
+                "name": global_names.fresh(f"{module.name}_{source.procedure.name}_{suffix}"),
+                "parameters": over_elements.declared(real),
+                "call": f"{over_batch}<{real}>({over_elements.passed});",
+            }
+            for real, suffix in _PRECISIONS
+        ]
+    return render_target(
+        "cuda.cu.jinja",
+        module,
+        _POLICY,
+        space=space,
+        kernels=kernels,
+        loops=loops,
+        launched=launched,
+        about_loops=about_loops(module, _ABOUT_LOOPS),
+    )
+
+
+def _loop_text(loop: LoopSource, names: LoopNames, strided: str, over_batch: str) -> str:
+    """The functions of a kernel with loops."""
+    *inner, own = element_functions(loop, names, strided, _LOOPS)
+    over_elements = loop_batch(loop, names, strided, _LOOPS)
+    head = f"template <typename real>\n__device__ inline void {over_batch}"
+    batch_lines = function_lines(head, over_elements.declared("real"), over_elements.lines)
+    commented = [*loop_comment(loop).split("\n"), *own]
+    return joined([*inner, commented, batch_lines])

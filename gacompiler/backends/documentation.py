@@ -86,8 +86,8 @@ def loop_facts(loop: LoopSource) -> list[str]:
     return sentences(Facts("; ".join(texts) or "no operation", loop.relations, loop.error), [])
 
 
-def c_loop_comment(loop: LoopSource) -> str:
-    """The comment above the C prototypes of a kernel with loops."""
+def c_loop_comment(loop: LoopSource, *more: str) -> str:
+    """The comment above the C prototypes of a kernel with loops; `more` are parameters behind the results."""
     procedure, layouts = loop.procedure, dict(loop.layouts)
     lines = loop.summary.strip().splitlines()
     for table in (*procedure.parameters, *procedure.results):
@@ -100,6 +100,7 @@ def c_loop_comment(loop: LoopSource) -> str:
             layout = layouts[table.name]
             text += f"  {layout_text(layout.name, layout.blades, layout.fixed, layout.unit)}"
         lines += textwrap.wrap(text, _WIDTH, initial_indent="  ", subsequent_indent="      ", break_on_hyphens=False)
+    lines += [f"  {text}" for text in more]
     for sentence in loop_facts(loop):
         lines += textwrap.wrap(sentence, _WIDTH, break_on_hyphens=False)
     return _commented(lines)

@@ -4,9 +4,22 @@ from __future__ import annotations
 
 from ..ir.scalar import Op, Rational
 from .devices import ARITHMETIC
+from .javascript_loops import HELPERS, loop_functions, returned
 from .module import ModuleSource
 from .printers import number
-from .targets import Function, Language, Part, comment, function, function_names, render_target
+from .target_loops import loop_names, programs
+from .targets import (
+    Function,
+    Language,
+    LanguageNames,
+    Part,
+    about_loops,
+    comment,
+    function,
+    function_names,
+    joined,
+    render_target,
+)
 
 _POLICY = "contraction: none in JavaScript (every operation is rounded once)"
 
@@ -45,39 +58,63 @@ JAVASCRIPT = Language(
 )
 
 
+_ABOUT_LOOPS = """
+Kernels with loops are functions of one element that have the lengths of their tables first. A table is an array of
+numbers, one row behind the other. Index tables are not checked. Results and work space overlap nothing else. The
+work space is a Float64Array of at least as many numbers as the function _work says, made where none is given.
+"""
+
+
 def javascript_source(module: ModuleSource) -> str:
     """The ``.mjs`` of a module.
 
     The function that computes takes arrays and where in them its element begins, ``m`` and ``m$``: no name of a program
     holds a ``$``.
     """
-    kernels = []
-    wanted = [kernel.program.name for kernel in module.kernels]
-    for kernel, (name, over_batch) in zip(module.kernels, function_names(wanted, JAVASCRIPT, "_batch"), strict=True):
+    kernels, loops = [], []
+    wanted = [kernel.program.name for kernel in module.kernels] + [loop.procedure.name for loop in module.loops]
+    file_names = LanguageNames(JAVASCRIPT)
+    names = function_names(wanted, file_names, "_batch")
+    for kernel, (name, over_batch) in zip(module.kernels, names, strict=False):
         printed = function(kernel.program, JAVASCRIPT, _entry)
-        placed = [part.name if part.is_scalar else f"{part.name}, {part.name}$" for part in printed.inputs]
-        placed += [f"{part.name}, {part.name}$" for part in printed.outputs]
         kernels.append(
             {
                 "comment": comment(kernel),
                 "name": name,
                 "batch_name": over_batch,
                 "parameters": ", ".join(part.name for part in printed.parts),
-                "placed": ", ".join(placed),
+                "placed": _placed(printed),
                 "lines": printed.statements,
                 "one": _one(printed, name),
                 "batch": _batch(printed, name),
             }
         )
-    return render_target("javascript.mjs.jinja", module, _POLICY, kernels=kernels)
+    for source, (name, _) in zip(module.loops, names[len(module.kernels) :], strict=True):
+        its_names = loop_names(source.procedure, name, file_names)
+        for program in programs(source):
+            printed = function(program, JAVASCRIPT, _entry)
+            head = f"function {its_names.parts[program.name]}$({_placed(printed)}) {{"
+            loops.append([head, *(f"  {line}" for line in printed.statements), "}"])
+        loops += loop_functions(source, its_names, JAVASCRIPT)
+    return render_target(
+        "javascript.mjs.jinja",
+        module,
+        _POLICY,
+        kernels=kernels,
+        about_loops=about_loops(module, _ABOUT_LOOPS),
+        helpers=[HELPERS.strip()] if module.loops else [],
+        loops=[joined(loops)] if loops else [],
+    )
+
+
+def _placed(printed: Function) -> str:
+    """The parameters of the function that computes."""
+    placed = [part.name if part.is_scalar else f"{part.name}, {part.name}$" for part in printed.inputs]
+    return ", ".join([*placed, *(f"{part.name}, {part.name}$" for part in printed.outputs)])
 
 
 def _entry(part: Part, k: int) -> str:
     return f"{part.name}[{part.name}$ + {k}]" if k else f"{part.name}[{part.name}$]"
-
-
-def _returned(texts: list[str]) -> str:
-    return f"return {texts[0]};" if len(texts) == 1 else f"return [{', '.join(texts)}];"
 
 
 def _one(printed: Function, name: str) -> list[str]:
@@ -85,8 +122,8 @@ def _one(printed: Function, name: str) -> list[str]:
     made = [f"{part.name} = $result({part.name}, {part.size});" for part in printed.outputs]
     passed = [part.name if part.is_scalar else f"{part.name}, 0" for part in printed.inputs]
     passed += [f"{part.name}, 0" for part in printed.outputs]
-    returned = [f"{part.name}[0]" if part.is_scalar else part.name for part in printed.outputs]
-    return [*made, f"{name}$({', '.join(passed)});", _returned(returned)]
+    results = [f"{part.name}[0]" if part.is_scalar else part.name for part in printed.outputs]
+    return [*made, f"{name}$({', '.join(passed)});", returned(results)]
 
 
 def _batch(printed: Function, name: str) -> list[str]:
@@ -103,7 +140,7 @@ def _batch(printed: Function, name: str) -> list[str]:
         "for (let i$ = 0; i$ < n$; i$++) {",
         f"  {name}$({', '.join(passed)});",
         "}",
-        _returned([part.name for part in printed.outputs]),
+        returned([part.name for part in printed.outputs]),
     ]
 
 

@@ -3,10 +3,21 @@
 from __future__ import annotations
 
 from ..ir.scalar import Op, Rational
+from .device_loops import LoopDialect, element_functions, function_lines, loop_batch
 from .devices import ARITHMETIC, C_WORDS, Grid, batch, element
-from .module import ModuleSource
+from .module import LoopSource, ModuleSource
 from .printers import number
-from .targets import Language, comment, function, function_names, render_target
+from .target_loops import LoopNames, loop_comment, loop_names
+from .targets import (
+    Language,
+    LanguageNames,
+    about_loops,
+    comment,
+    function,
+    function_names,
+    joined,
+    render_target,
+)
 
 _POLICY = "contraction: #pragma OPENCL FP_CONTRACT OFF (every operation is rounded once)"
 _GRID = Grid("REAL", "__global REAL", "long", "get_global_id(0)", "get_global_size(0)")
@@ -50,11 +61,22 @@ OPENCL = Language(
 )
 
 
+_LOOPS = LoopDialect(OPENCL, _GRID, "OpenCL", "void", "", "__global long")
+_ABOUT_LOOPS = """
+Kernels with loops have the lengths of their tables first. A table has one row behind the other; its strides are to
+the table of the next element and to the next number. Index tables are the same for all elements and are not checked.
+Results and work space overlap nothing else. The work space has as many numbers as the comment of the kernel says for
+each work item, however many elements there are; its strides are to the space of the next one and to the next number.
+"""
+
+
 def opencl_source(module: ModuleSource) -> str:
     """The ``.cl`` of a module; ``REAL`` is double unless the program is built with ``-D REAL=float``."""
-    kernels = []
-    wanted = [f"{module.name}_{kernel.program.name}" for kernel in module.kernels]
-    for kernel, (name, over_batch) in zip(module.kernels, function_names(wanted, OPENCL, "_batch"), strict=True):
+    kernels, loops = [], []
+    wanted = [kernel.program.name for kernel in module.kernels] + [loop.procedure.name for loop in module.loops]
+    file_names = LanguageNames(OPENCL)
+    names = function_names([f"{module.name}_{name}" for name in wanted], file_names, "_batch")
+    for kernel, (name, over_batch) in zip(module.kernels, names, strict=False):
         printed = function(kernel.program, OPENCL)
         kernels.append(
             {
@@ -65,4 +87,22 @@ def opencl_source(module: ModuleSource) -> str:
                 "batch": batch(printed, OPENCL, name, _GRID),
             }
         )
-    return render_target("opencl.cl.jinja", module, _POLICY, kernels=kernels)
+    for source, (name, over_batch) in zip(module.loops, names[len(module.kernels) :], strict=True):
+        its_names = loop_names(source.procedure, name, file_names, f"{module.name}_")
+        loops.append(_loop_text(source, its_names, file_names.fresh(f"{name}_strided"), over_batch))
+    return render_target(
+        "opencl.cl.jinja",
+        module,
+        _POLICY,
+        kernels=kernels,
+        loops=loops,
+        about_loops=about_loops(module, _ABOUT_LOOPS),
+    )
+
+
+def _loop_text(loop: LoopSource, names: LoopNames, strided: str, over_batch: str) -> str:
+    """The functions of a kernel with loops."""
+    *inner, own = element_functions(loop, names, strided, _LOOPS)
+    over_elements = loop_batch(loop, names, strided, _LOOPS)
+    batch_lines = function_lines(f"__kernel void {over_batch}", over_elements.declared("REAL"), over_elements.lines)
+    return joined([*inner, [*loop_comment(loop).split("\n"), *own], batch_lines])

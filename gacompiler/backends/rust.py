@@ -5,15 +5,19 @@ from __future__ import annotations
 from ..ir.scalar import Op, Rational
 from .module import ModuleSource
 from .printers import number
+from .rust_loops import HELPERS, loop_functions
+from .target_loops import loop_names, programs
 from .targets import (
     Function,
     Language,
     LanguageNames,
     Part,
+    about_loops,
     comment_lines,
     function,
     function_names,
     indexed,
+    joined,
     render_target,
 )
 
@@ -60,11 +64,20 @@ RUST = Language(
 )
 
 
+_ABOUT_LOOPS = """
+Kernels with loops are functions of one element that have the lengths of their tables first. A table is a slice of rows.
+A row that is not there, but is in an index table, is a panic. The work space has at least as many numbers as the
+function _work says.
+"""
+
+
 def rust_source(module: ModuleSource) -> str:
     """The ``.rs`` of a module, to be a module of a crate: ``mod pga3;``."""
-    kernels = []
-    wanted = [kernel.program.name for kernel in module.kernels]
-    for kernel, (name, over_batch) in zip(module.kernels, function_names(wanted, RUST, "_batch"), strict=True):
+    kernels, loops = [], []
+    wanted = [kernel.program.name for kernel in module.kernels] + [loop.procedure.name for loop in module.loops]
+    file_names = LanguageNames(RUST)
+    names = function_names(wanted, file_names, "_batch")
+    for kernel, (name, over_batch) in zip(module.kernels, names, strict=False):
         printed = function(kernel.program, RUST, _entry)
         kernels.append(
             {
@@ -76,16 +89,35 @@ def rust_source(module: ModuleSource) -> str:
                 "batch": _batch(printed, name),
             }
         )
-    precisions, methods = ("f64", "f32"), ("sqrt", "sin", "cos", "acos", "exp", "ln", "abs")
-    return render_target("rust.rs.jinja", module, _POLICY, kernels=kernels, precisions=precisions, methods=methods)
+    for source, (name, _) in zip(module.loops, names[len(module.kernels) :], strict=True):
+        its_names = loop_names(source.procedure, name, file_names)
+        for program in programs(source):
+            printed = function(program, RUST, _entry)
+            head = f"fn {its_names.parts[program.name]}<T: Real>({_parameters(printed, '')}) {{"
+            loops.append(["#[inline]", head, *(f"    {line}" for line in printed.statements), "}"])
+        loops += loop_functions(source, its_names, RUST)
+    return render_target(
+        "rust.rs.jinja",
+        module,
+        _POLICY,
+        kernels=kernels,
+        precisions=("f64", "f32"),
+        methods=("sqrt", "sin", "cos", "acos", "exp", "ln", "abs"),
+        about_loops=about_loops(module, _ABOUT_LOOPS),
+        helpers=[HELPERS.strip()] if module.loops else [],
+        loops=[joined(loops)] if loops else [],
+    )
 
 
 def _entry(part: Part, k: int) -> str:
     return f"*{part.name}" if part.is_scalar else indexed(part, k)
 
 
-def _parameters(printed: Function) -> str:
-    inputs = [f"{part.name}: T" if part.is_scalar else f"{part.name}: &{_type(part)}" for part in printed.inputs]
+def _parameters(printed: Function, borrowed: str = "&") -> str:
+    """The parameters of a function of one element, whose arguments are borrowed or values."""
+    inputs = [
+        f"{part.name}: T" if part.is_scalar else f"{part.name}: {borrowed}{_type(part)}" for part in printed.inputs
+    ]
     return ", ".join([*inputs, *(f"{part.name}: &mut {_type(part)}" for part in printed.outputs)])
 
 
@@ -100,14 +132,14 @@ def _batch(printed: Function, name: str) -> dict[str, str]:
     slices = [names.fresh(part.name) for part in printed.parts]
     inputs, outputs = slices[: len(printed.inputs)], slices[len(printed.inputs) :]
     count, i = names.fresh("n"), names.fresh("i")
-    parameters = [f"{each}: &[{_type(part)}]" for each, part in zip(inputs, printed.inputs, strict=True)]
-    parameters += [f"{each}: &mut [{_type(part)}]" for each, part in zip(outputs, printed.outputs, strict=True)]
+    declared = [f"{each}: &[{_type(part)}]" for each, part in zip(inputs, printed.inputs, strict=True)]
+    declared += [f"{each}: &mut [{_type(part)}]" for each, part in zip(outputs, printed.outputs, strict=True)]
     arguments = [
         f"{'*' if part.is_scalar else ''}at({each}, {i})" for each, part in zip(inputs, printed.inputs, strict=True)
     ]
     arguments += [f"&mut {each}[{i}]" for each in outputs]
     return {
-        "parameters": ", ".join(parameters),
+        "parameters": ", ".join(declared),
         "inputs": ", ".join(f"{each}.len()" for each in inputs),
         "outputs": ", ".join(f"{each}.len()" for each in outputs),
         "first": outputs[0],

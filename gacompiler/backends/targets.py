@@ -14,7 +14,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import prod
 
-from ..errors import BackendError
 from ..ir.program import Operand, Program
 from ..ir.scalar import LEAVES, Op, Rational
 from .c import environment
@@ -132,9 +131,8 @@ def function(program: Program, language: Language, entry: Callable[[Part, int], 
     return Function(inputs, outputs, tuple(statements), tuple(unused))
 
 
-def function_names(wanted: Sequence[str], language: Language, ending: str) -> list[tuple[str, str]]:
+def function_names(wanted: Sequence[str], names: LanguageNames, ending: str) -> list[tuple[str, str]]:
     """For each name wanted in a file that name, and that with the ending: legal and distinct."""
-    names = LanguageNames(language)
     plain = [names.fresh(name) for name in wanted]
     return [(name, names.fresh(f"{name}{ending}")) for name in plain]
 
@@ -149,36 +147,36 @@ def comment_lines(kernel: KernelSource) -> list[str]:
     return [line[3:] for line in comment(kernel).removesuffix(" */").splitlines()]
 
 
-def render_target(template: str, module: ModuleSource, note: str, **values: object) -> str:
-    """A template filled and stamped, its long lines continued.
+def about_loops(module: ModuleSource, text: str) -> list[str]:
+    """What the head of a file says about kernels with loops, where it has any."""
+    return text.strip().splitlines() if module.loops else []
 
-    Raises
-    ------
-    BackendError
-        When the module has kernels with loops.
-    """
-    if module.loops:
-        raise BackendError(
-            f"kernel {module.loops[0].procedure.name}",
-            "it contains loops",
-            "a kernel without loops for this target",
-            "generate C or Python, or move kernels with loops into a spec of their own",
-        )
+
+def joined(functions: Sequence[Sequence[str]]) -> str:
+    """The text of functions, with a line between them."""
+    return "\n\n".join("\n".join(lines) for lines in functions)
+
+
+def render_target(template: str, module: ModuleSource, note: str, **values: object) -> str:
+    """A template filled and stamped, its long lines continued."""
     summary = [line.rstrip().replace("*/", "* /") for line in module.summary.strip().splitlines()]
     text = environment().get_template(template).render(name=module.name, summary=summary, **values)
     return stamp("".join(f"{line}\n" for line in _wrapped(text.splitlines())), module, "//", (note,))
 
 
 def _wrapped(lines: list[str]) -> list[str]:
-    """Lines without blanks at their ends, long ones continued where a comma or a semicolon ends."""
-    wrapped = []
+    """Lines without blanks at their ends, long ones of code continued behind a comma or before a choice."""
+    wrapped, in_comment = [], False
     for line in map(str.rstrip, lines):
         indent = " " * (len(line) - len(line.lstrip()))
-        if len(line) <= _WIDTH or line.lstrip().startswith("//"):
+        in_comment = in_comment or line.startswith("/*")
+        is_text = in_comment or line.lstrip().startswith("//")
+        in_comment = in_comment and not line.endswith("*/")
+        if len(line) <= _WIDTH or is_text:
             wrapped.append(line)
             continue
         parts = textwrap.wrap(
-            re.sub(r"(?<![,;]) ", _KEPT, line.strip()),
+            re.sub(r"(?<![,;]) (?![?:] )", _KEPT, line.strip()),
             _WIDTH,
             initial_indent=indent,
             subsequent_indent=f"{indent}    ",

@@ -64,7 +64,8 @@ def generate(
     """Write a module (.py, .c, .h) for each spec file, and compile its C if a compiler is there.
 
     Other languages are written as one file, with functions of one element and over batches; what they are given is
-    described at its top. A module under generated/ goes to out/ in these.
+    described at its top. Kernels with loops are functions of one element, in CUDA and OpenCL over batches too. A module
+    under generated/ goes to out/ in these.
     """
     if not specs and not own:
         raise click.UsageError("name at least one spec file, or give --all")

@@ -11,7 +11,6 @@ from ..backends.javascript import javascript_source
 from ..backends.module import ModuleSource
 from ..backends.opencl import opencl_source
 from ..backends.rust import rust_source
-from ..errors import BackendError
 
 TARGETS: Mapping[str, tuple[str, Callable[[ModuleSource], str]]] = {
     "rust": ("rs", rust_source),
@@ -42,21 +41,9 @@ def render_standalone(module: ModuleSource) -> dict[str, str]:
 
 
 def render_targets(module: ModuleSource, targets: Iterable[str]) -> dict[str, str]:
-    """The files of a module in other languages, `TARGETS`: name -> text.
-
-    Raises
-    ------
-    BackendError
-        When the module has kernels with loops.
-    """
+    """The files of a module in other languages, `TARGETS`: name -> text."""
     files = {}
     for target in targets:
-        if module.loops:
-            names = ", ".join(loops.procedure.name for loops in module.loops)
-            raise BackendError(
-                f"--target {target}", f"kernels with loops: {names}", "kernels without loops; loops are written as C",
-                "put them into a spec of their own",
-            )  # fmt: skip
         ending, source = TARGETS[target]
         files[f"{module.name}.{ending}"] = source(replace(module, command=f"{module.command} --target {target}"))
     return files

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ctypes
 import shutil
 import subprocess
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -33,12 +33,6 @@ from loop_libraries import (
 
 from gacompiler.backends import c_header, find_compiler, standalone_c_source
 from gacompiler.backends.c_functions import is_transcendental
-from gacompiler.backends.cuda import cuda_source
-from gacompiler.backends.javascript import javascript_source
-from gacompiler.backends.module import ModuleSource
-from gacompiler.backends.opencl import opencl_source
-from gacompiler.backends.rust import rust_source
-from gacompiler.errors import BackendError
 from gacompiler.frontend.kernel import Kernel
 from gacompiler.ir.procedure import Procedure
 
@@ -238,9 +232,3 @@ def test_plain_c_program(library: ctypes.CDLL, tmp_path: Path, kind: str) -> Non
     expected = call_one(library, MODULE, _procedure(forward), {"n": 3}, given)[0]
     # 10 is scale squared and 1 more; each branch is summed down from its leaves.
     assert [float(line) for line in printed.split()] == [*expected, 220, 30, 180, 130]
-
-
-@pytest.mark.parametrize("source", [cuda_source, rust_source, javascript_source, opencl_source])
-def test_other_targets_refuse_loops_by_name(source: Callable[[ModuleSource], str]) -> None:
-    with pytest.raises(BackendError, match="kernel tree: it contains loops"):
-        source(loop_module(MODULE, tree))

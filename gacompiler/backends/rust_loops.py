@@ -1,0 +1,178 @@
+"""Kernels with loops in Rust: functions of one element, whose tables are slices of rows.
+
+Parts take rows by value, so that a row may be both what a part reads and what it writes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from ..errors import BackendError
+from ..ir.procedure import Apply, Place, Procedure, Storage, Table
+from .loop_statements import LoopWords, StatementText, is_number, product
+from .module import LoopSource
+from .printers import Names
+from .target_loops import (
+    LoopNames,
+    long_work,
+    loop_comment_lines,
+    named_in,
+    numbers,
+    short_work,
+    work_numbers,
+)
+from .targets import Language
+
+HELPERS = """
+fn _length(name: &str, found: usize, expected: usize) {
+    assert!(found == expected, "{name} of {found} rows; expected {expected}");
+}
+
+fn _row<T: Real, const K: usize>(table: &[T], k: usize) -> [T; K] {
+    table[K * k..K * (k + 1)].try_into().unwrap()
+}
+
+fn _add<T: Real>(source: T, target: &mut T) {
+    *target = *target + source;
+}
+
+fn _add_row<T: Real, const K: usize>(source: [T; K], target: &mut [T; K]) {
+    for k in 0..K {
+        target[k] = target[k] + source[k];
+    }
+}
+
+fn _row_mut<T: Real, const K: usize>(table: &mut [T], k: usize) -> &mut [T; K] {
+    (&mut table[K * k..K * (k + 1)]).try_into().unwrap()
+}
+"""
+"""Functions whose names no kernel has: rows of the work space, which is one slice of numbers, and sums of rows."""
+
+_ZERO, _ONE = "T::number(0.0)", "T::number(1.0)"
+_WORDS = LoopWords(
+    language="Rust",
+    forward="for {counter} in 0..{length}",
+    backward="for {counter} in (0..{length}).rev()",
+    repeat="for _ in 0..{limit}",
+    condition="if {condition}",
+    choice="if {condition} {{ {row} }} else {{ {start} }}",
+    index="{index}[{counter}] as usize",
+    count=f"{{0}} = {{0}} + {_ONE};",
+    is_set=f"{{}} != {_ZERO}",
+    has_braces=True,
+)
+
+
+def loop_functions(loop: LoopSource, names: LoopNames, language: Language) -> list[list[str]]:
+    """The function that says how large the work space is, and that of one element."""
+    taken = names.inside(language)
+    named = named_in(taken, loop.procedure)
+    lengths = [f"{length}: usize" for length in named.lengths]
+    size = [
+        f"/// How many numbers the work space of `{names.own}` has.",
+        f"pub fn {names.work}({', '.join(lengths)}) -> usize {{",
+        f"    {work_numbers(named)}",
+        "}",
+    ]
+    text = _RustText(named, taken, names.parts)
+    comment = [f"/// {line}".rstrip() for line in loop_comment_lines(loop)]
+    own = [
+        *("/// ```text", *comment, "/// ```"),
+        "#[allow(unused_assignments, unused_mut)]",
+        f"pub fn {names.own}<T: Real>({', '.join([*lengths, *text.parameters()])}) {{",
+        *(f"    {line}" for line in text.function()),
+        "}",
+    ]
+    return [size, own]
+
+
+class _RustText(StatementText):
+    """The function of one element."""
+
+    words = _WORDS
+
+    def __init__(self, named: Procedure, names: Names, functions: Mapping[str, str]) -> None:
+        super().__init__(named, names)
+        self._functions = functions
+        self._work = names.fresh("work")
+
+    def parameters(self) -> list[str]:
+        """The parameters behind the lengths."""
+        found = []
+        for table in (*self._procedure.parameters, *self._procedure.results):
+            if table.storage is Storage.INDEX:
+                found.append(f"{table.name}: &[i64]")
+            elif is_number(table):
+                found.append(f"{table.name}: T")
+            else:
+                row = f"[{_type(table)}]" if table.lengths else _type(table)
+                found.append(f"{table.name}: &{'mut ' * (table.storage is Storage.RESULT)}{row}")
+        return [*found, f"{self._work}: &mut [T]"]
+
+    def function(self) -> list[str]:
+        """Its statements."""
+        named = self._procedure
+        body = self.lines(named.body)
+        tables = [table for table in (*named.parameters, *named.results) if table.lengths]
+        lines = [f'_length("{table.name}", {table.name}.len(), {product(*table.lengths)});' for table in tables]
+        for table in long_work(named):
+            lines.append(f"let ({table.name}, {self._work}) = {self._work}.split_at_mut({numbers(table)});")
+        lines += [f"let mut {table.name} = {_zeros(table)};" for table in short_work(named)]
+        return [*lines, *body]
+
+    # Statements.
+
+    def _called(self, statement: Apply) -> list[str]:
+        written = [place.table for place in statement.outputs]
+        if len(set(written)) < len(written):
+            where = f"Rust text of {self._procedure.name}"
+            raise BackendError(where, f"a part that writes two rows of one of {', '.join(written)}", "a table for each")
+        passed = [*map(self._value, statement.inputs), *map(self._written, statement.outputs)]
+        return [f"{self._functions[statement.program.name]}({', '.join(passed)});"]
+
+    def _copied(self, source: Place, target: Place) -> list[str]:
+        written = self._written(target)
+        assigned = written.removeprefix("&mut ") if written.startswith("&mut ") else f"*{written}"
+        return [f"{assigned} = {self._value(source)};"]
+
+    def _summed(self, source: Place, target: Place) -> list[str]:
+        function = "_add_row" if self._procedure.table(target.table).shape else "_add"
+        return [f"{function}({self._value(source)}, {self._written(target)});"]
+
+    def _cleared(self, table: Table) -> list[str]:
+        if table.lengths:
+            return [f"{table.name}.fill({_ZERO if table.storage is Storage.WORK else _zeros(table)});"]
+        return [f"{self._single(table)} = {_zeros(table)};"]
+
+    # Rows.
+
+    def _value(self, place: Place) -> str:
+        return self._chosen(place, self._row, self._single)
+
+    def _written(self, place: Place) -> str:
+        """A row to write to."""
+        return self._chosen(place, self._target, self._single_target)
+
+    def _row(self, table: Table, row: str) -> str:
+        is_array = table.storage is Storage.WORK and table.shape
+        return f"_row({table.name}, {row})" if is_array else f"{table.name}[{row}]"
+
+    def _single(self, table: Table) -> str:
+        is_local = table.storage is Storage.WORK or is_number(table)
+        return table.name if is_local else f"*{table.name}"
+
+    def _target(self, table: Table, row: str) -> str:
+        is_array = table.storage is Storage.WORK and table.shape
+        return f"_row_mut({table.name}, {row})" if is_array else f"&mut {table.name}[{row}]"
+
+    def _single_target(self, table: Table) -> str:
+        return f"&mut {table.name}" if table.storage is Storage.WORK else table.name
+
+
+def _type(table: Table) -> str:
+    """The type of a row."""
+    return f"[T; {table.size}]" if table.shape else "T"
+
+
+def _zeros(table: Table) -> str:
+    return f"[{_ZERO}; {table.size}]" if table.shape else _ZERO

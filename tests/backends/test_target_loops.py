@@ -1,0 +1,379 @@
+"""Kernels with loops in Rust, JavaScript, CUDA C++ and OpenCL C: what is printed compiles, and runs as procedures say.
+
+CUDA and OpenCL run here on the processor, as in `test_targets`, under the sanitizers: each element by itself, and a
+batch by a grid of threads that have a slice of the work space each. Without functions such as the sine every number is
+the interpreter's to the bit.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import loop_drivers as drivers
+import numpy as np
+import pytest
+from backend_programs import MOVE_POINT, module_source
+from loop_drivers import Array, LoopCall, LoopDialect
+from loop_examples import EXAMPLES, HARD, arguments, backwards, forward, loop_module, sources, squares
+
+from gacompiler.backends import body_is_intact
+from gacompiler.backends.c_functions import is_transcendental
+from gacompiler.backends.module import ModuleSource
+from gacompiler.backends.python_loops import index_rules
+from gacompiler.errors import BackendError
+from gacompiler.generation.cache import open_cache
+from gacompiler.generation.checked_in import own_specs
+from gacompiler.generation.compiling import compile_spec
+from gacompiler.generation.rendering import TARGETS, render_targets
+from gacompiler.generation.spec_files import load_spec
+from gacompiler.ir.procedure import Apply, Copy, Counter, Loop, Place, Previous, Procedure, Statement
+from gacompiler.ir.program import Argument, Program, Result
+
+LENGTHS = ({"n": 1, "m": 1, "k": 1}, {"n": 5, "m": 3, "k": 7}, {"n": 0, "m": 0, "k": 0}, {"n": 4, "m": 6, "k": 2})
+JOINTS, VARIABLES = 6, 5
+
+
+def needs(command: str) -> pytest.MarkDecorator:
+    return pytest.mark.skipif(not shutil.which(command), reason=f"no {command} on the PATH")
+
+
+@cache
+def modules() -> dict[str, ModuleSource]:
+    """The examples of all tests of loops, and the robots."""
+    robots = next(path for path in own_specs() if path.stem == "robots")
+    return {
+        "loops": loop_module("loops", *EXAMPLES, *HARD),
+        "robots": compile_spec(load_spec(robots), cache=open_cache()),
+    }
+
+
+def of_robot(procedure: Procedure, rng: np.random.Generator, count: int) -> LoopCall:
+    """A kernel of the robots on a random tree of joints, some of which follow one variable."""
+    lengths = {"n": JOINTS, "m": VARIABLES, "p": 2 * JOINTS}
+    parents = np.array([rng.integers(-1, k) for k in range(JOINTS)])
+    # One tree of another shape: branches at the base and at a joint.
+    parents[:4] = -1, 0, 0, -1
+    pairs = [(k, k) for k in range(JOINTS)] + [(k, parents[k]) for k in range(JOINTS) if parents[k] >= 0]
+    lower, upper = np.array((pairs * 2)[: lengths["p"]]).T
+    variables = np.append(np.arange(VARIABLES), 2)
+    directions = rng.normal(size=(JOINTS, 3))
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    turns = np.array([1, 1, 0, 1, 0, 1.0])
+    moments = rng.normal(size=(JOINTS, 3))
+    tensors = [np.eye(3) + 0.1 * np.outer(x, x) for x in rng.normal(size=(JOINTS, 3))]
+    rotors = rng.normal(size=(JOINTS, 4))
+    known: dict[str, Any] = {
+        "parents": parents,
+        "variables": variables,
+        "lower": lower,
+        "upper": upper,
+        "lower_variables": variables[lower],
+        "upper_variables": variables[upper],
+        "turns": turns,
+        "screws": np.hstack([directions * turns[:, None], np.where(turns[:, None], 0, moments)]),
+        "inertias": np.array(
+            [[2, *(0.1 * x), *tensor[np.triu_indices(3)]] for x, tensor in zip(moments, tensors, strict=True)]
+        ),
+        "home_rotors": rotors / np.linalg.norm(rotors, axis=1)[:, None],
+    }
+    if "mirrored" in index_rules(procedure):
+        known |= {"rows": variables[lower], "columns": variables[upper]}
+        known["mirrored"] = np.where(lower == upper, -1, variables[lower])
+    given = arguments(procedure, lengths, rng, (count,))
+    given |= {name: array for name, array in known.items() if name in given}
+    return LoopCall("robots", procedure, {name: lengths[name] for name in procedure.lengths}, given, count)
+
+
+@cache
+def calls() -> tuple[LoopCall, ...]:
+    """Every example with some lengths, and every kernel of the robots."""
+    rng, found = np.random.default_rng(3), []
+    for loop in modules()["loops"].loops:
+        for k, sizes in enumerate(LENGTHS):
+            lengths = {name: sizes[name] for name in loop.procedure.lengths}
+            count = 8 if k == 1 else 1
+            given = arguments(loop.procedure, lengths, rng, (count,))
+            found.append(LoopCall("loops", loop.procedure, lengths, given, count))
+    return (*found, *(of_robot(loop.procedure, rng, 2) for loop in modules()["robots"].loops))
+
+
+@cache
+def right(number: int, real: type) -> list[Array]:
+    """What the interpreter gives for a call."""
+    return calls()[number].interpreted(real)
+
+
+def agree(call: LoopCall, found: list[Array], known: list[Array], real: type) -> None:
+    """To the bit where every operation is rounded once; close to it elsewhere."""
+    eps = float(np.finfo(real).eps)
+    for table, x, y in zip(call.procedure.results, found, known, strict=True):
+        where = f"{call.module}.{call.name}: {table.name} as {real.__name__}, {dict(call.lengths)}"
+        if any(map(is_transcendental, call.procedure.programs)):
+            np.testing.assert_allclose(x, y, 0, 1e4 * eps * np.abs(y).max(initial=1), err_msg=where)
+        else:
+            np.testing.assert_array_equal(x, y, where)
+
+
+def check(found: list[list[Array]], *precisions: type) -> None:
+    """Compare what a driver found: all calls for each precision in order, so many times in each."""
+    times = len(found) // len(calls()) // len(precisions)
+    assert times >= 1 and len(found) == times * len(calls()) * len(precisions)
+    for place, results in enumerate(found):
+        number = place % len(calls())
+        real = precisions[place // (times * len(calls()))]
+        agree(calls()[number], results, right(number, real), real)
+
+
+@pytest.fixture(name="folder", scope="module")
+def folder_fixture(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """All modules in all languages."""
+    folder = tmp_path_factory.mktemp("loops_in_targets")
+    for module in modules().values():
+        for name, text in render_targets(module, TARGETS).items():
+            (folder / name).write_text(text)
+    return folder
+
+
+def compiled(*command: object) -> None:
+    done = subprocess.run([*map(str, command)], capture_output=True, text=True)
+    assert done.returncode == 0, (done.stdout + done.stderr)[:3000]
+
+
+@needs("rustc")
+def test_rust(folder: Path) -> None:
+    (folder / "main.rs").write_text(drivers.rust_driver(calls(), list(modules())))
+    compiled("rustc", "--edition", "2021", "-D", "warnings", "-o", folder / "in_rust", folder / "main.rs")
+    check(drivers.run(calls(), [str(folder / "in_rust")], folder), np.float64, np.float32)
+
+
+@needs("node")
+def test_javascript(folder: Path) -> None:
+    (folder / "main.mjs").write_text(drivers.javascript_driver(calls(), list(modules())))
+    check(drivers.run(calls(), ["node", str(folder / "main.mjs")], folder), np.float64)
+
+
+@needs("node")
+def test_one_element_in_javascript(folder: Path) -> None:
+    (folder / "one.mjs").write_text("""
+import { squares, tree, tree_work, backwards, backwards_work } from "./loops.mjs";
+const is = (found, right) => {
+  if (JSON.stringify(found) !== JSON.stringify(right)) throw new Error(`${JSON.stringify(found)} != ${right}`);
+};
+const fails = (call, message) => {
+  try { call(); } catch (error) {
+    return is([error instanceof RangeError, error.message.includes(message)], [true, true]);
+  }
+  throw new Error("no error");
+};
+is(squares(3, [1, 2, 3]), 14);
+const up = [0, 0, 0];
+const [same, down] = tree(3, [1, 2, 3], [-1, 0, 0], 1, up);
+is([same === up, up, Array.from(down)], [true, [2, 6, 8], [16, 6, 8]]);
+is(Array.from(backwards(2, [3, 5], undefined, new Float64Array(9))), [18, 5]);
+is(Array.from(backwards(2, Float32Array.of(3, 5))), [18, 5]);
+fails(() => squares(2, [1, 2, 3]), "x of length 3; expected 2");
+fails(() => tree(3, [1, 2, 3], [-1, 0], 1), "parents of length 2; expected 3");
+fails(() => tree(2, [1, 2], [-1, 0], 1, [1]), "a result of length 1; expected 2");
+fails(() => backwards(2, [3, 5], undefined, new Float64Array(backwards_work(2) - 1)), "a work space of length 1");
+""")
+    compiled("node", folder / "one.mjs")
+
+
+@needs("rustc")
+def test_lengths_that_differ_in_rust(folder: Path) -> None:
+    (folder / "lengths.rs").write_text("""mod loops;
+fn main() { loops::squares(2, &[1.0, 2.0, 3.0], &mut 0.0, &mut []); }
+""")
+    compiled("rustc", "--edition", "2021", "-o", folder / "lengths", folder / "lengths.rs")
+    done = subprocess.run([str(folder / "lengths")], capture_output=True, text=True)
+    assert done.returncode != 0 and "x of 3 rows; expected 2" in done.stderr
+
+
+FLAGS = ("-O0", "-ffp-contract=off", "-Wall", "-Wextra", "-Werror", "-Wno-unknown-pragmas", "-Wno-unused-function")
+ON_A_PROCESSOR = """
+#define __host__
+#define __device__
+#define __global__
+static struct { unsigned x; } threadIdx, blockIdx, blockDim = {3}, gridDim = {2};
+#define RUN_THREADS for (blockIdx.x = 0; blockIdx.x < 2; ++blockIdx.x) \\
+    for (threadIdx.x = 0; threadIdx.x < 3; ++threadIdx.x)
+"""
+WORK_ITEMS = """
+#define __kernel static
+#define __global
+static size_t work_item;
+#define get_global_id(axis) work_item
+#define get_global_size(axis) 6
+#define RUN_THREADS for (work_item = 0; work_item < 6; ++work_item)
+"""
+
+
+@cache
+def sanitizers(compiler: str) -> tuple[str, ...]:
+    """Options that find what is read or written outside of arrays, where the compiler has them."""
+    options = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all")
+    language = "c++" if compiler == "g++" else "c"
+    command = [compiler, *options, "-x", language, "-", "-o", os.devnull]
+    done = subprocess.run(command, input="int main() { return 0; }", capture_output=True, text=True)
+    return options if done.returncode == 0 else ()
+
+
+def run_on_processor(
+    compiler: str, path: Path, standard: str, text: str, monkeypatch: pytest.MonkeyPatch
+) -> list[list[Array]]:
+    """Compile a driver and run it."""
+    path.write_text(text)
+    program = path.with_suffix(".run")
+    compiled(compiler, standard, *FLAGS, *sanitizers(compiler), path, "-o", program, "-lm")
+    monkeypatch.setenv("ASAN_OPTIONS", "detect_leaks=0")
+    return drivers.run(calls(), [str(program)], path.parent)
+
+
+@needs("g++")
+def test_cuda_on_a_processor(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    dialect = LoopDialect(
+        ON_A_PROCESSOR, "{module}::{kernel}", "{module}_{kernel}_{suffix}", "long long", ("double", "float")
+    )
+    text = drivers.c_driver(calls(), [f"{name}.cu" for name in modules()], dialect)
+    check(run_on_processor("g++", folder / "main.cpp", "-std=c++17", text, monkeypatch), np.float64, np.float32)
+
+
+@needs("gcc")
+@pytest.mark.parametrize("real", ["double", "float"])
+def test_opencl_on_a_processor(folder: Path, real: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    prelude = f"{WORK_ITEMS}#include <tgmath.h>\n#undef I\n#define REAL {real}"
+    dialect = LoopDialect(prelude, "{module}_{kernel}", "{module}_{kernel}_batch", "long", (real,))
+    text = drivers.c_driver(calls(), [f"{name}.cl" for name in modules()], dialect)
+    found = run_on_processor("gcc", folder / f"main_{real}.c", "-std=c99", text, monkeypatch)
+    check(found, np.float64 if real == "double" else np.float32)
+
+
+@pytest.mark.slow
+@needs("nvcc")
+def test_cuda_on_the_host(folder: Path) -> None:
+    dialect = LoopDialect("", "{module}::{kernel}", "", "long long", ("double", "float"))
+    (folder / "main.cu").write_text(drivers.c_driver(calls(), [f"{name}.cu" for name in modules()], dialect))
+    flags = ("-Werror", "all-warnings", "-Xcompiler", "-ffp-contract=off")
+    compiled("nvcc", "-O1", *flags, folder / "main.cu", "-o", folder / "in_cuda")
+    check(drivers.run(calls(), [str(folder / "in_cuda")], folder), np.float64, np.float32)
+
+
+@pytest.mark.slow
+@needs("nvcc")
+def test_cuda_on_a_device_compiles(folder: Path) -> None:
+    for name, module in modules().items():
+        path = folder / f"{name}.ptx"
+        compiled("nvcc", "-ptx", "-fmad=false", "-Werror", "all-warnings", folder / f"{name}.cu", "-o", path)
+        for loop in module.loops:
+            for suffix in ("f64", "f32"):
+                assert f".entry {name}_{loop.procedure.name}_{suffix}(" in path.read_text()
+
+
+@needs("gcc")
+def test_opencl_keeps_memories_apart(folder: Path) -> None:
+    """Parts take memory of a thread only: with another memory for __global nothing else compiles."""
+    if "x86" not in os.uname().machine:
+        pytest.skip("no memories with names in C on this processor")
+    prelude = "#include <tgmath.h>\n#undef I\n#define __kernel\n#define __global __seg_gs\n#define get_global_id(k) 0\n"
+    prelude += "#define get_global_size(k) 1\n"
+    path = folder / "memories.c"
+    for name in modules():
+        path.write_text(f'{prelude}#include "{name}.cl"\n')
+        compiled("gcc", "-std=gnu99", "-fsyntax-only", *FLAGS, path)
+    text = (folder / "loops.cl").read_text()
+    start = "REAL tool_row[8]"
+    assert start in text
+    path.write_text(f"{prelude}{text.replace(start, f'loops_forward_1(out); {start}')}")
+    done = subprocess.run(["gcc", "-std=gnu99", "-fsyntax-only", str(path)], capture_output=True, text=True)
+    assert done.returncode != 0 and "address space" in done.stderr
+
+
+def alone(name: str, change: Callable[[Procedure], Procedure]) -> ModuleSource:
+    """A module of one example, changed."""
+    source = sources()[name]
+    return ModuleSource("odd", "", "gac", "00", (), (replace(source, procedure=change(source.procedure)),))
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_rows_that_may_not_be_there_are_refused(target: str) -> None:
+    def written(procedure: Procedure) -> Procedure:
+        loop = next(each for each in procedure.body if isinstance(each, Loop))
+        copy = Copy(Place("x", Counter("i")), Place("out_0", Previous("i", "s_start")))
+        return replace(procedure, body=(replace(loop, body=(copy,)),))
+
+    with pytest.raises(BackendError, match=f"(?i){target} text of tree: a row of out_0 is written at"):
+        render_targets(alone("tree", written), [target])
+
+
+def test_rust_refuses_two_rows_of_one_table() -> None:
+    def doubled(procedure: Procedure) -> Procedure:
+        def inside(statement: Statement) -> Statement:
+            if isinstance(statement, Loop):
+                return replace(statement, body=tuple(map(inside, statement.body)))
+            if isinstance(statement, Apply):
+                return replace(statement, outputs=statement.outputs[:1] * len(statement.outputs))
+            return statement
+
+        return replace(procedure, body=tuple(map(inside, procedure.body)))
+
+    with pytest.raises(BackendError, match="Rust text of kept: a part that writes two rows of one of"):
+        render_targets(alone("kept", doubled), ["rust"])
+
+
+def test_functions_have_names_of_their_own(tmp_path: Path) -> None:
+    """Kernels may have the names that parts, work spaces and functions over batches would have."""
+    taken = ("squares_1", "squares_work", "squares_strided", "squares_batch", "squares_work_", "forward_1_batch")
+    programs = [
+        Program(name, (Argument("x", (), ("x",)),), (), (Result("out", (), ("x",)),)) for name in (*taken, "k", "work")
+    ]
+    own = module_source("odd", *programs)
+    module = replace(own, loops=loop_module("odd", squares, forward, backwards).loops)
+    for name, text in render_targets(module, TARGETS).items():
+        (tmp_path / name).write_text(text)
+        declared = re.findall(r"^(?:\S.*\b)?(?:void|fn|function|long) (\w+\$?)[<(]", text, re.MULTILINE)
+        assert len(declared) == len(set(declared)) > 20, name
+    if shutil.which("node"):
+        compiled("node", "--check", tmp_path / "odd.mjs")
+    if shutil.which("rustc"):
+        compiled("rustc", "--edition", "2021", "--crate-type", "lib", "-o", tmp_path / "odd.rlib", tmp_path / "odd.rs")
+
+
+def test_text_is_the_same_for_every_seed() -> None:
+    code = (
+        "import hashlib; from loop_examples import *; from gacompiler.generation.rendering import *; "
+        "m = loop_module('one', forward, tree, picked, kept, matrix_sums); "
+        "print(hashlib.sha256(''.join(render_targets(m, TARGETS).values()).encode()).hexdigest())"
+    )
+    path = [str(Path(__file__).parents[1] / "support"), str(Path(__file__).parents[2])]
+    found = {
+        subprocess.run(
+            [sys.executable, "-c", f"import sys; sys.path[:0] = {path!r}; {code}"],
+            env={"PYTHONHASHSEED": seed, "PATH": ""},
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout
+        for seed in ("0", "1")
+    }
+    assert len(found) == 1 and len(found.pop()) == 65
+
+
+def test_files_say_what_they_are_given() -> None:
+    for name, text in render_targets(modules()["robots"], TARGETS).items():
+        assert body_is_intact(text), name
+        head = text[: text.index("forward_all")]
+        assert "Kernels with loops" in head and "lengths of their tables first" in " ".join(head.split()), name
+        assert re.search(r"work\[\d+ \* n\]  for rows that are computed on the way\.$", text, re.MULTILINE), name
+        assert re.search(r"work\[0\]  is not used\.$", text, re.MULTILINE), name
+        assert max(map(len, text[len(head) :].splitlines())) <= 120, name
+        plain = render_targets(module_source("plain", MOVE_POINT), TARGETS)[name.replace("robots", "plain")]
+        assert "loops" not in plain
