@@ -10,10 +10,11 @@ from numpy.typing import ArrayLike
 from generated import cga3
 
 from ..arguments import Reals, real_array
-from .circle_loops import nearest_angles
 
 SAMPLES = 24
 """Angles at which the distance is looked at, besides the roots of the polynomial."""
+_STARTS = 6
+"""The best of all these are refined."""
 _ANGLES = np.linspace(0, 2 * np.pi, 16, endpoint=False)
 _ROUND = np.stack([np.ones(16), np.cos(_ANGLES), np.sin(_ANGLES)])
 _ROUND_SLOPE = np.stack([np.zeros(16), -np.sin(_ANGLES), np.cos(_ANGLES)])
@@ -78,12 +79,39 @@ def nearest_on_circles(a: ArrayLike, b: ArrayLike) -> NearestOnCircles:
 
 def _nearest_angle(curve: Reals, radius: Reals) -> tuple[Reals, Reals]:
     """The angle of least distance on the first circle, and how much half the square of the distance varies."""
-    shape, roots = curve.shape[:-2], _stationary(curve, radius)
-    parts = curve.reshape(-1, 3, 3), radius.reshape(-1), roots.reshape(-1, 8)
-    flat = [np.ascontiguousarray(each, np.float64) for each in parts]  # of one type, so that one compilation serves all
-    angle, spread = np.empty(len(flat[0])), np.empty(len(flat[0]))
-    nearest_angles(*flat, SAMPLES, angle, spread)
-    return angle.reshape(shape), spread.reshape(shape)
+    curve, radius = np.asarray(curve, np.float64), np.asarray(radius, np.float64)
+    return nearest_angles(curve, radius[..., 0], _stationary(curve, radius))
+
+
+def nearest_angles(curve: Reals, radius: Reals, roots: Reals) -> tuple[Reals, Reals]:
+    """The angle of least distance on each first circle, and how much half the square of the distance varies.
+
+    Parameters
+    ----------
+    curve : array, (..., 3, 3)
+        In its columns the centre and two half axes of the first circle, in coordinates in which the second lies about
+        the third axis.
+    radius : array, (...)
+        Of the second circle.
+    roots : array, (..., k)
+        Angles from which the least may be found, beside evenly spaced ones.
+
+    Returns
+    -------
+    angle, spread : array, (...)
+    """
+    samples = np.broadcast_to(2 * np.pi * np.arange(SAMPLES) / SAMPLES, (*roots.shape[:-1], SAMPLES))
+    angles = np.concatenate([roots, samples], -1)
+    values = cga3.distance_to_circle(curve[..., None, :, :], radius[..., None], angles)[0]
+    values = np.where(np.isnan(values), np.inf, values)  # argmin would find it first
+    of_samples = values[..., -SAMPLES:]
+    with np.errstate(invalid="ignore"):
+        spread = of_samples.max(-1) - of_samples.min(-1)
+    starts = np.take_along_axis(angles, np.argsort(values, -1, kind="stable")[..., :_STARTS], -1)
+    found, least = cga3.least_distances_to_circle(curve, radius, starts, np.pi / SAMPLES)
+    best = np.argmin(np.where(np.isnan(least), np.inf, least), -1)[..., None]
+    angle = np.where(np.isfinite(values).any(-1), np.take_along_axis(found, best, -1)[..., 0], angles[..., 0])
+    return angle, spread
 
 
 def _stationary(curve: Reals, radius: Reals) -> Reals:

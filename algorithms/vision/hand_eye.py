@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from math import isqrt, prod
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,9 +13,9 @@ from generated import pga3
 
 from ..arguments import Reals, real_array
 from . import hand_eye_consensus as agreement
-from . import hand_eye_loops as loops
 from . import hand_eye_noise as noises
 from . import hand_eye_solver as solver
+from .hand_eye_noise import called
 from .hand_eye_results import HandEye, HandEyeOfPoses, HandEyeStatus
 from .hand_eye_solver import Noise
 
@@ -68,21 +68,21 @@ def hand_eye(a: ArrayLike, b: ArrayLike, refine: bool = True) -> HandEye:
         return _nothing(one, two, leading, dtype)
     closed = solver.closed(one, two)
     pairs = np.zeros(len(one), np.bool_) if closed is None else closed
-    still = _still(one, two, still_below)
-    suspect = _suspects_of_motions(one, two, pairs) & ~still
-    kept = {int(p): (one[p].copy(), two[p].copy()) for p in np.flatnonzero(suspect)}
+    screws = _screws(one, two, still_below)
+    still = screws.still
+    suspect = _suspects_of_motions(screws.misfits, pairs) & ~still
     inliers = np.ones(one.shape[:2], np.bool_)
-    reach = _reach(one, two)
     found = solver.of_motions(one, two, pairs & refine, refine)
     agreed = np.ones(len(one), np.bool_)
-    for p, (hand, eye) in kept.items():
+    for p in np.flatnonzero(suspect):
+        hand, eye = one[p], two[p]
         some, agreed[p] = _right_motions(hand, eye, bool(pairs[p]))
         inliers[p] = some
         if agreed[p] and not some.all():
             part = solver.of_motions(hand[None, some], eye[None, some], pairs[p : p + 1] & refine, refine)
             for whole, left in zip(found, part, strict=True):
                 whole[p] = left[0]
-    found[1] = _tested(found[1], found[3], reach, agreed, still)
+    found[1] = _tested(found[1], found[3], screws.reach, agreed, still)
     return HandEye(*(_shaped(each, leading, dtype) for each in (*found, inliers)))
 
 
@@ -132,28 +132,43 @@ def hand_eye_from_poses(a: ArrayLike, b: ArrayLike, refine: bool = True, noise: 
         parts = none.motor, none.status, none.singular_values, none.residual, none.inliers
         return HandEyeOfPoses(*parts, none.motor.copy())
     hands, eyes = solver.between(one), solver.between(two)
-    still = _still(hands, eyes, still_below)
-    suspect = agreement.suspect_poses(np.stack(kernels.screw_misfit(hands, eyes), -1), n_poses) & ~still
-    kept = {int(p): (one[p].copy(), two[p].copy()) for p in np.flatnonzero(suspect)}
+    screws = _screws(hands, eyes, still_below)
+    still = screws.still
+    suspect = agreement.suspect_poses(screws.misfits, n_poses) & ~still
     inliers, agreed = np.ones((len(one), n_poses), np.bool_), np.ones(len(one), np.bool_)
-    reach = _reach(hands, eyes)
     found = solver.of_all_poses(one, two, hands, eyes, refine, noise)
-    for p, (hand, eye) in kept.items():
+    for p in np.flatnonzero(suspect):
+        hand, eye = one[p], two[p]
         some = inliers[p] = _right_poses(hand, eye)
         agreed[p] = 2 * some.sum() > n_poses
         if agreed[p] and not some.all():
-            one, two = hand[None, some], eye[None, some]
-            part = solver.of_all_poses(one, two, solver.between(one), solver.between(two), refine, noise)
+            right = hand[None, some], eye[None, some]
+            part = solver.of_all_poses(*right, *map(solver.between, right), refine, noise)
             for whole, left in zip(found, part, strict=True):
                 whole[p] = left[0]
-    found[1] = _tested(found[1], found[3], reach, agreed, still)
+    found[1] = _tested(found[1], found[3], screws.reach, agreed, still)
     return HandEyeOfPoses(*(_shaped(each, leading, dtype) for each in (*found[:4], inliers, found[4])))
 
 
-def _suspects_of_motions(one: Reals, two: Reals, closed: Reals) -> Reals:
-    """Which problems (p,) have motions (p, n, 8), or poses where motions are those of all pairs, that are suspected."""
-    n_motions = one.shape[1]
-    misfits = np.stack(solver.called(kernels.screw_misfit, one, two), -1)
+class _Screws(NamedTuple):
+    """What is known of motions before anything is solved, so that rounding of axes decides nothing."""
+
+    misfits: Reals
+    """(p, n, 2) By how much motions of hand and camera differ as screws."""
+    still: Reals
+    """(p,) bool. Whether no motion turns."""
+    reach: Reals
+    """(p,) The root mean square of the lengths by which motions translate."""
+
+
+def _screws(one: Reals, two: Reals, rounding: float) -> _Screws:
+    misfits, still, square = called(kernels.screws, (one, two), rounding)
+    return _Screws(misfits, still > 0, np.sqrt(square))
+
+
+def _suspects_of_motions(misfits: Reals, closed: Reals) -> Reals:
+    """Which problems (p,) have motions, or poses where motions are those of all pairs, that are suspected."""
+    n_motions = misfits.shape[1]
     found = agreement.suspect_motions(misfits)
     if closed.any():
         found[closed] = agreement.suspect_poses(misfits[closed], (1 + isqrt(1 + 8 * n_motions)) // 2)
@@ -171,7 +186,7 @@ def _right_motions(one: Reals, two: Reals, closed: bool) -> tuple[Reals, bool]:
         return np.asarray(right[i] & right[j]), bool(2 * right.sum() > len(right))
 
     def place(sets: Reals) -> Reals:
-        return solver.by_blocks(one[sets], two[sets], False)[0]
+        return solver.solved(one[sets], two[sets], False)[0]
 
     def squares(motors: Reals) -> Reals:
         return _squares(kernels.misfit(one, two, motors[:, None]))
@@ -186,7 +201,7 @@ def _right_poses(one: Reals, two: Reals) -> Reals:
 
     def place(sets: Reals) -> Reals:
         a, b = one[sets], two[sets]
-        motor = solver.by_blocks(solver.between(a), solver.between(b), False)[0]
+        motor = solver.solved(solver.between(a), solver.between(b), False)[0]
         return np.stack(solver.refined(a, b, motor, None, "either")[:2], 1)
 
     def squares(places: Reals) -> Reals:
@@ -206,19 +221,6 @@ def _right_poses(one: Reals, two: Reals) -> Reals:
 def _squares(misfits: Reals) -> Reals:
     """Squares (h, n, 2) of rotations and translations of misfits (h, n, 6)."""
     return np.asarray(4 * (misfits.reshape(*misfits.shape[:2], 2, 3) ** 2).sum(-1))
-
-
-def _reach(one: Reals, two: Reals) -> Reals:
-    """(p,) The root mean square of the lengths by which motions (p, n, 8) translate."""
-    squares = [np.einsum("pni,pni->p", motions[..., 4:], motions[..., 4:]) for motions in (one, two)]
-    return np.asarray(np.sqrt(2 * (squares[0] + squares[1]) / one.shape[1]))
-
-
-def _still(one: Reals, two: Reals, rounding: float) -> Reals:
-    """Which problems (p,) have motions (p, n, 8) of which none turns."""
-    still = np.empty(len(one), np.bool_)
-    loops.do_not_turn(one, two, rounding, still)
-    return still
 
 
 def _tested(status: Reals, residual: Reals, reach: Reals, agreed: Reals, still: Reals) -> Reals:
@@ -251,10 +253,11 @@ def _two(a: ArrayLike, b: ArrayLike, what: str) -> tuple[Reals, Reals, tuple[int
     one, two = np.array(one, np.float64, order="C"), np.array(two, np.float64, order="C")
     flat = prod(shape[:-2]), *shape[-2:]
     one, two = one.reshape(flat), two.reshape(flat)
-    bad = loops.not_unit(one, two, rounding)
-    if bad >= 0:
-        name, bad = ("a", bad) if bad < prod(shape[:-1]) else ("b", bad - prod(shape[:-1]))
-        place = ", ".join(map(str, np.unravel_index(bad, shape[:-1])))
+    for name, rows in zip("ab", called(kernels.first_not_unit, (one, two), rounding), strict=True):
+        if not (rows >= 0).any():
+            continue
+        problem = int(np.argmax(rows >= 0))
+        place = ", ".join(map(str, (*np.unravel_index(problem, shape[:-2]), int(rows[problem]))))
         raise ValueError(f"{name}[{place}]: not a unit motor; expected m ~m = 1; use pga3.normalize_motor({name})")
     return one, two, shape[:-2], dtype, still_below
 

@@ -15,7 +15,6 @@ from generated import projective2
 
 from ..arguments import Reals, finite_number, real_array
 from .invariants import each_pencil
-from .landmark_loops import unlikeness
 from .normalization import extents, flatness, homogeneous, normalized, undone
 from .planes import linear_homography
 from .status import DegenerateError, VisionStatus
@@ -153,7 +152,9 @@ class LandmarkMap:
         if not len(values):
             return Recognition(-1, VisionStatus.DEGENERATE, np.nan, nobody)
         # Likelihoods of all pairs of sets: differences by their noise, and the size of that noise.
-        unlike = unlikeness(values, deviations, self.invariants, self.deviations, size**2, _ALIKE).ravel()
+        asked, moved = values[:, None], deviations[:, None]
+        pairs = asked, self.invariants, moved, self.deviations
+        unlike = projective2.unlikeness(*pairs, size**2, _ALIKE).ravel()
         near = np.argpartition(unlike, min(_TRUSTED, unlike.size) - 1)[:_TRUSTED]
         of_query, learned = np.divmod(near, len(self.sets))
         who, places = self.sets[learned, 0], self.sets[learned, 1:]

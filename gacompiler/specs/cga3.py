@@ -16,9 +16,10 @@ same motor in G(3,0,1). Angles are in radians; lengths are in the units of the c
 """
 
 from fractions import Fraction
+from typing import Any, NamedTuple
 
 import gacompiler as ga
-from gacompiler import SCALAR, array, kernel
+from gacompiler import SCALAR, array, each, iterate, kernel
 from gacompiler.algebra.catalog import CGA3
 from gacompiler.specs.families.conformal import lines_and_rounds, points, products
 from gacompiler.specs.families.conformal_space import (
@@ -990,6 +991,69 @@ def circle_relative_to_circle(a, b):
     q, s, *axes = _circle_frame(b)
     parts = p - q, r * u, r * v
     return s, tuple(tuple(dot(axis, part) for part in parts) for axis in axes)
+
+
+@kernel(curve=array(SCALAR, 3, 3), radius=SCALAR, angle=SCALAR, returns=(SCALAR, SCALAR, SCALAR))
+def distance_to_circle(curve, radius, angle):
+    """Half the squared distance of a point of one circle to another circle, with its first and second derivative.
+
+    It is ``(h**2 + (l - r)**2) / 2`` by the height h over the plane of that circle and the distance l from its axis.
+    `curve` and `radius` are what `circle_relative_to_circle` gives; derivatives are by the angle of the point.
+    """
+    sine, cosine = ga.sin(angle), ga.cos(angle)
+    # The point from the centre of its circle is the negative of the second derivative.
+    px, py, ph = (row[1] * cosine + row[2] * sine for row in curve)
+    dx, dy, dh = (row[2] * cosine - row[1] * sine for row in curve)
+    x, y, h = curve[0][0] + px, curve[1][0] + py, curve[2][0] + ph
+    length = ga.sqrt(x * x + y * y)
+    reciprocal = 1 / ga.select(length > 0, length, 1)
+    dl = (x * dx + y * dy) * reciprocal
+    ddl = (dx * dx + dy * dy - x * px - y * py - dl * dl) * reciprocal
+    gap = length - radius
+    return (h * h + gap * gap) / 2, h * dh + gap * dl, dh * dh - h * ph + dl * dl + gap * ddl
+
+
+class _Nearest(NamedTuple):
+    """A step of Newton's method for the least distance to a circle."""
+
+    angle: Any
+    value: Any
+    slope: Any
+    bend: Any
+    span: Any
+    done: Any
+
+
+@kernel(
+    curve=array(SCALAR, 3, 3), radius=SCALAR, angles=array(SCALAR, "n"), span=SCALAR,
+    returns=(array(SCALAR, "n"), array(SCALAR, "n")),
+)  # fmt: skip
+def least_distances_to_circle(curve, radius, angles, span):
+    """The angles of least distances near to some angles, and half the squares of the distances, by Newton's method.
+
+    Steps are `span` at most, and shorter where one does not help. Quadratic convergence needs some five of them,
+    circles that touch in one curve more, and there are 40 at most; `curve` is of size 1.
+    """
+    rounding = Fraction(1, 10**16)
+
+    def step(now):
+        straight = -now.slope / ga.select(ga.equal(now.bend, 0), 1, ga.absolute(now.bend))
+        by = ga.select(straight < -now.span, -now.span, ga.select(straight > now.span, now.span, straight))
+        value, slope, bend = distance_to_circle.function(curve, radius, now.angle + by)
+        is_flatter = (value <= now.value + rounding) * (ga.absolute(slope) < ga.absolute(now.slope))
+        better = ga.maximum(value < now.value - rounding, is_flatter)
+        moving = ga.absolute(by) > rounding
+        taken = better * moving
+        new = (now.angle + by, value, slope, bend)
+        kept = (ga.select(taken, x, y) for x, y in zip(new, now[:4], strict=True))
+        return _Nearest(*kept, ga.select(better, now.span, now.span / 8), 1 - moving)
+
+    def refined(angle):
+        start = _Nearest(angle, *distance_to_circle.function(curve, radius, angle), span, 0)
+        found, _, _ = iterate(step, start, lambda _, new: new.done > 0, 40)
+        return found.angle, found.value
+
+    return each(refined, angles)
 
 
 @kernel(p=POINT, d=COORDINATES, sphere=SPHERE)

@@ -3,18 +3,34 @@
 A pose ``a`` takes the frame of the hand to that of its base, ``b`` the frame of the camera to that of what it looks
 at, and ``x`` the frame of the camera to that of the hand; ``z`` takes the frame of what is looked at to the base.
 Motors have the signs that make the scalar part of a misfit positive. Coefficients with e0 are half of lengths.
+
+Kernels of one motion or pose come first, then sums over all of them and the steps of Gauss and Newton. Conditions are
+1 where they hold and 0 elsewhere; the product of two is that both hold.
 """
 
 from fractions import Fraction
+from typing import Any, NamedTuple
 
 import gacompiler as ga
-from gacompiler import SCALAR, array, jacobian, kernel
+from gacompiler import SCALAR, absolute, array, each, fold, gather, index, iterate, jacobian, kernel, least, total
 from gacompiler.algebra.catalog import PGA3
+from gacompiler.specs import pga3
 
 MOTOR, EVEN, BIVECTOR = PGA3.MOTOR, PGA3.EVEN, PGA3.LINE
+MOTORS, NUMBERS = array(EVEN, "n"), array(SCALAR, "n")
+POINT, VECTOR = PGA3.POINT, array(SCALAR, 3)
+POSE_ROWS = array(SCALAR, "n", 3, 13)
 ROTOR_BLADES = PGA3.ROTOR.blades
 PSEUDOSCALAR = PGA3.multivector({"e0123": 1})
+FAR_BLADES = tuple(name for name in MOTOR.blades if name not in ROTOR_BLADES)
 TINY = Fraction(1, 10**60)
+NEVER_ZERO = Fraction(1, 10**300)
+DAMPING = Fraction(1, 10**14)
+"""What pivots are increased by, as a part of the trace."""
+SMALL, FINITE = Fraction(1, 2**1000), 2**60
+"""Numbers are finite whose absolute values times the first are at most the second, however many are added."""
+STEPS = 6
+"""So many steps of Gauss and Newton are taken at most to fit motions."""
 
 
 @kernel(u=EVEN, v=EVEN, returns=MOTOR)
@@ -103,3 +119,592 @@ def misfit_of_poses_equations(a, b, x, z, frame):
     """
     (value, by_x), (_, by_z) = (each.function(a, b, x, z, frame) for each in _OF_POSES)
     return _rows(value, [by_x, by_z])
+
+
+# What is given.
+
+
+def _length_squared(values):
+    return sum(x * x for x in values)
+
+
+def _part(motor, blades):
+    return [motor[name] for name in blades]
+
+
+def _are_finite(values):
+    return SMALL * sum(map(absolute, values)) <= FINITE
+
+
+def _farthest(motors, found):
+    """The largest of a number and of the absolute values, if finite, of the coefficients of motors with e0."""
+    for m in motors:
+        for x in _part(m, FAR_BLADES):
+            found = ga.select(_are_finite([x]) * (absolute(x) > found), absolute(x), found)
+    return found
+
+
+@kernel(a=MOTORS, b=MOTORS, rounding=SCALAR)
+def first_not_unit(a, b, rounding):
+    """The first row of `a`, and of `b`, that is finite and not a unit motor, or -1.
+
+    Translations are judged by the largest of both: what is below `rounding` may be rounding of others.
+    """
+
+    largest = fold(lambda found, m, n: _farthest((m, n), found), 0, a, b)
+
+    def is_right(m):
+        square, far = (_length_squared(_part(m, blades)) for blades in (ROTOR_BLADES, FAR_BLADES))
+        study = m["1"] * m["e0123"] - m["e12"] * m["e03"] + m["e13"] * m["e02"] - m["e23"] * m["e01"]
+        is_unit = (absolute(square - 1) <= Fraction(1, 1000)) * (absolute(study) <= largest / 1000 + rounding)
+        return ga.select(_are_finite([square, far]), is_unit, 1)
+
+    def first(motors):
+        score, row = least(is_right, motors)
+        return ga.select(score < 1, row, -1)
+
+    return first(a), first(b)
+
+
+@kernel(poses=array(MOTOR, "n"), first=index("m", into="n"), second=index("m", into="n"), returns=array(MOTOR, "m"))
+def motions_between(poses, first, second):
+    """The motions between pairs of poses."""
+    return each(lambda before, after: ~before * after, gather(poses, first), gather(poses, second))
+
+
+@kernel(
+    motions=array(MOTOR, "n"), first=index("m", into="n"), second=index("m", into="n"), third=index("m", into="n"),
+    bound=SCALAR,
+)  # fmt: skip
+def motions_close(motions, first, second, third, bound):
+    """Whether the third of three motions is, up to sign, the inverse of the first times the second, for all triples.
+
+    Rotations to within the bound, translations to within that part of the largest.
+    """
+    far = fold(lambda found, m: _farthest((m,), found), 0, motions)
+
+    def misses(p, q, r):
+        between = ~p * q
+        same = sum(x * y for x, y in zip(_part(between, ROTOR_BLADES), _part(r, ROTOR_BLADES), strict=True))
+        sign = ga.select(same < 0, -1, 1)
+        close = 1
+        for name in MOTOR.blades:
+            limit = bound if name in ROTOR_BLADES else bound * far
+            close = close * (absolute(sign * between[name] - r[name]) <= limit)
+        return 1 - close
+
+    missed = total(misses, *(gather(motions, table) for table in (first, second, third)))
+    return missed <= 0
+
+
+@kernel(a=array(MOTOR, "n"), b=array(MOTOR, "n"), rounding=SCALAR, returns=(array(SCALAR, "n", 2), SCALAR, SCALAR))
+def screws(a, b, rounding):
+    """`screw_misfit` of all motions, whether none of them turns, and the mean square of lengths of their translations.
+
+    A motion does not turn if it does so by no more than `rounding`, in radians.
+    """
+    count, far, turning = total(
+        lambda m, n: (
+            1,
+            _length_squared(_part(m, FAR_BLADES)) + _length_squared(_part(n, FAR_BLADES)),
+            1 - _is_still(m, rounding) * _is_still(n, rounding),
+        ),
+        a,
+        b,
+    )
+    return each(screw_misfit.function, a, b), turning <= 0, 2 * far / count
+
+
+def _is_still(motor, rounding):
+    return 4 * _length_squared(_part(motor, ROTOR_BLADES[1:])) <= rounding * rounding
+
+
+class Scaled(NamedTuple):
+    """Motors in the unit of length in which their coefficients with e0 have size 1, `b` with the sign of `a`."""
+
+    a: Any
+    b: Any
+    unit: Any
+    finite: Any
+    count: Any
+
+
+def _in_own_lengths(a, b):
+    """Where a number is not finite, motors that do not move."""
+
+    def sums(m, n):
+        numbers = [*_part(m, MOTOR.blades), *_part(n, MOTOR.blades)]
+        far = _length_squared([*_part(m, FAR_BLADES), *_part(n, FAR_BLADES)])
+        return SMALL * sum(map(absolute, numbers)), far, 1
+
+    size, far, count = total(sums, a, b)
+    finite = size <= FINITE
+    unit = ga.select(finite * (far > 0), ga.sqrt(ga.select(finite * (far > 0), far / (4 * count), 1)), 1)
+
+    def scaled(m, sign):
+        numbers = {name: m[name] * (sign if name in ROTOR_BLADES else sign / unit) for name in MOTOR.blades}
+        still = {name: int(name == "1") for name in MOTOR.blades}
+        return ga.assemble(PGA3, {name: ga.select(finite, numbers[name], still[name]) for name in MOTOR.blades})
+
+    def both(m, n):
+        same = m["1"] * n["1"] + m["e0123"] * n["e0123"] / (unit * unit)
+        return scaled(m, 1), scaled(n, ga.select(same >= 0, 1, -1))
+
+    one, two = each(both, a, b)
+    return Scaled(one, two, unit, finite, count)
+
+
+@kernel(
+    a=MOTORS, b=MOTORS, half_turn=SCALAR, same_axis=SCALAR,
+    returns=(MOTORS, MOTORS, NUMBERS, SCALAR, SCALAR, SCALAR, SCALAR, SCALAR, array(SCALAR, 8, 8)),
+)  # fmt: skip
+def equations_of_motions(a, b, half_turn, same_axis):
+    """Motions in their own unit of length, and the sum of ``E^T E`` for the matrices E of ``a x - x b``.
+
+    ``a x = x b`` leaves the scalar and the pseudoscalar part alone, which gives `b` its sign. Next to half turns noise
+    may turn it: those motions are left to the others where these are enough, and are not `clear`.
+
+    Returns
+    -------
+    a, b
+        Scaled by the unit, and with the sign.
+    clear
+        Which of them are in the sum.
+    unit
+        The root mean square of coefficients with e0.
+    finite
+        Whether all numbers are finite; if not, all motions are those that do not move.
+    spread
+        The sum of squares of what sines of half the angles, along their axes, leave across the common direction.
+    parallel
+        Whether that is at most the part `same_axis` squared of all of them, or no motion turns by more than that.
+    all_clear
+    equations
+    """
+    motions = _in_own_lengths(a, b)
+    enough = total(lambda m: absolute(m["1"]) >= 5 * half_turn, motions.a)
+    needed = ga.maximum(3, motions.count / 2 - Fraction(1, 2))  # rounded down for odd counts, which no count is between
+    bound = ga.select(enough >= needed, 5 * half_turn, half_turn)
+    clear = each(lambda m: absolute(m["1"]) >= bound, motions.a)
+
+    def products(m, n, used):
+        matrix = pga3.motor_equation.function(m, n)
+        columns = list(zip(*matrix, strict=True))
+        return tuple(
+            tuple(used * sum(x * y for x, y in zip(p, q, strict=True)) for q in columns) for p in columns
+        )  # fmt: skip
+
+    equations = total(products, motions.a, motions.b, clear)
+    axes = total(lambda m: _triangle([_part(m, ROTOR_BLADES[1:])]), motions.a)
+    table = _square(axes, 3)
+    size = table[0][0] + table[1][1] + table[2][2]
+    spread = size - ga.eigenvalues_symmetric(table)[2]
+    square = same_axis * same_axis
+    parallel = ga.maximum(4 * size <= motions.count * square, spread <= square * size)
+    all_clear = motions.count <= total(lambda used: used, clear)
+    found = motions.a, motions.b, clear, motions.unit, motions.finite
+    return *found, spread, parallel, all_clear, equations
+
+
+def _triangle(rows):
+    """The upper triangle of the sum of products of rows with themselves, in one sequence."""
+    width = range(len(rows[0]))
+    return tuple(sum(row[j] * row[k] for row in rows) for j in width for k in width if j <= k)
+
+
+def _square(triangle, size):
+    """The rows of a symmetric matrix from its upper triangle."""
+    entries = iter(triangle)
+    upper = {(j, k): next(entries) for j in range(size) for k in range(j, size)}
+    return [[upper[min(j, k), max(j, k)] for k in range(size)] for j in range(size)]
+
+
+# Steps that fit motions.
+
+
+class Descent(NamedTuple):
+    """A motor that steps lead to."""
+
+    motor: Any
+    turn: Any
+    """The sum of squares of rotations that are left, before the last step."""
+    shift: Any
+    parallel: Any
+    steps: Any
+    done: Any
+
+
+def _misfits(a, b, x):
+    """The misfits of motions, and where they began, with the sums of squares of translations of both."""
+    rest = each(lambda m, n: misfit.function(m, n, x), a, b)
+    before = each(lambda n, line: n * line * ~n, b, rest)
+    shifts = total(lambda p, q: tuple(_length_squared(_part(line, BIVECTOR.blades[3:])) for line in (p, q)), rest, before)
+    return rest, before, shifts
+
+
+@kernel(a=array(MOTOR, "n"), b=array(MOTOR, "n"), x=MOTOR)
+def misfit_of_motions(a, b, x):
+    """The root mean squares of rotations and translations that are left, at the end where translations are less."""
+    rest, before, (after_square, before_square) = _misfits(a, b, x)
+    count, *turns = total(
+        lambda *lines: (1, *(_length_squared(_part(line, BIVECTOR.blades[:3])) for line in lines)), rest, before
+    )
+    back = before_square < after_square
+    squares = ga.select(back, turns[1], turns[0]), ga.select(back, before_square, after_square)
+    return tuple(2 * ga.sqrt(square / count) for square in squares)
+
+
+@kernel(
+    a=array(MOTOR, "n"), b=array(MOTOR, "n"), clear=NUMBERS, first=EVEN, second=EVEN, unit=SCALAR, spread=SCALAR,
+    parallel=SCALAR, most=SCALAR, least_change=SCALAR, rounding=SCALAR, open_angle=SCALAR,
+    returns=(EVEN, SCALAR, SCALAR, SCALAR, SCALAR),
+)  # fmt: skip
+def fitted_to_motions(
+    a, b, clear, first, second, unit, spread, parallel, most, least_change, rounding, open_angle
+):  # fmt: skip
+    """The motor from the last two singular vectors, after steps of Gauss and Newton.
+
+    Parameters
+    ----------
+    a, b, clear, unit, spread, parallel
+        As `equations_of_motions` gives them.
+    first, second
+        Orthonormal elements that span the motor and its product with the pseudoscalar.
+    most
+        How many steps may be taken, up to 6.
+    least_change, rounding
+        It is the last step where less than that part of the sum of squares would go, or the sum is not above this.
+    open_angle
+        Axes are parallel where noise leaves a rotation about them open by more than this angle.
+
+    Returns
+    -------
+    motor
+        In the unit of length of the caller, its scalar part not negative.
+    turn, shift
+        The root mean squares of rotations and translations that are left.
+    parallel
+    largest
+        The largest sine of half an angle of a motion.
+    """
+    count = total(lambda _: 1, a)
+    start = null_motor.function(first, second)
+
+    def signed(m, n, used):
+        same = sum(x * y for x, y in zip(_part(m * start, ROTOR_BLADES), _part(start * n, ROTOR_BLADES), strict=True))
+        return ga.select(ga.maximum(used, same >= 0), 1, -1) * n
+
+    b = each(signed, a, b, clear)
+    _, _, (after_square, before_square) = _misfits(a, b, start)
+    back = before_square < after_square
+    # Noise is of the end where it is least: from there motions are their inverses.
+    one, two = each(lambda m, n: (ga.select(back, ~m, m), ga.select(back, ~n, n)), a, b)
+    open_square = ga.maximum(1 / (open_angle * open_angle), 6 * count)
+
+    def step(now):
+        turns, shifts = each(lambda m, n: misfit_equations.function(m, n, now.motor), one, two)
+        sums = [_square(total(_triangle, rows), 7) for rows in (turns, shifts)]
+        turn, shift = (table[6][6] for table in sums)
+        is_open = turn * open_square > (3 * count - 3) * spread
+        parallel = ga.maximum(now.parallel, (now.steps <= 0) * is_open)
+        floor = Fraction(1, 10**4) * (turn + shift) + NEVER_ZERO
+        weight = ga.select(count > 2, ga.maximum(turn, floor) / ga.maximum(shift, floor), 1)
+        table = [[p + weight * q for p, q in zip(*rows, strict=True)] for rows in zip(*sums, strict=True)]
+        damping = DAMPING * sum(table[k][k] for k in range(6)) + NEVER_ZERO
+        matrix = [[table[j][k] + (damping if j == k else 0) for k in range(6)] for j in range(6)]
+        right = [row[6] for row in table[:6]]
+        solution, _ = ga.solve_symmetric(matrix, right)
+        less = sum(x * y for x, y in zip(solution, right, strict=True))
+        stops = ga.maximum(parallel, now.steps >= most)
+        by = ga.select(stops, 0, -1)
+        bivector = ga.assemble(PGA3, {name: by * x for name, x in zip(BIVECTOR.blades, solution, strict=True)})
+        cost = table[6][6]
+        done = ga.maximum(stops, ga.maximum(less <= least_change * cost, cost <= rounding * count))
+        return Descent(now.motor * ga.exp(bivector), turn, shift, parallel, now.steps + 1, done)
+
+    found, _, _ = iterate(step, Descent(start, 0, 0, parallel, 0, 0), lambda _, new: new.done > 0, STEPS + 1)
+    sign = ga.select(found.motor["1"] >= 0, 1, -1)
+    motor = {name: sign * (1 if name in ROTOR_BLADES else unit) * found.motor[name] for name in MOTOR.blades}
+    sine = fold(lambda most, m: ga.maximum(most, _length_squared(_part(m, ROTOR_BLADES[1:]))), 0, a)
+    roots = 2 * ga.sqrt(found.turn / count), 2 * unit * ga.sqrt(found.shift / count)
+    return ga.assemble(PGA3, motor), *roots, found.parallel, ga.sqrt(sine)
+
+
+# Steps that fit poses, whose noise is unknown.
+
+
+@kernel(
+    a=MOTORS, b=MOTORS, x=EVEN,
+    returns=(MOTORS, MOTORS, EVEN, EVEN, SCALAR, SCALAR),
+)  # fmt: skip
+def start_of_poses(a, b, x):
+    """Poses in their own unit of length, `x` in it, and the mean ``z`` of ``a x ~b``, from where steps begin.
+
+    Returns
+    -------
+    a, b, x, z
+        The signs of `b` make all ``a x ~b`` alike.
+    unit
+        The root mean square of coefficients with e0.
+    finite
+        Whether all numbers are finite; if not, nothing moves.
+    """
+    poses = _in_own_lengths(a, b)
+    numbers = {name: x[name] / (1 if name in ROTOR_BLADES else poses.unit) for name in MOTOR.blades}
+    still = {name: int(name == "1") for name in MOTOR.blades}
+    x = ga.assemble(PGA3, {name: ga.select(poses.finite, numbers[name], still[name]) for name in MOTOR.blades})
+    worlds = each(lambda m, n: m * x * ~n, poses.a, poses.b)
+    first = fold(lambda found, world: ga.select(_length_squared(_part(found, ROTOR_BLADES)) > 0, found, world), _ZERO,
+        worlds)  # fmt: skip
+    signs = each(
+        lambda world: ga.select(
+            sum(p * q for p, q in zip(_part(world, ROTOR_BLADES), _part(first, ROTOR_BLADES), strict=True)) < 0, -1, 1
+        ),
+        worlds,
+    )  # fmt: skip
+    mean = total(lambda world, sign: sign * world, worlds, signs)
+    b = each(lambda n, sign: sign * n, poses.b, signs)
+    return poses.a, b, x, pga3.normalize_motor.function(mean), poses.unit, poses.finite
+
+
+_ZERO = PGA3.multivector({})
+
+
+@kernel(motions=array(BIVECTOR, "n"), returns=VECTOR)
+def still_point(motions):
+    """The point that small motions of a frame, as bivectors, move least in all.
+
+    Near the origin where motions say little: as much as if each had a translation for a point as far as the unit.
+    """
+
+    def sums(motion):
+        p, q, r, *shift = _part(motion, BIVECTOR.blades)
+        columns = ((0, p, q), (-p, 0, r), (-q, -r, 0))  # the moment is as linear in the rotation as in the point
+        slope = tuple(-sum(x * y for x, y in zip(column, shift, strict=True)) for column in columns)
+        products = tuple(sum(x * y for x, y in zip(m, n, strict=True)) for m in columns for n in columns)
+        return products, slope, _length_squared(shift), 1
+
+    products, slope, size, count = total(sums, motions)
+    pull = 2 * size / (3 * count) + Fraction(1, 10**30)
+    matrix = [[products[3 * j + k] + (pull if j == k else 0) for k in range(3)] for j in range(3)]
+    return ga.solve_symmetric(matrix, slope)[0]
+
+
+@kernel(
+    a=array(MOTOR, "n"), b=array(MOTOR, "n"), x=MOTOR, z=MOTOR, place=POINT,
+    returns=(POSE_ROWS, POSE_ROWS, POINT, array(POINT, "n")),
+)  # fmt: skip
+def rows_of_poses(a, b, x, z, place):
+    """The rows of `misfit_of_poses_equations` in the frame of the camera, and two points there.
+
+    Returns
+    -------
+    turns, shifts
+    hand
+        The origin of the hand.
+    seen
+        `place`, a point of what is looked at.
+    """
+    turns, shifts = each(lambda m, n: misfit_of_poses_equations.function(m, n, x, z, 1), a, b)
+    return turns, shifts, ~x * PGA3.multivector({"e123": 1}) * x, each(lambda n: ~n * place * n, b)
+
+
+@kernel(x=MOTOR, step=BIVECTOR, returns=MOTOR)
+def moved(x, step):
+    """The motor ``x exp(B)``, of which kernels for equations give derivatives by B."""
+    return x * ga.exp(step)
+
+
+class Noise(NamedTuple):
+    """The variances of rotations of the hand, of those of the camera, and of translations."""
+
+    hand: Any
+    camera: Any
+    shift: Any
+
+    @property
+    def turn(self):
+        """That of what remains of rotations."""
+        return self.hand + self.camera
+
+
+def _at_point(point, turn):
+    """The translation e01 e02 e03, at a point, of a rotation about the origin, e12 e13 e23."""
+    (x, y, z), (p, q, r) = point, turn
+    return -y * p - z * q, x * p - z * r, x * q + y * r
+
+
+def _about_point(point, shift):
+    """The transpose of `_at_point`, as a function of the translation."""
+    (x, y, z), (u, v, w) = point, shift
+    return x * v - y * u, x * w - z * u, y * w - z * v
+
+
+def _seen_from(hand, seen, noise):
+    """The way from one origin to the other, and where rotations and translations have nothing in common."""
+    arm = [s - h for s, h in zip(seen, hand, strict=True)]
+    return arm, [h + noise.camera / noise.turn * x for h, x in zip(hand, arm, strict=True)]
+
+
+def _moved_to(point, turn, shift):
+    """A translation at a point, from that of the origin."""
+    return tuple(x + y for x, y in zip(shift, _at_point(point, turn), strict=True))
+
+
+def _across(arm, noise):
+    """The weight of translations across the arm, which both rotations move."""
+    return 1 / (noise.shift + noise.hand * noise.camera / noise.turn * _length_squared(arm))
+
+
+def _last(rows):
+    return [row[-1] for row in rows]
+
+
+_MATRICES = {"turns": POSE_ROWS, "shifts": POSE_ROWS, "hand": VECTOR, "seen": array(SCALAR, "n", 3)}
+
+
+@kernel(**_MATRICES, variances=VECTOR)
+def weighed_squares(turns, shifts, hand, seen, variances):
+    """The sum of squares of what remains, in the last columns, weighed by the inverse of its covariance."""
+    noise = Noise(*variances)
+
+    def square(turn_rows, shift_rows, place):
+        arm, centre = _seen_from(hand, place, noise)
+        turn = _last(turn_rows)
+        shift = _moved_to(centre, turn, _last(shift_rows))
+        along = sum(x * y for x, y in zip(shift, arm, strict=True))
+        part = along * along / ga.maximum(_length_squared(arm), TINY)
+        rest = (_length_squared(shift) - part) * _across(arm, noise)
+        return _length_squared(turn) / noise.turn + part / noise.shift + rest
+
+    return total(square, turns, shifts, seen)
+
+
+@kernel(
+    **_MATRICES, variances=VECTOR, is_first=SCALAR, damping=array(SCALAR, "k", shared=True),
+    returns=(array(SCALAR, 12), SCALAR, SCALAR, VECTOR, SCALAR, VECTOR, array(SCALAR, 2)),
+)  # fmt: skip
+def likely_step(turns, shifts, hand, seen, variances, is_first, damping):
+    """The step of Gauss and Newton to the poses that are most likely, and new variances.
+
+    Noise turns the hand about its origin, and the camera about what it looks at; translations have noise of their own.
+    Each variance is multiplied by its part of the sum of squares over what is expected of that, with as many unknowns
+    (restricted maximum likelihood); what is 0 stays 0.
+
+    Parameters
+    ----------
+    turns, shifts, hand, seen
+        As `rows_of_poses` gives them.
+    variances
+        Of rotations of the hand, of those of the camera, and of translations.
+    is_first
+        Whether only ratios of the variances are known.
+    damping
+        For each of the twelve unknowns what its pivot is increased by, as a part of the trace.
+
+    Returns
+    -------
+    step
+        0 where sums are not finite.
+    is_known
+        Whether they are finite.
+    is_settled
+        Whether the step and the change of the variances are small.
+    used
+        The variances that the step is of.
+    cost
+        The weighed sum of squares before the step.
+    found
+        The new variances.
+    squares
+        The sums of squares of rotations and of translations.
+    """
+    turn_square, shift_square, count = total(
+        lambda p, q: (_length_squared(_last(p)), _length_squared(_last(q)), 1), turns, shifts
+    )
+    given = Noise(*variances)
+    scale = ga.select(is_first > 0, (turn_square / (3 * count) + Fraction(1, 10**32)) / given.turn, 1)
+    noise = Noise(scale * given.hand, scale * given.camera, given.shift)
+
+    def at_centre(p, q, place):
+        return _length_squared(_moved_to(_seen_from(hand, place, noise)[1], _last(p), _last(q)))
+
+    at_first = total(at_centre, turns, shifts, seen) / (3 * count) + Fraction(1, 10**32)
+    shift = ga.select(is_first > 0, at_first, noise.shift)
+    noise = Noise(noise.hand, noise.camera, ga.maximum(shift, Fraction(1, 10**6) * (noise.turn + shift)))
+
+    def centred(p, q, place):
+        """The rows of translations there; whitened by their variance across the arm, and along it."""
+        arm, centre = _seen_from(hand, place, noise)
+        columns = [_moved_to(centre, turn, shift) for turn, shift in zip(zip(*p, strict=True), zip(*q, strict=True))]
+        return tuple(zip(*columns, strict=True)), tuple(arm), _across(arm, noise)
+
+    rows, arms, weights = each(centred, turns, shifts, seen)
+
+    def by_cause(p, q, arm, across):
+        """The derivatives of the logarithm of the likelihood by a rotation of the hand, of the camera, and a shift."""
+        along = (1 / noise.shift - across) / ga.maximum(_length_squared(arm), TINY)
+        columns = list(zip(*q, strict=True))
+        about = [_about_point(arm, column) for column in columns]
+        parts = []
+        for by in (noise.camera / noise.turn, -noise.hand / noise.turn):
+            parts.append(tuple(
+                tuple(p[j][k] / noise.turn + by * across * about[k][j] for k in range(13)) for j in range(3)
+            ))  # fmt: skip
+        dots = [along * sum(x * y for x, y in zip(arm, column, strict=True)) for column in columns]
+        parts.append(tuple(tuple(across * q[j][k] + arm[j] * dots[k] for k in range(13)) for j in range(3)))
+        return tuple(parts)
+
+    of_hand, of_camera, of_shift = each(by_cause, turns, rows, arms, weights)
+    tables = [total(_triangle, part) for part in (of_hand, of_camera, of_shift)]
+    lever, sides = total(lambda arm, across: (2 * across * _length_squared(arm), 2 * across), arms, weights)
+    table = tuple(sum(v * x for v, x in zip(noise, entries, strict=True)) for entries in zip(*tables, strict=True))
+    symmetric = _square(table, 13)
+    trace, cost = sum(symmetric[k][k] for k in range(12)), symmetric[12][12]
+
+    def swept(entries, damped):
+        """The sweep operator on the first unknown, which then becomes the last."""
+        matrix = _square(entries, 13)
+        pivot = 1 / (matrix[0][0] + damped * trace + NEVER_ZERO)
+        row = [x * pivot for x in matrix[0]]
+        rest = [[matrix[j][k] - matrix[0][j] * row[k] for k in range(13)] for j in range(13)]
+        order = [*range(1, 12), 0, 12]
+
+        def entry(j, k):
+            j, k = min(order[j], order[k]), max(order[j], order[k])
+            return rest[j][k] if j else row[k] if k else -pivot
+
+        return tuple(entry(j, k) for j in range(13) for k in range(j, 13))
+
+    inverse = _square(fold(swept, table, damping), 13)  # negative, with the negative step behind
+    size = SMALL * sum(absolute(inverse[k][12]) for k in range(12))
+    is_known = size <= FINITE
+    step = [ga.select(is_known, -inverse[k][12], 0) for k in range(12)]
+    less = -sum(x * symmetric[k][12] for k, x in enumerate(step))
+    after = [*step, 1]
+    shares = (noise.camera / noise.turn, noise.hand / noise.turn)
+    fixed = [3 * count / noise.turn * 1 + share * share * lever for share in shares]
+    fixed.append(count / noise.shift + sides)
+    found = []
+    for variance, entries, own in zip(noise, tables, fixed, strict=True):
+        part = _square(entries, 13)
+        explained = sum(after[j] * part[j][k] * after[k] for j in range(13) for k in range(13))
+        expected = own + sum(inverse[j][k] * part[j][k] for j in range(12) for k in range(12))
+        # What is left free of unknowns is rounding for a few poses that others do not check.
+        enough = expected > Fraction(1, 10**9)
+        found.append(ga.select(enough, variance * explained / ga.select(enough, expected, 1), variance))
+    smallest = Fraction(1, 10**6) * sum(found) + Fraction(1, 10**32)
+    turn = found[0] + found[1]
+    few = turn < smallest
+    new = Noise(
+        *(ga.select(few, smallest / noise.turn * x, y) for x, y in zip(noise[:2], found[:2], strict=True)),
+        ga.maximum(found[2], smallest),
+    )
+    is_settled = (less <= Fraction(1, 1000)) * _is_near(new.shift, noise.shift) * _is_near(new.turn, noise.turn)
+    return tuple(step), is_known, is_settled, tuple(noise), cost, tuple(new), (turn_square, shift_square)
+
+
+def _is_near(a, b):
+    """Whether two positive numbers differ by less than a tenth of their size, by their logarithms."""
+    bound = Fraction(11051709180756477, 10**16)  # exp(1 / 10)
+    return (a < bound * b) * (b < bound * a)

@@ -12,6 +12,7 @@ from gacompiler.algebra.catalog import orthogonal
 PROJECTIVE2 = orthogonal(3, name="PROJECTIVE2")
 VECTOR = PROJECTIVE2.layout("VECTOR", "e1 e2 e3")
 MATRIX, PIXEL, CONIC = array(SCALAR, 3, 3), array(SCALAR, 2), array(SCALAR, 6)
+INVARIANTS = array(SCALAR, 5)
 NAMES = ("e1", "e2", "e3")
 NEXT = ((1, 2), (2, 0), (0, 1))
 
@@ -71,6 +72,20 @@ def cross_ratio_of_lines(points):
         return _bracket(points[0], points[i], points[j])
 
     return bracket_of(1, 3) * bracket_of(2, 4) / (bracket_of(1, 4) * bracket_of(2, 3))
+
+
+@kernel(a=INVARIANTS, b=INVARIANTS, deviations_a=INVARIANTS, deviations_b=INVARIANTS, variance=SCALAR, floor=SCALAR)
+def unlikeness(a, b, deviations_a, deviations_b, variance, floor):
+    """Minus twice the logarithm of how likely two sets of five invariants are those of the same points.
+
+    It is the sum of squares of differences by their noise, and of the logarithms of the variances of that noise:
+    `variance` times squared deviations, those by noise of 1, and `floor`.
+    """
+    total, product = 0, 1
+    for x, y, p, q in zip(a, b, deviations_a, deviations_b, strict=True):
+        noise = variance * (p * p + q * q) + floor
+        total, product = total + (x - y) * (x - y) / noise, product * noise
+    return total + ga.log(product)
 
 
 @kernel(points=array(VECTOR, 5), returns=CONIC)

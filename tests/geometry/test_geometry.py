@@ -33,7 +33,7 @@ from algorithms.geometry import (
     sphere_cone_curve,
     versor_between,
 )
-from algorithms.geometry.circle_loops import half_square, nearest_angles
+from algorithms.geometry.circles import nearest_angles
 from algorithms.geometry.pairs import ANGLES, DISTANCES, MEETS, PROJECTIONS
 from generated import cga2, cga3, pga3
 
@@ -163,8 +163,8 @@ def test_half_squares_of_distances_and_their_derivatives() -> None:
     curves, up, h = rng.normal(size=(40, 3, 3)), np.array([0, 0, 1.0]), 1e-5
     for e, (radius, turn) in enumerate(rng.uniform(0.2, 3, (40, 2))):
         at = lambda t, e=e: curves[e] @ [1, np.cos(t), np.sin(t)]  # noqa: E731
-        value, slope, bend = half_square(curves, e, radius, turn)
-        before, after = (half_square(curves, e, radius, turn + step) for step in (-h, h))
+        value, slope, bend = cga3.distance_to_circle(curves[e], radius, turn)
+        before, after = (cga3.distance_to_circle(curves[e], radius, turn + step) for step in (-h, h))
         close(value, to_circle(at(turn), np.zeros(3), up, radius) ** 2 / 2)
         close(slope, (after[0] - before[0]) / (2 * h), 1e-6 * (1 + abs(bend)))
         close(bend, (after[1] - before[1]) / (2 * h), 1e-5 * (1 + abs(bend)))
@@ -175,8 +175,7 @@ def test_angles_that_are_no_numbers_hide_no_others() -> None:
     curve = np.tile(np.array([[3.0, 1, 0], [0, 0, 1], [0, 0, 0]]), (4, 1, 1))
     curve[2] = np.nan
     roots = np.array([[0.1] * 8, [np.nan] * 7 + [0.3], [0.2] * 8, [np.nan] * 8])
-    angles, spread = np.full((2, 4), 123.0)
-    nearest_angles(curve, np.ones(4), roots, 24, angles, spread)
+    angles, spread = nearest_angles(curve, np.ones(4), roots)
     good = [0, 1, 3]
     close(np.cos(angles[good]), -np.ones(3), 1e-14)
     close(spread[good], np.full(3, 4.0), 1e-14)  # half the squares of 3 and 1
