@@ -132,7 +132,7 @@ def solved(one: Reals, two: Reals, refine: bool) -> list[Reals]:
     one, two, clear, unit, finite, spread, parallel, all_clear, equations = found
     squares, vectors = np.linalg.eigh(equations)
     values = np.sqrt(np.maximum(squares[:, ::-1], 0.0))
-    first, second = vectors[..., 0], vectors[..., 1]
+    first, second = (np.ascontiguousarray(vectors[..., k]) for k in (0, 1))
     many = (parallel > 0) | (values[:, 5] <= _PARALLEL * values[:, 0])
     if many.any():
         # Then more than two vectors are singular, and any of them may be the last.

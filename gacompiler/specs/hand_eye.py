@@ -21,7 +21,7 @@ MOTORS, NUMBERS = array(EVEN, "n"), array(SCALAR, "n")
 POINT, VECTOR = PGA3.POINT, array(SCALAR, 3)
 POSE_ROWS = array(SCALAR, "n", 3, 13)
 ROTOR_BLADES = PGA3.ROTOR.blades
-PSEUDOSCALAR = PGA3.multivector({"e0123": 1})
+ONE, PSEUDOSCALAR = PGA3.multivector({"1": 1}), PGA3.multivector({"e0123": 1})
 FAR_BLADES = tuple(name for name in MOTOR.blades if name not in ROTOR_BLADES)
 TINY = Fraction(1, 10**60)
 NEVER_ZERO = Fraction(1, 10**300)
@@ -505,7 +505,7 @@ def rows_of_poses(a, b, x, z, place):
     seen
         `place`, a point of what is looked at.
     """
-    turns, shifts = each(lambda m, n: misfit_of_poses_equations.function(m, n, x, z, 1), a, b)
+    turns, shifts = each(lambda m, n: misfit_of_poses_equations.function(m, n, x, z, ONE), a, b)
     return turns, shifts, ~x * PGA3.multivector({"e123": 1}) * x, each(lambda n: ~n * place * n, b)
 
 
