@@ -200,9 +200,7 @@ def _right_poses(one: Reals, two: Reals) -> Reals:
     still, from_seen = np.eye(8)[0], pga3.motor_inverse(two)
 
     def place(sets: Reals) -> Reals:
-        a, b = one[sets], two[sets]
-        motor = solver.solved(solver.between(a), solver.between(b), False)[0]
-        return np.stack(solver.refined(a, b, motor, None, "either")[:2], 1)
+        return np.stack(solver.place(one[sets], two[sets]), 1)
 
     def squares(places: Reals) -> Reals:
         x, z = places[:, :1], places[:, 1:]
@@ -229,18 +227,17 @@ def _tested(status: Reals, residual: Reals, reach: Reals, agreed: Reals, still: 
     Motions that do not turn have small angles, whatever was solved. Where angles are small the place is open, and with
     it the translations that it leaves.
     """
-    if still.any():
-        status = np.where(still, HandEyeStatus.SMALL_ANGLES, status)
-    far = (residual[:, 1] > _CONTRADICTION * reach) & (status != HandEyeStatus.SMALL_ANGLES)
-    large = ((residual[:, 0] > _CONTRADICTION) | far | ~agreed) & ~still
-    if not large.any():
+    far, turned = residual[:, 1] > _CONTRADICTION * reach, residual[:, 0] > _CONTRADICTION
+    if not np.count_nonzero(still | far | turned | ~agreed):
         return status
+    status = np.where(still, HandEyeStatus.SMALL_ANGLES, status)
+    large = (turned | (far & (status != HandEyeStatus.SMALL_ANGLES)) | ~agreed) & ~still
     open_ = np.isin(status, (HandEyeStatus.TOO_FEW, HandEyeStatus.NOT_FINITE, HandEyeStatus.AMBIGUOUS_SIGNS))
     return np.where(~open_ & large, HandEyeStatus.INCONSISTENT, status)
 
 
 def _two(a: ArrayLike, b: ArrayLike, what: str) -> tuple[Reals, Reals, tuple[int, ...], np.dtype[Any], float]:
-    """Both in double precision, copied, with one axis of problems; the axes and type of the caller's; and `_STILL`."""
+    """Both in double precision, with one axis of problems; the axes and type of the caller's; and `_STILL`."""
     one, two = real_array(a, "a", (-1, 8), "motors"), real_array(b, "b", (-1, 8), "motors")
     if one.shape[-2] != two.shape[-2]:
         raise ValueError(f"b: {two.shape[-2]} {what}; expected {one.shape[-2]}, as many as a has")
@@ -250,14 +247,14 @@ def _two(a: ArrayLike, b: ArrayLike, what: str) -> tuple[Reals, Reals, tuple[int
     if one.shape != two.shape:
         one, two = np.broadcast_arrays(one, two)
     shape = one.shape
-    one, two = np.array(one, np.float64, order="C"), np.array(two, np.float64, order="C")
     flat = prod(shape[:-2]), *shape[-2:]
-    one, two = one.reshape(flat), two.reshape(flat)
-    for name, rows in zip("ab", called(kernels.first_not_unit, (one, two), rounding), strict=True):
-        if not (rows >= 0).any():
-            continue
-        problem = int(np.argmax(rows >= 0))
-        place = ", ".join(map(str, (*np.unravel_index(problem, shape[:-2]), int(rows[problem]))))
+    one, two = (np.ascontiguousarray(each, np.float64).reshape(flat) for each in (one, two))
+    bad = called(kernels.first_not_unit, (one, two), rounding)
+    if np.count_nonzero(bad >= 0):
+        problem = int(np.argmax(bad >= 0))
+        side, row = divmod(int(bad[problem]), shape[-2])
+        place = ", ".join(map(str, (*np.unravel_index(problem, shape[:-2]), row)))
+        name = "ab"[side]
         raise ValueError(f"{name}[{place}]: not a unit motor; expected m ~m = 1; use pga3.normalize_motor({name})")
     return one, two, shape[:-2], dtype, still_below
 

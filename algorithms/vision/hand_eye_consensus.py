@@ -66,7 +66,10 @@ def suspect_motions(misfits: Reals) -> Flags:
 def _beyond(size: Reals, times: float) -> Flags:
     middle = size.shape[1] // 2
     usual = np.partition(size, middle, axis=1)[:, middle]
-    return np.asarray((size.max(1) > times * usual + _ROUNDING).any(1) & np.isfinite(size).all((1, 2)))
+    found = np.asarray((size.max(1) > times * usual + _ROUNDING).any(1))
+    if np.count_nonzero(found):
+        found &= np.isfinite(size).all((1, 2))
+    return found
 
 
 def agreeing(

@@ -25,6 +25,7 @@ def called(kernel: Callable[..., Any], arrays: tuple[Reals, ...], *shared: Any) 
     """
     if len(arrays[0]) != 1:
         return kernel(*arrays, *shared)
+    # A number of one problem is no array.
     found = kernel(*[each[0] for each in arrays], *shared)
     if type(found) is tuple:
         return tuple([np.asarray(part)[None] for part in found])
@@ -60,20 +61,17 @@ def likely_steps(
     (p, 2). Where `first`, only ratios of variances are taken, and squares are those of all problems. A problem whose
     sums are not finite has step 0, and stops.
     """
-    some = np.arange(len(turns)) if first else np.flatnonzero(moving)
-    step[:] = 0.0
-    if not len(some):
-        return True
+    everyone = first or np.count_nonzero(moving) == len(moving)
+    some = slice(None) if everyone else np.flatnonzero(moving)
     rows = turns, shifts, hand, seen, variances
-    parts = rows if len(some) == len(turns) else tuple(each[some] for each in rows)
+    parts = rows if everyone else tuple(each[some] for each in rows)
+    step[:] = 0.0
     found = called(kernels.likely_step, parts, float(first), _DAMPING)
-    new_step, known, settled, of_step, old_cost, new_variances, squares[some] = found
-    right = (known > 0) & moving[some]
-    taken = some[right]
-    step[taken], used[taken], cost[taken] = new_step[right], of_step[right], old_cost[right]
-    variances[taken] = new_variances[right]
-    moving[some] = right & (first | (settled <= 0))
-    return not moving.any()
+    step[some], goes_on, used[some], cost[some], variances[some], squares[some] = found
+    if first:
+        step[~moving] = 0.0
+    moving[some] &= goes_on > 0
+    return not np.count_nonzero(moving)
 
 
 def grown(

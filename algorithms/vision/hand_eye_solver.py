@@ -53,7 +53,7 @@ def between(poses: Reals) -> Reals:
 def of_all_poses(one: Reals, two: Reals, hands: Reals, eyes: Reals, refine: bool, noise: Noise) -> list[Reals]:
     """X, status, singular values, residual and Z of poses and the motions between them."""
     motor, status, values, _ = solved(hands, eyes, False)
-    motor, world, residual = refined(one, two, motor, status if refine else None, noise)
+    motor, world, residual = refined(one, two, motor, status, noise, refine)
     return [motor, status, values, residual, world]
 
 
@@ -105,52 +105,61 @@ def _of_pairs(one: Reals, two: Reals) -> list[Reals]:
     """As `solved`, of motions between all pairs of poses."""
     motor, status, values, _ = solved(one, two, False)
     motor, _, _ = refined(poses(one), poses(two), motor, status, None)
-    remains = called(kernels.misfit_of_motions, (one, two, motor))
-    return [motor, status, values, np.stack(remains, -1)]
+    return [motor, status, values, called(kernels.misfit_of_motions, (one, two, motor))]
 
 
 def refined(
-    one: Reals, two: Reals, motor: Reals, status: Reals | None, noise: Noise | None
+    one: Reals, two: Reals, motor: Reals, status: Reals, noise: Noise | None, refine: bool = True
 ) -> tuple[Reals, Reals, Reals]:
     """X and Z of poses (p, n, 8), and what they leave, from a first X; refined where its status is OK."""
     one, two, x, z, unit, finite = called(kernels.start_of_poses, (one, two, motor))
-    moving = np.zeros(len(one), np.bool_) if status is None else status == HandEyeStatus.OK
+    moving = (status == HandEyeStatus.OK) & refine
     (x, z), squares = _of_poses(one, two, x, z, moving, noise)
     residual = 2 * np.sqrt(squares / one.shape[1])
     residual[:, 1] *= unit
+    residual[finite <= 0] = np.nan
+    return *_in_units(x, z, unit, finite), residual
+
+
+def place(one: Reals, two: Reals) -> tuple[Reals, Reals]:
+    """The linear X and Z of poses (p, n, 8)."""
+    motor = solved(between(one), between(two), False)[0]
+    _, _, x, z, unit, finite = called(kernels.start_of_poses, (one, two, motor))
+    return _in_units(x, z, unit, finite)
+
+
+def _in_units(x: Reals, z: Reals, unit: Reals, finite: Reals) -> tuple[Reals, Reals]:
+    """Motors (p, 8), changed in place, in units of length (p,) and with scalar parts that are not negative."""
     for found in (x, z):
         found[found[:, 0] < 0] *= -1.0
         found[:, 4:] *= unit[:, None]
-    for found in (x, z, residual):
         found[finite <= 0] = np.nan
-    return x, z, residual
+    return x, z
 
 
 def solved(one: Reals, two: Reals, refine: bool) -> list[Reals]:
     """Motors, status, singular values and residuals of problems (p, n, 8)."""
     found = called(kernels.equations_of_motions, (one, two), _HALF_TURN, _PARALLEL)
-    one, two, clear, unit, finite, spread, parallel, all_clear, equations = found
+    one, two, clear, unit, finite, spread, parallel, regular, equations = found
     squares, vectors = np.linalg.eigh(equations)
     values = np.sqrt(np.maximum(squares[:, ::-1], 0.0))
     first, second = (np.ascontiguousarray(vectors[..., k]) for k in (0, 1))
     many = (parallel > 0) | (values[:, 5] <= _PARALLEL * values[:, 0])
-    if many.any():
+    if np.count_nonzero(many):
         # Then more than two vectors are singular, and any of them may be the last.
         first[many], second[many] = _least_translated(equations[many]), 0.0
     motions = one, two, clear, first, second, unit, spread, many.astype(float)
-    limits = _STEPS if refine else 0.0, _DONE, _ROUNDING, _OPEN
-    motor, turn, shift, parallel, largest = called(kernels.fitted_to_motions, motions, *limits)
-    residual = np.stack([turn, shift], -1)
+    limits = float(_STEPS if refine else 0), _DONE, _ROUNDING, _OPEN
+    motor, residual, parallel, largest = called(kernels.fitted_to_motions, motions, *limits)
     status = np.zeros(len(one), np.int_)
-    if parallel.any():
-        small = 2 * largest <= np.maximum(_ABOVE_NOISE * turn, _PARALLEL)
-        status[parallel > 0] = HandEyeStatus.PARALLEL_AXES
-        status[(parallel > 0) & small] = HandEyeStatus.SMALL_ANGLES
-    if not all_clear.all():
-        status[clear.sum(-1) < 2] = HandEyeStatus.AMBIGUOUS_SIGNS
-    if not finite.all():
-        wrong = finite <= 0
-        motor[wrong], residual[wrong], status[wrong] = np.nan, np.nan, HandEyeStatus.NOT_FINITE
+    if np.count_nonzero(regular > parallel) == len(one):
+        return [motor, status, values, residual]
+    small = 2 * largest <= np.maximum(_ABOVE_NOISE * residual[:, 0], _PARALLEL)
+    status[parallel > 0] = HandEyeStatus.PARALLEL_AXES
+    status[(parallel > 0) & small] = HandEyeStatus.SMALL_ANGLES
+    status[clear.sum(-1) < 2] = HandEyeStatus.AMBIGUOUS_SIGNS
+    wrong = finite <= 0
+    motor[wrong], residual[wrong], status[wrong] = np.nan, np.nan, HandEyeStatus.NOT_FINITE
     return [motor, status, values, residual]
 
 
@@ -188,18 +197,13 @@ def _of_poses(
         turns, shifts, *points = called(kernels.rows_of_poses, (one, two, x, z, place))
         if turn:
             worse = noises.grown(turns, shifts, *frame, used, cost, moving)
-            if worse.any():
+            if np.count_nonzero(worse):
                 x, z = (np.where(worse[:, None], old, new) for old, new in zip(before, (x, z), strict=True))
         before, frame = (x, z), tuple(points)
         done = noises.likely_steps(turns, shifts, *frame, moving, turn == 0, variances, used, cost, step, squares)
         if turn == _STEPS:
             break
-        x, z = _moved(x, step[:, :6]), _moved(z, step[:, 6:])
+        x, z = called(kernels.moved, (x, z, step.reshape(-1, 2, 6)))
         if done:
             break
     return (x, z), squares
-
-
-def _moved(motor: Reals, step: Reals) -> Reals:
-    """Motors (p, 8) moved by exponentials of steps (p, 6)."""
-    return np.asarray(called(kernels.moved, (motor, step)))

@@ -146,7 +146,7 @@ def _farthest(motors, found):
 
 @kernel(a=MOTORS, b=MOTORS, rounding=SCALAR)
 def first_not_unit(a, b, rounding):
-    """The first row of `a`, and of `b`, that is finite and not a unit motor, or -1.
+    """The first row of `a`, or else of `b` behind these, that is finite and not a unit motor, or -1.
 
     Translations are judged by the largest of both: what is below `rounding` may be rounding of others.
     """
@@ -163,7 +163,9 @@ def first_not_unit(a, b, rounding):
         score, row = least(is_right, motors)
         return ga.select(score < 1, row, -1)
 
-    return first(a), first(b)
+    row, row_b = first(a), first(b)
+    count = total(lambda _: 1, a)
+    return ga.select(row >= 0, row, ga.select(row_b >= 0, count + row_b, -1))
 
 
 @kernel(poses=array(MOTOR, "n"), first=index("m", into="n"), second=index("m", into="n"), returns=array(MOTOR, "m"))
@@ -278,7 +280,8 @@ def equations_of_motions(a, b, half_turn, same_axis):
         The sum of squares of what sines of half the angles, along their axes, leave across the common direction.
     parallel
         Whether that is at most the part `same_axis` squared of all of them, or no motion turns by more than that.
-    all_clear
+    is_regular
+        Whether all numbers are finite, and all motions clear.
     equations
     """
     motions = _in_own_lengths(a, b)
@@ -301,9 +304,9 @@ def equations_of_motions(a, b, half_turn, same_axis):
     spread = size - ga.eigenvalues_symmetric(table)[2]
     square = same_axis * same_axis
     parallel = ga.maximum(4 * size <= motions.count * square, spread <= square * size)
-    all_clear = motions.count <= total(lambda used: used, clear)
+    is_regular = motions.finite * (motions.count <= total(lambda used: used, clear))
     found = motions.a, motions.b, clear, motions.unit, motions.finite
-    return *found, spread, parallel, all_clear, equations
+    return *found, spread, parallel, is_regular, equations
 
 
 def _triangle(rows):
@@ -342,7 +345,7 @@ def _misfits(a, b, x):
     return rest, before, shifts
 
 
-@kernel(a=array(MOTOR, "n"), b=array(MOTOR, "n"), x=MOTOR)
+@kernel(a=array(MOTOR, "n"), b=array(MOTOR, "n"), x=MOTOR, returns=array(SCALAR, 2))
 def misfit_of_motions(a, b, x):
     """The root mean squares of rotations and translations that are left, at the end where translations are less."""
     rest, before, (after_square, before_square) = _misfits(a, b, x)
@@ -357,7 +360,7 @@ def misfit_of_motions(a, b, x):
 @kernel(
     a=array(MOTOR, "n"), b=array(MOTOR, "n"), clear=NUMBERS, first=EVEN, second=EVEN, unit=SCALAR, spread=SCALAR,
     parallel=SCALAR, most=SCALAR, least_change=SCALAR, rounding=SCALAR, open_angle=SCALAR,
-    returns=(EVEN, SCALAR, SCALAR, SCALAR, SCALAR),
+    returns=(EVEN, array(SCALAR, 2), SCALAR, SCALAR),
 )  # fmt: skip
 def fitted_to_motions(
     a, b, clear, first, second, unit, spread, parallel, most, least_change, rounding, open_angle
@@ -381,7 +384,7 @@ def fitted_to_motions(
     -------
     motor
         In the unit of length of the caller, its scalar part not negative.
-    turn, shift
+    residual
         The root mean squares of rotations and translations that are left.
     parallel
     largest
@@ -427,7 +430,7 @@ def fitted_to_motions(
     motor = {name: sign * (1 if name in ROTOR_BLADES else unit) * found.motor[name] for name in MOTOR.blades}
     sine = fold(lambda most, m: ga.maximum(most, _length_squared(_part(m, ROTOR_BLADES[1:]))), 0, a)
     roots = 2 * ga.sqrt(found.turn / count), 2 * unit * ga.sqrt(found.shift / count)
-    return ga.assemble(PGA3, motor), *roots, found.parallel, ga.sqrt(sine)
+    return ga.assemble(PGA3, motor), roots, found.parallel, ga.sqrt(sine)
 
 
 # Steps that fit poses, whose noise is unknown.
@@ -509,10 +512,11 @@ def rows_of_poses(a, b, x, z, place):
     return turns, shifts, ~x * PGA3.multivector({"e123": 1}) * x, each(lambda n: ~n * place * n, b)
 
 
-@kernel(x=MOTOR, step=BIVECTOR, returns=MOTOR)
-def moved(x, step):
-    """The motor ``x exp(B)``, of which kernels for equations give derivatives by B."""
-    return x * ga.exp(step)
+@kernel(x=MOTOR, z=MOTOR, step=array(SCALAR, 2, 6), returns=(MOTOR, MOTOR))
+def moved(x, z, step):
+    """The motors ``x exp(B)`` and ``z exp(C)``, of which `misfit_of_poses_equations` has derivatives by B and C."""
+    b, c = (ga.assemble(PGA3, dict(zip(BIVECTOR.blades, row, strict=True))) for row in step)
+    return x * ga.exp(b), z * ga.exp(c)
 
 
 class Noise(NamedTuple):
@@ -582,7 +586,7 @@ def weighed_squares(turns, shifts, hand, seen, variances):
 
 @kernel(
     **_MATRICES, variances=VECTOR, is_first=SCALAR, damping=array(SCALAR, "k", shared=True),
-    returns=(array(SCALAR, 12), SCALAR, SCALAR, VECTOR, SCALAR, VECTOR, array(SCALAR, 2)),
+    returns=(array(SCALAR, 12), SCALAR, VECTOR, SCALAR, VECTOR, array(SCALAR, 2)),
 )  # fmt: skip
 def likely_step(turns, shifts, hand, seen, variances, is_first, damping):
     """The step of Gauss and Newton to the poses that are most likely, and new variances.
@@ -606,10 +610,8 @@ def likely_step(turns, shifts, hand, seen, variances, is_first, damping):
     -------
     step
         0 where sums are not finite.
-    is_known
-        Whether they are finite.
-    is_settled
-        Whether the step and the change of the variances are small.
+    goes_on
+        Whether they are finite, and the step or the change of the variances is not small, or it is the first step.
     used
         The variances that the step is of.
     cost
@@ -701,7 +703,8 @@ def likely_step(turns, shifts, hand, seen, variances, is_first, damping):
         ga.maximum(found[2], smallest),
     )
     is_settled = (less <= Fraction(1, 1000)) * _is_near(new.shift, noise.shift) * _is_near(new.turn, noise.turn)
-    return tuple(step), is_known, is_settled, tuple(noise), cost, tuple(new), (turn_square, shift_square)
+    goes_on = is_known * ga.maximum(is_first > 0, 1 - is_settled)
+    return tuple(step), goes_on, tuple(noise), cost, tuple(new), (turn_square, shift_square)
 
 
 def _is_near(a, b):
