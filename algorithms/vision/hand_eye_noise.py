@@ -74,9 +74,7 @@ def likely_steps(
     return not np.count_nonzero(moving)
 
 
-def grown(
-    turns: Reals, shifts: Reals, hand: Reals, seen: Reals, used: Reals, cost: Reals, moving: Reals
-) -> Reals:
+def grown(turns: Reals, shifts: Reals, hand: Reals, seen: Reals, used: Reals, cost: Reals, moving: Reals) -> Reals:
     """Which steps (p,) of `likely_steps` made the sum of squares, weighed as there, more; these problems stop.
 
     From rows after the step, and what else that had.

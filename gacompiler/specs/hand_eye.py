@@ -132,6 +132,11 @@ def _part(motor, blades):
     return [motor[name] for name in blades]
 
 
+def _rotor_product(m, n):
+    """The scalar product of the rotational parts of two motors."""
+    return sum(x * y for x, y in zip(_part(m, ROTOR_BLADES), _part(n, ROTOR_BLADES), strict=True))
+
+
 def _are_finite(values):
     return SMALL * sum(map(absolute, values)) <= FINITE
 
@@ -187,8 +192,7 @@ def motions_close(motions, first, second, third, bound):
 
     def misses(p, q, r):
         between = ~p * q
-        same = sum(x * y for x, y in zip(_part(between, ROTOR_BLADES), _part(r, ROTOR_BLADES), strict=True))
-        sign = ga.select(same < 0, -1, 1)
+        sign = ga.select(_rotor_product(between, r) < 0, -1, 1)
         close = 1
         for name in MOTOR.blades:
             limit = bound if name in ROTOR_BLADES else bound * far
@@ -341,7 +345,9 @@ def _misfits(a, b, x):
     """The misfits of motions, and where they began, with the sums of squares of translations of both."""
     rest = each(lambda m, n: misfit.function(m, n, x), a, b)
     before = each(lambda n, line: n * line * ~n, b, rest)
-    shifts = total(lambda p, q: tuple(_length_squared(_part(line, BIVECTOR.blades[3:])) for line in (p, q)), rest, before)
+    shifts = total(
+        lambda p, q: tuple(_length_squared(_part(line, BIVECTOR.blades[3:])) for line in (p, q)), rest, before
+    )
     return rest, before, shifts
 
 
@@ -394,8 +400,7 @@ def fitted_to_motions(
     start = null_motor.function(first, second)
 
     def signed(m, n, used):
-        same = sum(x * y for x, y in zip(_part(m * start, ROTOR_BLADES), _part(start * n, ROTOR_BLADES), strict=True))
-        return ga.select(ga.maximum(used, same >= 0), 1, -1) * n
+        return ga.select(ga.maximum(used, _rotor_product(m * start, start * n) >= 0), 1, -1) * n
 
     b = each(signed, a, b, clear)
     _, _, (after_square, before_square) = _misfits(a, b, start)
@@ -436,10 +441,7 @@ def fitted_to_motions(
 # Steps that fit poses, whose noise is unknown.
 
 
-@kernel(
-    a=MOTORS, b=MOTORS, x=EVEN,
-    returns=(MOTORS, MOTORS, EVEN, EVEN, SCALAR, SCALAR),
-)  # fmt: skip
+@kernel(a=MOTORS, b=MOTORS, x=EVEN, returns=(MOTORS, MOTORS, EVEN, EVEN, SCALAR, SCALAR))
 def start_of_poses(a, b, x):
     """Poses in their own unit of length, `x` in it, and the mean ``z`` of ``a x ~b``, from where steps begin.
 
@@ -457,20 +459,15 @@ def start_of_poses(a, b, x):
     still = {name: int(name == "1") for name in MOTOR.blades}
     x = ga.assemble(PGA3, {name: ga.select(poses.finite, numbers[name], still[name]) for name in MOTOR.blades})
     worlds = each(lambda m, n: m * x * ~n, poses.a, poses.b)
-    first = fold(lambda found, world: ga.select(_length_squared(_part(found, ROTOR_BLADES)) > 0, found, world), _ZERO,
-        worlds)  # fmt: skip
-    signs = each(
-        lambda world: ga.select(
-            sum(p * q for p, q in zip(_part(world, ROTOR_BLADES), _part(first, ROTOR_BLADES), strict=True)) < 0, -1, 1
-        ),
-        worlds,
-    )  # fmt: skip
+
+    def kept(found, world):
+        return ga.select(_length_squared(_part(found, ROTOR_BLADES)) > 0, found, world)
+
+    first = fold(kept, PGA3.multivector({}), worlds)
+    signs = each(lambda world: ga.select(_rotor_product(world, first) < 0, -1, 1), worlds)
     mean = total(lambda world, sign: sign * world, worlds, signs)
     b = each(lambda n, sign: sign * n, poses.b, signs)
     return poses.a, b, x, pga3.normalize_motor.function(mean), poses.unit, poses.finite
-
-
-_ZERO = PGA3.multivector({})
 
 
 @kernel(motions=array(BIVECTOR, "n"), returns=VECTOR)
@@ -564,10 +561,10 @@ def _last(rows):
     return [row[-1] for row in rows]
 
 
-_MATRICES = {"turns": POSE_ROWS, "shifts": POSE_ROWS, "hand": VECTOR, "seen": array(SCALAR, "n", 3)}
+_ROWS = {"turns": POSE_ROWS, "shifts": POSE_ROWS, "hand": VECTOR, "seen": array(SCALAR, "n", 3)}
 
 
-@kernel(**_MATRICES, variances=VECTOR)
+@kernel(**_ROWS, variances=VECTOR)
 def weighed_squares(turns, shifts, hand, seen, variances):
     """The sum of squares of what remains, in the last columns, weighed by the inverse of its covariance."""
     noise = Noise(*variances)
@@ -585,7 +582,7 @@ def weighed_squares(turns, shifts, hand, seen, variances):
 
 
 @kernel(
-    **_MATRICES, variances=VECTOR, is_first=SCALAR, damping=array(SCALAR, "k", shared=True),
+    **_ROWS, variances=VECTOR, is_first=SCALAR, damping=array(SCALAR, "k", shared=True),
     returns=(array(SCALAR, 12), SCALAR, VECTOR, SCALAR, VECTOR, array(SCALAR, 2)),
 )  # fmt: skip
 def likely_step(turns, shifts, hand, seen, variances, is_first, damping):
@@ -638,13 +635,17 @@ def likely_step(turns, shifts, hand, seen, variances, is_first, damping):
     def centred(p, q, place):
         """The rows of translations there; whitened by their variance across the arm, and along it."""
         arm, centre = _seen_from(hand, place, noise)
-        columns = [_moved_to(centre, turn, shift) for turn, shift in zip(zip(*p, strict=True), zip(*q, strict=True))]
+        turned, shifted = zip(*p, strict=True), zip(*q, strict=True)
+        columns = [_moved_to(centre, turn, shift) for turn, shift in zip(turned, shifted, strict=True)]
         return tuple(zip(*columns, strict=True)), tuple(arm), _across(arm, noise)
 
     rows, arms, weights = each(centred, turns, shifts, seen)
 
     def by_cause(p, q, arm, across):
-        """The derivatives of the logarithm of the likelihood by a rotation of the hand, of the camera, and a shift."""
+        """Whitened rows as a rotation of the hand, one of the camera, and a translation see them.
+
+        The sums of their squares, each times its variance, make the normal equations.
+        """
         along = (1 / noise.shift - across) / ga.maximum(_length_squared(arm), TINY)
         columns = list(zip(*q, strict=True))
         about = [_about_point(arm, column) for column in columns]
@@ -665,7 +666,10 @@ def likely_step(turns, shifts, hand, seen, variances, is_first, damping):
     trace, cost = sum(symmetric[k][k] for k in range(12)), symmetric[12][12]
 
     def swept(entries, damped):
-        """The sweep operator on the first unknown, which then becomes the last."""
+        """The sweep operator (Goodnight 1979) on the first unknown, which then becomes the last of them.
+
+        After all of them the negative inverse is there, and the solution of the equations in the last column.
+        """
         matrix = _square(entries, 13)
         pivot = 1 / (matrix[0][0] + damped * trace + NEVER_ZERO)
         row = [x * pivot for x in matrix[0]]
@@ -678,14 +682,14 @@ def likely_step(turns, shifts, hand, seen, variances, is_first, damping):
 
         return tuple(entry(j, k) for j in range(13) for k in range(j, 13))
 
-    inverse = _square(fold(swept, table, damping), 13)  # negative, with the negative step behind
+    inverse = _square(fold(swept, table, damping), 13)
     size = SMALL * sum(absolute(inverse[k][12]) for k in range(12))
     is_known = size <= FINITE
     step = [ga.select(is_known, -inverse[k][12], 0) for k in range(12)]
     less = -sum(x * symmetric[k][12] for k, x in enumerate(step))
     after = [*step, 1]
     shares = (noise.camera / noise.turn, noise.hand / noise.turn)
-    fixed = [3 * count / noise.turn * 1 + share * share * lever for share in shares]
+    fixed = [3 * count / noise.turn + share * share * lever for share in shares]
     fixed.append(count / noise.shift + sides)
     found = []
     for variance, entries, own in zip(noise, tables, fixed, strict=True):

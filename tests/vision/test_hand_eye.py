@@ -445,6 +445,19 @@ def test_a_step_that_leaves_more_is_taken_back(monkeypatch: pytest.MonkeyPatch) 
     assert np.abs(start.motor[1] - right.motor[1]).max() > 1e-6
 
 
+def test_residuals_of_poses_are_root_mean_squares_of_what_remains() -> None:
+    """Against matrices: the angle of ``~(Z B) A X``, and the translation of the origin of the camera."""
+    rng = np.random.default_rng(12)
+    x, z, hands = poses(rng), poses(rng), poses(rng, 12)
+    eyes = np.linalg.inv(z) @ hands @ x @ poses(rng, 12, angle=1e-3, length=1e-3)
+    found = hand_eye_from_poses(pga3.motor_from_matrix(hands), pga3.motor_from_matrix(eyes), refine=False)
+    place, world = (pga3.motor_to_matrix(motor) for motor in (found.motor, found.world))
+    rest = np.linalg.inv(world @ eyes) @ hands @ place
+    angles = Rotation.from_matrix(rest[:, :3, :3]).magnitude()
+    wanted = [np.sqrt(np.mean(angles**2)), np.sqrt(np.mean(np.sum(rest[:, :3, 3] ** 2, -1)))]
+    np.testing.assert_allclose(found.residual, wanted, rtol=1e-4)
+
+
 def test_sums_that_are_singular_or_not_finite_end_no_batch() -> None:
     rng = np.random.default_rng(31)
     turns, shifts = rng.normal(size=(2, 4, 5, 3, 13))
