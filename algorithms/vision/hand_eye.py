@@ -142,8 +142,8 @@ def hand_eye_from_poses(a: ArrayLike, b: ArrayLike, refine: bool = True, noise: 
         some = inliers[p] = _right_poses(hand, eye)
         agreed[p] = 2 * some.sum() > n_poses
         if agreed[p] and not some.all():
-            right = hand[None, some], eye[None, some]
-            part = solver.of_all_poses(*right, *map(solver.between, right), refine, noise)
+            right, seen = hand[None, some], eye[None, some]
+            part = solver.of_all_poses(right, seen, solver.between(right), solver.between(seen), refine, noise)
             for whole, left in zip(found, part, strict=True):
                 whole[p] = left[0]
     found[1] = _tested(found[1], found[3], screws.reach, agreed, still)

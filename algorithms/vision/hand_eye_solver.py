@@ -189,18 +189,18 @@ def _of_poses(
     variances = np.tile([float(noise != "camera"), float(noise != "hand"), 1.0], (count, 1))
     used, cost = np.empty((count, 3)), np.empty(count)
     step, squares = np.empty((count, 12)), np.empty((count, 2))
-    before, frame = (x, z), ()
+    before, hand, seen = (x, z), place, place
     for turn in range(_STEPS + 1):
         if noise is None:
             # Motions of the camera do not say where what it looks at is: where what remains moves least.
             noises.still_points(kernels.misfit_of_poses(one, two, x[:, None], z[:, None], to_camera), place)
-        turns, shifts, *points = called(kernels.rows_of_poses, (one, two, x, z, place))
+        turns, shifts, new_hand, new_seen = called(kernels.rows_of_poses, (one, two, x, z, place))
         if turn:
-            worse = noises.grown(turns, shifts, *frame, used, cost, moving)
+            worse = noises.grown(turns, shifts, hand, seen, used, cost, moving)
             if np.count_nonzero(worse):
                 x, z = (np.where(worse[:, None], old, new) for old, new in zip(before, (x, z), strict=True))
-        before, frame = (x, z), tuple(points)
-        done = noises.likely_steps(turns, shifts, *frame, moving, turn == 0, variances, used, cost, step, squares)
+        before, hand, seen = (x, z), new_hand, new_seen
+        done = noises.likely_steps(turns, shifts, hand, seen, moving, turn == 0, variances, used, cost, step, squares)
         if turn == _STEPS:
             break
         x, z = called(kernels.moved, (x, z, step.reshape(-1, 2, 6)))

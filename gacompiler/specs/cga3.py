@@ -1044,12 +1044,18 @@ def least_distances_to_circle(curve, radius, angles, span):
         better = ga.maximum(value < now.value - rounding, is_flatter)
         moving = ga.absolute(by) > rounding
         taken = better * moving
-        new = (now.angle + by, value, slope, bend)
-        kept = (ga.select(taken, x, y) for x, y in zip(new, now[:4], strict=True))
-        return _Nearest(*kept, ga.select(better, now.span, now.span / 8), 1 - moving)
+        return _Nearest(
+            ga.select(taken, now.angle + by, now.angle),
+            ga.select(taken, value, now.value),
+            ga.select(taken, slope, now.slope),
+            ga.select(taken, bend, now.bend),
+            ga.select(better, now.span, now.span / 8),
+            1 - moving,
+        )
 
     def refined(angle):
-        start = _Nearest(angle, *distance_to_circle.function(curve, radius, angle), span, 0)
+        value, slope, bend = distance_to_circle.function(curve, radius, angle)
+        start = _Nearest(angle, value, slope, bend, span, 0)
         found, _, _ = iterate(step, start, lambda _, new: new.done > 0, 40)
         return found.angle, found.value
 

@@ -5,7 +5,8 @@ at, and ``x`` the frame of the camera to that of the hand; ``z`` takes the frame
 Motors have the signs that make the scalar part of a misfit positive. Coefficients with e0 are half of lengths.
 
 Kernels of one motion or pose come first, then sums over all of them and the steps of Gauss and Newton. Conditions are
-1 where they hold and 0 elsewhere; the product of two is that both hold.
+1 where they hold and 0 elsewhere; the product of two is that both hold. All are in one file because a file makes a
+module.
 """
 
 from fractions import Fraction
@@ -702,8 +703,10 @@ def likely_step(turns, shifts, hand, seen, variances, is_first, damping):
     smallest = Fraction(1, 10**6) * sum(found) + Fraction(1, 10**32)
     turn = found[0] + found[1]
     few = turn < smallest
+    raised = smallest / noise.turn
     new = Noise(
-        *(ga.select(few, smallest / noise.turn * x, y) for x, y in zip(noise[:2], found[:2], strict=True)),
+        ga.select(few, raised * noise.hand, found[0]),
+        ga.select(few, raised * noise.camera, found[1]),
         ga.maximum(found[2], smallest),
     )
     is_settled = (less <= Fraction(1, 1000)) * _is_near(new.shift, noise.shift) * _is_near(new.turn, noise.turn)
