@@ -308,7 +308,9 @@ def equations_of_motions(a, b, half_turn, same_axis):
     size = table[0][0] + table[1][1] + table[2][2]
     spread = size - ga.eigenvalues_symmetric(table)[2]
     square = same_axis * same_axis
-    parallel = ga.maximum(4 * size <= motions.count * square, spread <= square * size)
+    # Rounding leaves a spread to motions about one axis, which a smaller part would miss.
+    rounding = Fraction(1, 2**47)
+    parallel = ga.maximum(4 * size <= motions.count * square, spread <= ga.maximum(square, rounding) * size)
     is_regular = motions.finite * (motions.count <= total(lambda used: used, clear))
     found = motions.a, motions.b, clear, motions.unit, motions.finite
     return *found, spread, parallel, is_regular, equations
