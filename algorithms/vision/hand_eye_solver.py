@@ -140,7 +140,7 @@ def _in_units(x: Reals, z: Reals, unit: Reals, finite: Reals) -> tuple[Reals, Re
 def solved(one: Reals, two: Reals, refine: bool) -> list[Reals]:
     """Motors, status, singular values and residuals of problems (p, n, 8)."""
     found = called(kernels.equations_of_motions, (one, two), _HALF_TURN, _PARALLEL)
-    one, two, clear, unit, finite, spread, parallel, regular, equations = found
+    one, two, clear, unit, finite, axes, parallel, regular, equations = found
     squares, vectors = np.linalg.eigh(equations)
     values = np.sqrt(np.maximum(squares[:, ::-1], 0.0))
     first, second = (np.ascontiguousarray(vectors[..., k]) for k in (0, 1))
@@ -148,7 +148,7 @@ def solved(one: Reals, two: Reals, refine: bool) -> list[Reals]:
     if np.count_nonzero(many):
         # Then more than two vectors are singular, and any of them may be the last.
         first[many], second[many] = _least_translated(equations[many]), 0.0
-    motions = one, two, clear, first, second, unit, spread, many.astype(float)
+    motions = one, two, clear, first, second, unit, axes, many.astype(float)
     limits = float(_STEPS if refine else 0), _DONE, _ROUNDING, _OPEN
     motor, residual, parallel, largest = called(kernels.fitted_to_motions, motions, *limits)
     status = np.zeros(len(one), np.int_)

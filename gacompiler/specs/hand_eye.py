@@ -263,7 +263,7 @@ def _in_own_lengths(a, b):
 
 @kernel(
     a=MOTORS, b=MOTORS, half_turn=SCALAR, same_axis=SCALAR,
-    returns=(MOTORS, MOTORS, NUMBERS, SCALAR, SCALAR, SCALAR, SCALAR, SCALAR, array(SCALAR, 8, 8)),
+    returns=(MOTORS, MOTORS, NUMBERS, SCALAR, SCALAR, array(SCALAR, 2), SCALAR, SCALAR, array(SCALAR, 8, 8)),
 )  # fmt: skip
 def equations_of_motions(a, b, half_turn, same_axis):
     """Motions in their own unit of length, and the sum of ``E^T E`` for the matrices E of ``a x - x b``.
@@ -281,10 +281,10 @@ def equations_of_motions(a, b, half_turn, same_axis):
         The root mean square of coefficients with e0.
     finite
         Whether all numbers are finite; if not, all motions are those that do not move.
-    spread
-        The sum of squares of what sines of half the angles, along their axes, leave across the common direction.
+    axes
+        The sum of squares of sines of half the angles, and that of their parts along the common direction of the axes.
     parallel
-        Whether that is at most the part `same_axis` squared of all of them, or no motion turns by more than that.
+        Whether these differ by at most the part `same_axis` squared, or no motion turns by more than that.
     is_regular
         Whether all numbers are finite, and all motions clear.
     equations
@@ -306,14 +306,14 @@ def equations_of_motions(a, b, half_turn, same_axis):
     axes = total(lambda m: _triangle([_part(m, ROTOR_BLADES[1:])]), motions.a)
     table = _square(axes, 3)
     size = table[0][0] + table[1][1] + table[2][2]
-    spread = size - ga.eigenvalues_symmetric(table)[2]
+    along = ga.eigenvalues_symmetric(table)[2]
     square = same_axis * same_axis
     # Rounding leaves a spread to motions about one axis, which a smaller part would miss.
     rounding = Fraction(1, 2**47)
-    parallel = ga.maximum(4 * size <= motions.count * square, spread <= ga.maximum(square, rounding) * size)
+    parallel = ga.maximum(4 * size <= motions.count * square, size - along <= ga.maximum(square, rounding) * size)
     is_regular = motions.finite * (motions.count <= total(lambda used: used, clear))
     found = motions.a, motions.b, clear, motions.unit, motions.finite
-    return *found, spread, parallel, is_regular, equations
+    return *found, (size, along), parallel, is_regular, equations
 
 
 def _triangle(rows):
@@ -367,18 +367,19 @@ def misfit_of_motions(a, b, x):
 
 
 @kernel(
-    a=array(MOTOR, "n"), b=array(MOTOR, "n"), clear=NUMBERS, first=EVEN, second=EVEN, unit=SCALAR, spread=SCALAR,
+    a=array(MOTOR, "n"), b=array(MOTOR, "n"), clear=NUMBERS, first=EVEN, second=EVEN, unit=SCALAR,
+    axes=array(SCALAR, 2),
     parallel=SCALAR, most=SCALAR, least_change=SCALAR, rounding=SCALAR, open_angle=SCALAR,
     returns=(EVEN, array(SCALAR, 2), SCALAR, SCALAR),
 )  # fmt: skip
 def fitted_to_motions(
-    a, b, clear, first, second, unit, spread, parallel, most, least_change, rounding, open_angle
+    a, b, clear, first, second, unit, axes, parallel, most, least_change, rounding, open_angle
 ):  # fmt: skip
     """The motor from the last two singular vectors, after steps of Gauss and Newton.
 
     Parameters
     ----------
-    a, b, clear, unit, spread, parallel
+    a, b, clear, unit, axes, parallel
         As `equations_of_motions` gives them.
     first, second
         Orthonormal elements that span the motor and its product with the pseudoscalar.
@@ -416,7 +417,7 @@ def fitted_to_motions(
         turns, shifts = each(lambda m, n: misfit_equations.function(m, n, now.motor), one, two)
         sums = [_square(total(_triangle, rows), 7) for rows in (turns, shifts)]
         turn, shift = (table[6][6] for table in sums)
-        is_open = turn * open_square > (3 * count - 3) * spread
+        is_open = turn * open_square > (3 * count - 3) * (axes[0] - axes[1])
         parallel = ga.maximum(now.parallel, (now.steps <= 0) * is_open)
         floor = Fraction(1, 10**4) * (turn + shift) + NEVER_ZERO
         weight = ga.select(count > 2, ga.maximum(turn, floor) / ga.maximum(shift, floor), 1)
