@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING, Any
 
 from . import frontend
 from . import load_time as load_time  # notes a time before the rest is loaded
-from . import robots as robots
 from .algebra.algebra import Algebra as Algebra
 from .algebra.layout import SCALAR as SCALAR
 from .algebra.layout import Layout as Layout
@@ -70,6 +69,6 @@ def __getattr__(name: str) -> Any:
     if name in _LOADED_LATER:
         globals()[name] = found = getattr(import_module(f"{__name__}.{_LOADED_LATER[name]}"), name)
         return found
-    if name in ("symbolic", "calculus"):
+    if name in ("symbolic", "calculus", "robots"):
         return import_module(f"{__name__}.{name}")
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

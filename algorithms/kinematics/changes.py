@@ -177,8 +177,8 @@ class Changes(Model):
         Parameters
         ----------
         module : module
-            Its kernels forward, jacobian, and where masses are known inverse_dynamics and mass_matrix. Its docstring
-            has digests of the constants that they were made from.
+            Each kernel takes the place of the method of its name. Its docstring has digests of the constants that they
+            were made from.
 
         Raises
         ------

@@ -6,7 +6,7 @@ before they look at their arguments.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Any
@@ -68,7 +68,7 @@ class _BoundOnce(cached_property[Any]):
 
     def __get__(self, computed: Any, owner: type | None = None) -> Any:
         found = super().__get__(computed, owner)
-        if computed is not None and self.attrname in Attempts.__slots__:
+        if computed is not None and self.attrname in computed.tried:
             setattr(computed.attempts, self.attrname, found.attempt)
         return found
 
@@ -99,14 +99,23 @@ def _named(joints: Joints) -> dict[str, Any]:
 class Computed:
     """The kernels for one robot, as functions of q, followed by qd, qdd or tau.
 
+    Parameters
+    ----------
+    model : Constants
+    folded : collection of str
+        The kernels that the robot's own module has, which are called instead.
+
     Attributes
     ----------
     attempts : Attempts
-        Their quick calls, once they are bound.
+        Quick calls of the other kernels, once they are bound.
+    tried : set of str
+        The names of these.
     """
 
-    def __init__(self, model: Constants) -> None:
+    def __init__(self, model: Constants, folded: Collection[str] = ()) -> None:
         self._model = model
+        self.tried = set(Attempts.__slots__).difference(folded)
         self.attempts = Attempts()
         self._paths: dict[tuple[int, bytes], tuple[Method, Method]] = {}
 

@@ -118,7 +118,12 @@ class Differential(Changes):
         """
         attempt = self._attempts.jacobian_rate
         found = attempt(q, qd)
-        return self._run(self._computed.jacobian_rate, ("q", "qd"), q, qd) if found is None else found  # type: ignore[no-any-return]
+        if found is not None:
+            return found  # type: ignore[no-any-return]
+        own = self._own.call("jacobian_rate", q, qd)
+        if own is not None:
+            return own  # type: ignore[no-any-return]
+        return self._run(self._computed.jacobian_rate, ("q", "qd"), q, qd)  # type: ignore[no-any-return]
 
     def velocity(self, q: ArrayLike, qd: ArrayLike) -> Reals:
         """The spatial velocity of the end effector, (..., 6): angular over linear, base frame.

@@ -64,6 +64,9 @@ class Dynamics(Differential):
         found = attempt(q)
         if found is not None:
             return found  # type: ignore[no-any-return]
+        own = self._own.call("gravity", q)
+        if own is not None:
+            return own  # type: ignore[no-any-return]
         self._need_inertia()
         return self._run(self._computed.gravity, ("q",), q)  # type: ignore[no-any-return]
 
@@ -83,6 +86,9 @@ class Dynamics(Differential):
         found = attempt(q, qd)
         if found is not None:
             return found  # type: ignore[no-any-return]
+        own = self._own.call("coriolis", q, qd)
+        if own is not None:
+            return own  # type: ignore[no-any-return]
         self._need_inertia()
         return self._run(self._computed.coriolis, ("q", "qd"), q, qd)  # type: ignore[no-any-return]
 
@@ -104,6 +110,9 @@ class Dynamics(Differential):
         MissingInertiaError, TypeError, ValueError
             As in `inverse_dynamics`.
         """
+        own = self._own.call("coriolis_matrix", q, qd)
+        if own is not None:
+            return own  # type: ignore[no-any-return]
         self._need_inertia()
         return self._run(self._computed.coriolis_matrix, ("q", "qd"), q, qd)  # type: ignore[no-any-return]
 
@@ -170,6 +179,9 @@ class Dynamics(Differential):
         found = attempt(q, qd, tau)
         if found is not None:
             return found  # type: ignore[no-any-return]
+        own = self._own.call("forward_dynamics", q, qd, tau)
+        if own is not None:
+            return own  # type: ignore[no-any-return]
         self._need_inertia()
         return self._run(self._computed.forward_dynamics, ("q", "qd", "tau"), q, qd, tau)  # type: ignore[no-any-return]
 
@@ -190,6 +202,9 @@ class Dynamics(Differential):
         MissingInertiaError, TypeError, ValueError
             As in `inverse_dynamics`.
         """
+        own = self._own.call("inverse_dynamics_derivatives", q, qd, qdd)
+        if own is not None:
+            return own[0], own[1]
         self._need_inertia()
         by_q, by_qd = self._run(self._computed.inverse_dynamics_derivatives, ("q", "qd", "qdd"), q, qd, qdd)
         return by_q, by_qd
@@ -281,6 +296,9 @@ class Dynamics(Differential):
         found = attempt(q)
         if found is not None:
             return found  # type: ignore[no-any-return]
+        own = self._own.call("centre_of_mass", q)
+        if own is not None:
+            return own  # type: ignore[no-any-return]
         self._need_inertia()
         return self._run(self._computed.centre_of_mass, ("q",), q)  # type: ignore[no-any-return]
 
@@ -302,6 +320,9 @@ class Dynamics(Differential):
         found = attempt(q)
         if found is not None:
             return found  # type: ignore[no-any-return]
+        own = self._own.call("centroidal_momentum_matrix", q)
+        if own is not None:
+            return own  # type: ignore[no-any-return]
         self._need_inertia()
         return self._run(self._computed.centroidal_momentum_matrix, ("q",), q)  # type: ignore[no-any-return]
 
@@ -337,6 +358,9 @@ class Dynamics(Differential):
         found = attempt(q, qd)
         if found is not None:
             return found  # type: ignore[no-any-return]
+        own = self._own.call("kinetic_energy", q, qd)
+        if own is not None:
+            return own  # type: ignore[no-any-return]
         self._need_inertia()
         return self._run(self._computed.kinetic_energy, ("q", "qd"), q, qd)  # type: ignore[no-any-return]
 
@@ -356,6 +380,9 @@ class Dynamics(Differential):
         found = attempt(q)
         if found is not None:
             return found  # type: ignore[no-any-return]
+        own = self._own.call("potential_energy", q)
+        if own is not None:
+            return own  # type: ignore[no-any-return]
         self._need_inertia()
         return self._run(self._computed.potential_energy, ("q",), q)  # type: ignore[no-any-return]
 

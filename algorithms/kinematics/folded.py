@@ -15,33 +15,45 @@ from pathlib import Path
 from typing import Any
 
 from .constants import Constants
+from .tables import followed
 
 GENERIC = "generated.robots"
 """The module that any robot can be computed with."""
 
 _WHERE = ("joints", "axes", "tool")
+_MASSES = ("joints", "axes", "bodies")
 _DEPENDS: dict[str, tuple[str, ...]] = {
     "forward": _WHERE,
+    "forward_all": ("joints", "axes", "home"),
     "jacobian": _WHERE,
-    "inverse_dynamics": ("joints", "axes", "bodies", "armature", "gravity"),
-    "mass_matrix": ("joints", "axes", "bodies", "armature"),
+    "jacobian_rate": _WHERE,
+    "inverse_dynamics": (*_MASSES, "armature", "gravity"),
+    "gravity": (*_MASSES, "gravity"),
+    "coriolis": _MASSES,
+    "mass_matrix": (*_MASSES, "armature"),
+    "forward_dynamics": (*_MASSES, "armature", "gravity"),
+    "coriolis_matrix": _MASSES,
+    "inverse_dynamics_derivatives": (*_MASSES, "gravity"),
+    "kinetic_energy": (*_MASSES, "armature"),
+    "potential_energy": (*_MASSES, "gravity"),
+    "centre_of_mass": _MASSES,
+    "centroidal_momentum_matrix": _MASSES,
 }
 """The parts of a robot's description that were folded into each kernel."""
 
 _CALLS: dict[str, tuple[str, ...]] = {
-    **{name: ("forward",) for name in ("forward", "pose")},
-    **{name: ("jacobian",) for name in ("jacobian", "velocity", "manipulability")},
+    **{name: (name,) for name in _DEPENDS},
+    "pose": ("forward",),
+    **{name: ("jacobian",) for name in ("velocity", "manipulability")},
     "acceleration": ("jacobian", "jacobian_rate"),
-    "inverse_dynamics": ("inverse_dynamics",),
-    "mass_matrix": ("mass_matrix",),
+    "forward_dynamics_derivatives": ("inverse_mass_matrix", "inverse_dynamics_derivatives", "forward_dynamics"),
+    "simulate": ("forward_dynamics",),
+    "centroidal_momentum": ("centroidal_momentum_matrix",),
 }
 """The kernels that methods call where the robot's own module may have one of them."""
 
 _NEVER_OWN = (
-    *("forward_all", "link", "inverse", "jacobian_rate", "twists_of_joints", "gravity", "coriolis", "coriolis_matrix"),
-    *("forward_dynamics", "simulate", "kinetic_energy", "potential_energy", "inverse_dynamics_derivatives"),
-    *("inverse_mass_matrix", "forward_dynamics_derivatives"),
-    *("torque_regressor", "centre_of_mass", "centroidal_momentum", "centroidal_momentum_matrix"),
+    *("link", "inverse", "twists_of_joints", "torque_regressor", "inverse_mass_matrix"),
     *("jacobian_of_point", "jacobian_of_line", "jacobian_of_plane"),
 )
 """The other methods."""
@@ -54,9 +66,35 @@ class Folded:
     """The kernels of a module that belong to a robot; None for those that do not."""
 
     forward: Any = None
+    forward_all: Any = None
     jacobian: Any = None
+    jacobian_rate: Any = None
     inverse_dynamics: Any = None
+    gravity: Any = None
+    coriolis: Any = None
     mass_matrix: Any = None
+    forward_dynamics: Any = None
+    coriolis_matrix: Any = None
+    inverse_dynamics_derivatives: Any = None
+    kinetic_energy: Any = None
+    potential_energy: Any = None
+    centre_of_mass: Any = None
+    centroidal_momentum_matrix: Any = None
+
+    @property
+    def names(self) -> frozenset[str]:
+        """The kernels that there are."""
+        return frozenset(entry.name for entry in fields(self) if getattr(self, entry.name) is not None)
+
+    def call(self, name: str, *given: Any) -> Any:
+        """What a kernel gives; None where there is none, or where it refuses an argument that the caller is to name."""
+        own = getattr(self, name)
+        if own is not None:
+            try:
+                return own(*given)
+            except (TypeError, ValueError):
+                pass
+        return None
 
 
 NOTHING = Folded()
@@ -113,13 +151,15 @@ def digests(model: Constants) -> dict[str, str]:
     for body in model.bodies if model.bodies.size else ((0.0,) * 10,) * len(model.kinds):
         decade = f"{max(abs(float(x)) for x in body[4:]):.9e}".partition("e")[2]
         bodies += [body[:4], [float(x) / float(f"1e{decade}") for x in body[4:]]]
+    coupled = followed(model) if model.coupling.size else ()
     return {
-        "joints": _digest([[kind.value for kind in model.kinds], model.parents]),
+        "joints": _digest([[kind.value for kind in model.kinds], model.parents, *coupled]),
         "axes": _digest(model.axes),
         "tool": _digest([[model.tip], model.tool]),
         "bodies": _digest(bodies),
         "armature": _digest([model.armature]),
         "gravity": _digest([model.free_fall]),
+        "home": _digest(model.home),
     }
 
 

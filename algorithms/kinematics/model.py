@@ -153,9 +153,9 @@ class Model:
             kept = np.array(getattr(self, name), float)
             kept.flags.writeable = False
             fill(name, kept)
-        fill("_computed", Computed(self))
+        fill("_own", folded.kernels_of(self))
+        fill("_computed", Computed(self, self._own.names))
         fill("_attempts", self._computed.attempts)
-        fill("_own", folded.NOTHING if self.coupling.size else folded.kernels_of(self))
 
     def __reduce__(self) -> tuple[Any, ...]:
         kept = {entry.name: getattr(self, entry.name) for entry in fields(self) if entry.init}

@@ -246,7 +246,12 @@ class Robot(Simulated):
         """
         attempt = self._attempts.forward_all
         found = attempt(q)
-        return self._run(self._computed.forward_all, ("q",), q) if found is None else found  # type: ignore[no-any-return]
+        if found is not None:
+            return found  # type: ignore[no-any-return]
+        own = self._own.call("forward_all", q)
+        if own is not None:
+            return own  # type: ignore[no-any-return]
+        return self._run(self._computed.forward_all, ("q",), q)  # type: ignore[no-any-return]
 
     def link(self, name: str, q: ArrayLike) -> Reals:
         """Where a link of a URDF file is, (..., 8).

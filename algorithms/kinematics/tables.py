@@ -108,10 +108,10 @@ def joints_of(model: Constants) -> Joints:
         else:
             screws[joint, 3:] = axis[2], -axis[1], axis[0]
     turns = np.array([float(kind is Joint.REVOLUTE) for kind in model.kinds])
-    return Joints(np.array(model.parents, np.int64), *_followed(model), places, screws, turns)
+    return Joints(np.array(model.parents, np.int64), *followed(model), places, screws, turns)
 
 
-def _followed(model: Constants) -> tuple[Indices, Floats, Floats]:
+def followed(model: Constants) -> tuple[Indices, Floats, Floats]:
     """The variable that each joint follows, the ratio, and the offset."""
     count = len(model.kinds)
     if not model.coupling.size:
@@ -154,7 +154,7 @@ def pairs_of(model: Constants) -> Pairs:
     pairs = [(joint, carrier) for joint in range(len(model.kinds)) for carrier in path_to(model, joint)]
     lower, upper = zip(*pairs, strict=True)
     below, above = np.array(lower), np.array(upper)
-    variables = _followed(model)[0]
+    variables = followed(model)[0]
     return Pairs(below, above, variables[below], variables[above], (below != above).astype(float))
 
 
@@ -191,7 +191,7 @@ class Pushes:
 
 def pushes_of(model: Constants) -> Pushes:
     """Each joint as the pushed one, with its carriers, and with the joints of its tree that do not come after it."""
-    variables, ratios, _ = _followed(model)
+    variables, ratios, _ = followed(model)
     upwards = [(pushed, carrier) for pushed in range(len(model.kinds)) for carrier in reversed(path_to(model, pushed))]
     place = {pair: row for row, pair in enumerate(upwards)}
     below = [-1 if pushed == carrier else row - 1 for row, (pushed, carrier) in enumerate(upwards)]

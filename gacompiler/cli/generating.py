@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import compileall
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
@@ -15,12 +16,23 @@ from ..generation.checked_in import generated_folder
 from ..generation.compiling import compile_spec
 from ..generation.files import write
 from ..generation.rendering import TARGETS, render, render_standalone, render_targets
-from ..generation.spec_files import load_spec
+from ..generation.spec_files import Spec, load_spec
 from ..generation.workers import each_spec
 from ..robots.descriptions import robot_spec
+from ..robots.kernel_texts import DEFAULT, METHODS
 from .arguments import own_modules, rendered
 from .framework import algebra_option, cache_option, command, jobs_option
 from .output import near, progress_bar
+
+target_option = click.option(
+    "--target",
+    "targets",
+    type=click.Choice(["c", *TARGETS]),
+    multiple=True,
+    default=("c",),
+    show_default=True,
+    help="A language to write; may be given again. c is C with the Python module; the others are one file for a spec.",
+)
 
 
 @command(
@@ -37,15 +49,7 @@ from .output import near, progress_bar
 )
 @click.option("--all", "own", is_flag=True, help="Regenerate the modules under generated/ (or those named).")
 @click.option("--no-build", is_flag=True, help="Do not compile the C.")
-@click.option(
-    "--target",
-    "targets",
-    type=click.Choice(["c", *TARGETS]),
-    multiple=True,
-    default=("c",),
-    show_default=True,
-    help="A language to write; may be given again. c is C with the Python module; the others are one file for a spec.",
-)
+@target_option
 @click.option("--standalone", is_flag=True, help="Write the runtime into each .py and .c, to copy them elsewhere.")
 @jobs_option
 @cache_option
@@ -71,29 +75,43 @@ def generate(
         raise click.UsageError("name at least one spec file, or give --all")
     if standalone and own and output is None:
         raise click.UsageError("--standalone is for copies of modules; give -o")
-    others = [target for target in TARGETS if target in targets]
-    elsewhere = output or Path("out")
     found = own_modules(specs) if own else [load_spec(Path(spec), algebra=algebra) for spec in specs]
+    elsewhere = output or Path("out")
+    folder = generated_folder() if own and output is None else elsewhere
+    _write_modules(found, targets, standalone, folder, elsewhere, jobs, cache, no_build)
+
+
+def _write_modules(
+    specs: Sequence[Spec],
+    targets: Sequence[str],
+    standalone: bool,
+    folder: Path,
+    elsewhere: Path,
+    jobs: int,
+    cache: Cache | None,
+    no_build: bool,
+) -> None:
+    """Write modules to `folder`, and other languages to `elsewhere`, and compile the C."""
+    others = [target for target in TARGETS if target in targets]
     in_others, in_c = list[dict[str, str]](), list[dict[str, str]]()
     if others or standalone:
-        with progress_bar(sum(len(spec.kernels) for spec in found)) as advance:
-            modules = each_spec(partial(compile_spec, cache=cache), found, advance, jobs)
+        with progress_bar(sum(len(spec.kernels) for spec in specs)) as advance:
+            modules = each_spec(partial(compile_spec, cache=cache), specs, advance, jobs)
         in_others = [render_targets(module, others) for module in modules]
         in_c = [(render_standalone if standalone else render)(module) for module in modules] if "c" in targets else []
     else:
-        in_c = rendered(found, jobs, cache)
-    for spec, files in zip(found, in_others, strict=False):
+        in_c = rendered(specs, jobs, cache)
+    for spec, files in zip(specs, in_others, strict=False):
         for name, text in files.items():
             unchanged = "" if write({name: text}, elsewhere) else ", unchanged"
             click.echo(f"{near(elsewhere / name)}: {len(spec.kernels)} kernels{unchanged}")
-    folder = generated_folder() if own and output is None else elsewhere
     if in_c and not standalone:
         write(runtime_files(), folder)
-    for spec, files in zip(found, in_c, strict=False):
+    for spec, files in zip(specs, in_c, strict=False):
         unchanged = "" if write(files, folder) else ", unchanged"
         click.echo(f"{near(folder / spec.name)}.py .c .h: {len(spec.kernels)} kernels{unchanged}")
     if in_c and not no_build:
-        _build([folder / f"{spec.name}.c" for spec in found])
+        _build([folder / f"{spec.name}.c" for spec in specs])
 
 
 @command(
@@ -137,13 +155,24 @@ def _build(sources: list[Path], force: bool = False, portable: bool = False) -> 
     "gac robot panda.urdf -o out",
     "gac robot panda.urdf --tip panda_link8 --lock panda_finger_joint1 --lock panda_finger_joint2",
     "gac robot ur5                one that algorithms.kinematics knows by name",
+    "gac robot ur5 --method gravity --method forward_dynamics",
+    "gac robot ur5 --method all --target rust   out/ur5.rs, no C",
 )
 @click.argument("robot")
 @click.option("-o", "--output", type=click.Path(path_type=Path), default=Path("out"), show_default=True)
 @click.option("--name", help="Of the module [default: the robot's].")
 @click.option("--tip", help="The link that is the end effector [default: the one most joints away].")
 @click.option("--lock", multiple=True, help="A joint that is held at 0; may be given again.")
+@click.option(
+    "--method",
+    "methods",
+    type=click.Choice([*METHODS, "all"]),
+    multiple=True,
+    help=f"A kernel to write; may be given again [default: {', '.join(DEFAULT)}].",
+)
+@target_option
 @click.option("--no-build", is_flag=True, help="Do not compile the C.")
+@jobs_option
 @cache_option
 def robot(
     robot: str,
@@ -151,20 +180,19 @@ def robot(
     name: str | None,
     tip: str | None,
     lock: tuple[str, ...],
+    methods: tuple[str, ...],
+    targets: tuple[str, ...],
     no_build: bool,
+    jobs: int,
     cache: Cache | None,
 ) -> None:
     """Write a module (.py, .c, .h) for one robot, a URDF file or a name, with its constants folded.
 
-    Its kernels are forward, jacobian, inverse_dynamics and mass_matrix, each over the vector of all joints. The spec is
-    kept in specs/ beside them, for `gac show` and `gac verify`.
+    Its kernels take vectors of all joint variables. The spec is kept in specs/ beside them, for `gac show` and
+    `gac verify`.
     """
-    module, text = robot_spec(robot, name, tip, lock)
+    module, text = robot_spec(robot, name, tip, lock, methods)
     path = output / "specs" / f"{module}.py"
     write({path.name: text}, path.parent)
     spec = load_spec(path, f"gac robot {robot}")
-    (files,) = rendered([spec], 1, cache)
-    write(runtime_files() | files, output)
-    click.echo(f"{near(output / module)}.py .c .h: {len(spec.kernels)} kernels")
-    if not no_build:
-        _build([output / f"{module}.c"])
+    _write_modules([spec], targets, False, output, output, jobs, cache, no_build)

@@ -206,19 +206,36 @@ def unrolled(kernel: Kernel, lengths: Mapping[str, int], indices: Mapping[str, S
     )
 
     def function(*given: Any) -> Any:
-        remaining = iter(given)
-        arguments: list[Any] = []
-        for parameter in kernel.parameters:
-            if isinstance(parameter.type, IndexOf):
-                arguments.append(Unrolled(tuple(indices[parameter.name])))
-            elif isinstance(parameter.type, RowsOf):
-                arguments.append(_columns(next(remaining), parameter.type))
-            else:
-                arguments.append(next(remaining))
-        return _results_of_unrolled(kernel.function(*arguments))
+        known = dict(zip((parameter.name for parameter in parameters), given, strict=True))
+        return _results_of_unrolled(written_out(kernel, {**known, **indices}))
 
     name = "_".join([kernel.name, *map(str, lengths.values())])
     return Kernel(name, function, parameters, None, kernel.summary)
+
+
+def written_out(kernel: Kernel, given: Mapping[str, Any]) -> Any:
+    """What the function of a kernel with loops returns for arrays of known lengths, every row written out.
+
+    Parameters
+    ----------
+    kernel : Kernel
+    given : mapping of str to sequences
+        For each parameter by name its rows, nested tuples of expressions, multivectors or numbers, which fold; for
+        index tables the numbers of rows.
+
+    Returns
+    -------
+    nested tuple
+        Of expressions, and of `Unrolled` arrays.
+    """
+    arguments: list[Any] = []
+    for parameter in kernel.parameters:
+        rows = given[parameter.name]
+        if isinstance(parameter.type, IndexOf):
+            arguments.append(Unrolled(tuple(rows)))
+        else:
+            arguments.append(_columns(rows, parameter.type) if isinstance(parameter.type, RowsOf) else rows)
+    return kernel.function(*arguments)
 
 
 def _sized(given: Any, lengths: Mapping[str, int]) -> Any:

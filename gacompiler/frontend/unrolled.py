@@ -35,7 +35,7 @@ def unrolled_fold(body: Callable[..., Any], start: Any, rows: Sequence[Any], rev
 
 def unrolled_each(body: Callable[..., Any], rows: Sequence[Any]) -> Any:
     """`each` over arrays of known length."""
-    return _columns([_lifted("each()", body(*row)) for row in _unrolled_rows("each()", rows)])
+    return columns_of([_lifted("each()", body(*row)) for row in _unrolled_rows("each()", rows)])
 
 
 def unrolled_total(body: Callable[..., Any], rows: Sequence[Any]) -> Any:
@@ -66,7 +66,7 @@ def _row(structure: Any, k: int) -> Any:
     return like(structure, [array.elements[k] for array in leaves_of(structure)])
 
 
-def _columns(results: Sequence[Any]) -> Any:
+def columns_of(results: Sequence[Any]) -> Any:
     """Arrays from their rows, in the structure of a row."""
     flat = [[lift(leaf) for leaf in leaves_of(result)] for result in results]
     return like(results[0], [Unrolled(column) for column in zip(*flat, strict=True)])
@@ -82,7 +82,7 @@ def unrolled_scan(body: Callable[..., Any], start: Any, rows: Sequence[Any], par
         before = parents.elements[k] if parents is not None else k + 1 if reverse else k - 1
         carry = found.get(before, first)
         found[k] = _same_shape("scan()", first, body(carry, *(_row(structure, k) for structure in rows)))
-    return _columns([found[k] for k in range(length)])
+    return columns_of([found[k] for k in range(length)])
 
 
 def unrolled_accumulate(body: Callable[..., Any], zero: Any, rows: Sequence[Any], parents: Any, keep: bool) -> Any:
@@ -99,8 +99,8 @@ def unrolled_accumulate(body: Callable[..., Any], zero: Any, rows: Sequence[Any]
         parent = parents.elements[k] if parents is not None else k - 1
         pairs = zip(leaves_of(sums.get(parent, _lifted("accumulate()", zero))), leaves_of(values[k]), strict=True)
         sums[parent] = like(zero, [a + b for a, b in pairs])
-    columns = _columns([values[k] for k in range(length)])
-    return (columns, _columns([kept[k] for k in range(length)])) if keep else columns
+    columns = columns_of([values[k] for k in range(length)])
+    return (columns, columns_of([kept[k] for k in range(length)])) if keep else columns
 
 
 def unrolled_scatter(

@@ -1493,7 +1493,8 @@ static double work_of(const LoopCall *call, const Py_ssize_t *lengths, Py_ssize_
 }
 
 /* Runs a batch, without the lock of Python where it takes long; 0 where threads are to share it, or on failure. */
-static int run_elements(const LoopCall *call, const Py_ssize_t *lengths, char **starts, const Elements *elements, double work)
+static int run_elements(const LoopCall *call, const Py_ssize_t *lengths, char **starts, const Elements *elements,
+    double work)
 {
     work *= (double)elements->count;
     if (work < LONG_WORK)

@@ -37,6 +37,12 @@ class Chain:
         Acceleration of free fall.
     armature : tuple, optional
         Inertia of each rotor seen at its joint, kg m² (kg for a slide): it adds to the diagonal of the mass matrix.
+    variables : tuple of int, optional
+        The variable that each joint follows, where joints share some: ``x = ratio q[variable] + offset``.
+    ratios, offsets : tuple, optional
+        One for each joint, with `variables`.
+    home : tuple of 8-tuples, optional
+        The motor of the frame that each joint carries, where all variables are 0, for `forward_all`.
     """
 
     kinds: tuple[str, ...]
@@ -47,6 +53,10 @@ class Chain:
     inertias: tuple[tuple[Number, ...], ...] = ()
     gravity: tuple[Number, ...] = (0.0, 0.0, -9.81)
     armature: tuple[Number, ...] = ()
+    variables: tuple[int, ...] = ()
+    ratios: tuple[Number, ...] = ()
+    offsets: tuple[Number, ...] = ()
+    home: tuple[tuple[Number, ...], ...] = ()
 
     def __post_init__(self) -> None:
         n = len(self.kinds)
@@ -55,6 +65,10 @@ class Chain:
             ("axes", len(self.axes), (n,)),
             ("inertias", len(self.inertias), (0, n)),
             ("armature", len(self.armature), (0, n)),
+            ("variables", len(self.variables), (0, n)),
+            ("ratios", len(self.ratios), (len(self.variables),)),
+            ("offsets", len(self.offsets), (len(self.variables),)),
+            ("home", len(self.home), (0, n)),
         ):
             if found not in wanted:
                 raise SpecError("Chain()", f"{found} {name} for {n} joints", "one for each joint")
@@ -68,6 +82,19 @@ class Chain:
     def n_joints(self) -> int:
         """The number of joints."""
         return len(self.kinds)
+
+    @property
+    def n_variables(self) -> int:
+        """The number of variables, of which joints that follow others have none of their own."""
+        return max(self.variables) + 1 if self.variables else len(self.kinds)
+
+    @property
+    def followed(self) -> tuple[Sequence[int], Sequence[Fraction], Sequence[Fraction]]:
+        """The variable that each joint follows, the ratio and the offset."""
+        n = len(self.kinds)
+        if not self.variables:
+            return range(n), (Fraction(1),) * n, (Fraction(0),) * n
+        return self.variables, tuple(map(exact, self.ratios)), tuple(map(exact, self.offsets))
 
 
 def signed(doc: str | None, chain: Chain) -> str:
@@ -85,13 +112,15 @@ def signed(doc: str | None, chain: Chain) -> str:
     """
     count = chain.n_joints
     bodies = chain.inertias or ((0.0,) * 10,) * count
+    coupled = bool(chain.variables)
     parts: dict[str, list[Sequence[Number | str]]] = {
-        "joints": [chain.kinds, chain.parents],
+        "joints": [chain.kinds, chain.parents, *((chain.variables, chain.ratios, chain.offsets) if coupled else ())],
         "axes": list(chain.axes),
         "tool": [(chain.tip,), chain.tool],
         "bodies": [row for body in bodies for row in (body[:4], _in_its_decade(body[4:]))],
         "armature": [chain.armature or (0.0,) * count],
         "gravity": [chain.gravity],
+        **({"home": list(chain.home)} if chain.home else {}),
     }
     lines = [f"    {name} {_digest(rows)}" for name, rows in parts.items()]
     return "\n".join(

@@ -12,10 +12,13 @@ from pathlib import Path
 
 from ..errors import SpecError
 from .chains import Chain
+from .kernel_texts import methods_of
 from .spec_text import spec_text
 
 
-def robot_spec(robot: str, name: str | None, tip: str | None, locked: Sequence[str]) -> tuple[str, str]:
+def robot_spec(
+    robot: str, name: str | None, tip: str | None, locked: Sequence[str], methods: Sequence[str] = ()
+) -> tuple[str, str]:
     """The name of a robot's module, and the text of its spec.
 
     Parameters
@@ -27,6 +30,8 @@ def robot_spec(robot: str, name: str | None, tip: str | None, locked: Sequence[s
     tip : str or None
     locked : sequence of str
         As `Robot.from_urdf` has them.
+    methods : sequence of str, optional
+        As `methods_of` has them.
 
     Raises
     ------
@@ -35,6 +40,7 @@ def robot_spec(robot: str, name: str | None, tip: str | None, locked: Sequence[s
     """
     from algorithms.kinematics import Robot
     from algorithms.kinematics.named import table_of
+    from algorithms.kinematics.tables import followed
 
     try:
         if robot.endswith((".urdf", ".xml")) or Path(robot).is_file():
@@ -50,15 +56,23 @@ def robot_spec(robot: str, name: str | None, tip: str | None, locked: Sequence[s
     module = name or re.sub(r"\W+", "_", found.name)
     if not module.isidentifier():
         raise SpecError(module, "cannot name a module", "letters, digits and _", "give another --name")
-    has_masses = bool(found.bodies.size) and not found.without_inertia
+    lacks = "" if found.bodies.size else "no masses"
+    if found.without_inertia:
+        lacks = f"no inertia of {', '.join(found.without_inertia)}"
+    written = methods_of(methods, robot, lacks)
+    variables, ratios, offsets = followed(found) if found.coupling.size else ((), (), ())
     chain = Chain(
         kinds=tuple(kind.value for kind in found.kinds),
         parents=found.parents,
         axes=tuple(tuple(map(float, row)) for row in found.axes),
         tip=found.tip,
         tool=tuple(map(float, found.tool)),
-        inertias=tuple(tuple(map(float, row)) for row in found.bodies) if has_masses else (),
+        inertias=() if lacks else tuple(tuple(map(float, row)) for row in found.bodies),
         gravity=tuple(map(float, found.free_fall)),
         armature=tuple(map(float, found.armature)),
+        variables=tuple(map(int, variables)),
+        ratios=tuple(map(float, ratios)),
+        offsets=tuple(map(float, offsets)),
+        home=tuple(tuple(map(float, row)) for row in found.home) if "forward_all" in written else (),
     )
-    return module, spec_text(module, chain, source)
+    return module, spec_text(module, chain, source, written)

@@ -1,29 +1,34 @@
-"""Dynamics of one robot as expressions: the constants of its `Chain` are numbers, and fold.
+"""Dynamics of one robot: the loops of `gacompiler.specs.robots` written out, with its constants folded.
 
-Twists and wrenches are lines, as in `gacompiler.robots.motions`.
+Every function takes a `Chain`, then the variables and what else a call has: expressions in a kernel, symbols of sympy,
+or numbers. What is known beforehand, such as speeds of 0 for gravity, folds as the constants do.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
-from ..frontend.expression import lift
-from ..frontend.operations import commutator, regressive_product
+from ..frontend.loop_trace import written_out
+from ..specs import robots as spec
+from .accelerations import accelerations
 from .chains import Chain, exact
-from .frames import ZERO, cross
-from .inertias import Inertia, regrouped
-from .motions import assembled_line, direction_and_moment, line_of, motions_of, total
+from .folding import Rows, Scalars, folded, need, square
+from .frames import ZERO
+from .inertias import about_origins, carried_by_base, regrouped
+from .mass_matrix import composite_bodies
+from .tables import Tables, rows_of, tables_of_joints, tables_of_pairs
+
+# Forces.
 
 
-def inverse_dynamics(chain: Chain, q: Sequence[Any], qd: Sequence[Any], qdd: Sequence[Any]) -> tuple[Any, ...]:
+def inverse_dynamics(chain: Chain, q: Scalars, qd: Scalars, qdd: Scalars) -> tuple[Any, ...]:
     """Forces and torques of the joints that give accelerations: Newton and Euler, outward and back.
 
     Parameters
     ----------
     chain : Chain
         With inertias.
-    q, qd, qdd : n scalars each
+    q, qd, qdd : scalars
         Joint variables, their rates, and the rates of these.
 
     Returns
@@ -31,150 +36,249 @@ def inverse_dynamics(chain: Chain, q: Sequence[Any], qd: Sequence[Any], qdd: Seq
     n scalars
         N m, or N where the joint slides.
     """
-    motions, inertias = motions_of(chain, q), regrouped(chain)
-    free_fall = line_of(ZERO, tuple(-exact(g) for g in chain.gravity))  # type: ignore[arg-type]
-    twists: list[Any] = []
-    rates: list[Any] = []
-    wrenches: list[Any] = []
-    for joint, motion in enumerate(motions):
-        parent = chain.parents[joint]
-        own = qd[joint] * motion.twist
-        twist = own if parent < 0 else motion.from_parent(twists[parent]) + own
-        rate = motion.from_parent(rates[parent] if parent >= 0 else free_fall) + qdd[joint] * motion.twist
-        if parent >= 0:
-            rate = rate + commutator(own, twist)
-        twists.append(twist)
-        rates.append(rate)
-        wrenches.append(_momentum(inertias[joint], rate) + commutator(_momentum(inertias[joint], twist), twist))
-    torques: list[Any] = [0] * chain.n_joints
-    for joint in reversed(range(chain.n_joints)):
-        motion, parent = motions[joint], chain.parents[joint]
-        torques[joint] = regressive_product(motion.twist, wrenches[joint])
-        if chain.armature:
-            torques[joint] = torques[joint] + exact(chain.armature[joint]) * qdd[joint]
-        if parent >= 0:
-            wrenches[parent] = wrenches[parent] + motion.to_parent(wrenches[joint])
-    return tuple(torques)
+    return folded(_inverse_dynamics, chain, q=q, qd=qd, qdd=qdd)  # type: ignore[no-any-return]
 
 
-def _momentum(inertia: Inertia, twist: Any) -> Any:
-    """The momentum of a body, a line like a wrench."""
-    mass, h, tensor = inertia
-    w, v = direction_and_moment(twist)
-    linear = tuple(a + mass * b for a, b in zip(cross(w, h), v, strict=True))
-    angular = tuple(
-        total([tensor[i][j] * w[j] for j in range(3)]) + b for i, b in zip(range(3), cross(h, v), strict=True)
-    )
-    return assembled_line(linear, angular)
+def _inverse_dynamics(chain: Chain, q: Scalars, qd: Scalars, qdd: Scalars) -> Any:
+    return _newton_euler(chain, q, qd, qdd, _gravity_of(chain))
 
 
-def mass_matrix(chain: Chain, q: Sequence[Any]) -> tuple[tuple[Any, ...], ...]:
+def gravity(chain: Chain, q: Scalars) -> tuple[Any, ...]:
+    """Forces and torques of the joints that hold the robot still.
+
+    Parameters
+    ----------
+    chain : Chain
+        With inertias.
+    q : scalars
+
+    Returns
+    -------
+    n scalars
+    """
+    return folded(_gravity, chain, q=q)  # type: ignore[no-any-return]
+
+
+def _gravity(chain: Chain, q: Scalars) -> Any:
+    still = (0,) * chain.n_variables
+    return _newton_euler(chain, q, still, still, _gravity_of(chain))
+
+
+def coriolis(chain: Chain, q: Scalars, qd: Scalars) -> tuple[Any, ...]:
+    """Forces and torques of the joints by centrifugal and Coriolis accelerations.
+
+    Parameters
+    ----------
+    chain : Chain
+        With inertias.
+    q, qd : scalars
+
+    Returns
+    -------
+    n scalars
+    """
+    return folded(_coriolis, chain, q=q, qd=qd)  # type: ignore[no-any-return]
+
+
+def _coriolis(chain: Chain, q: Scalars, qd: Scalars) -> Any:
+    return _newton_euler(chain, q, qd, (0,) * chain.n_variables, ZERO)
+
+
+def _newton_euler(chain: Chain, q: Scalars, qd: Scalars, qdd: Scalars, weight: Scalars) -> Any:
+    given = {"q": q, "qd": qd, "qdd": qdd, "gravity": weight, "armature": _armature_of(chain)}
+    return written_out(spec.inverse_dynamics, {**given, **_heavy(chain)})
+
+
+def mass_matrix(chain: Chain, q: Scalars) -> Rows:
     """The symmetric matrix of the kinetic energy, by composite bodies.
 
     Parameters
     ----------
     chain : Chain
         With inertias.
-    q : n scalars
+    q : scalars
 
     Returns
     -------
     n rows of n scalars
     """
-    motions, n = motions_of(chain, q), chain.n_joints
-    bodies: list[tuple[Any, list[Any], dict[tuple[int, int], Any]]] = [
-        (mass, list(h), {(i, j): tensor[i][j] for i in range(3) for j in range(i, 3)})
-        for mass, h, tensor in regrouped(chain)
-    ]
-    result: list[list[Any]] = [[0] * n for _ in range(n)]
-    for joint in reversed(range(n)):
-        motion, parent = motions[joint], chain.parents[joint]
-        mass, h, tensor = bodies[joint]
-        full = tuple(tuple(tensor[min(i, j), max(i, j)] for j in range(3)) for i in range(3))
-        wrench = _momentum((mass, tuple(h), full), lift(motion.twist))  # type: ignore[arg-type]
-        other, ancestor = joint, joint
-        while ancestor >= 0:
-            if ancestor != joint:
-                wrench = motions[other].to_parent(wrench)
-            entry = regressive_product(motions[ancestor].twist, wrench)
-            result[joint][ancestor] = result[ancestor][joint] = entry
-            other, ancestor = ancestor, chain.parents[ancestor]
-        if chain.armature:
-            result[joint][joint] = result[joint][joint] + exact(chain.armature[joint])
-        if parent >= 0:
-            turned_h, turned = motion.rotated(h), motion.tensor_to_parent(tensor)
-            r = motion.position(q[joint])
-            shifted = tuple(a + mass * b for a, b in zip(turned_h, r, strict=True))
-            # about the other origin: h and r take part symmetrically through (h + h')/2
-            middle = tuple((a + b) / 2 for a, b in zip(turned_h, shifted, strict=True))
-            trace = 2 * total([a * b for a, b in zip(r, middle, strict=True)])
-            before = bodies[parent]
-            for i, j in turned:
-                before[2][i, j] = before[2][i, j] + turned[i, j] - (r[i] * middle[j] + middle[i] * r[j])
-                if i == j:
-                    before[2][i, j] = before[2][i, j] + trace
-            bodies[parent] = (before[0] + mass, [a + b for a, b in zip(before[1], shifted, strict=True)], before[2])
-    return tuple(map(tuple, result))
+    need(chain, "inertias")
+    return folded(composite_bodies, chain, q=q)  # type: ignore[no-any-return]
 
 
-def energies(chain: Chain, q: Sequence[Any], qd: Sequence[Any]) -> tuple[Any, Any]:
-    """Kinetic and potential energy, J; what no joint can change of the potential energy is left out.
+def forward_dynamics(chain: Chain, q: Scalars, qd: Scalars, tau: Scalars) -> tuple[Any, ...]:
+    """Accelerations under forces of the joints, from the mass matrix.
+
+    NaN where a joint moves nothing that has inertia.
 
     Parameters
     ----------
     chain : Chain
         With inertias.
-    q, qd : n scalars each
-        Numbers, expressions in a kernel, or symbols of sympy.
+    q, qd, tau : scalars
 
     Returns
     -------
-    two scalars
+    n scalars
     """
-    motions, inertias = motions_of(chain, q), regrouped(chain)
-    kinetic: Any = 0
-    twists: list[Any] = []
-    for joint, motion in enumerate(motions):
-        parent, own = chain.parents[joint], qd[joint] * motion.twist
-        twists.append(own if parent < 0 else motion.from_parent(twists[parent]) + own)
-        momentum = _momentum(inertias[joint], twists[joint])
-        kinetic = kinetic + regressive_product(twists[joint], momentum) / 2
-    kinetic = kinetic["1"]
-    if chain.armature:
-        kinetic = kinetic + total([exact(a) * v * v / 2 for a, v in zip(chain.armature, qd, strict=True)])
-    masses, firsts = [inertia[0] for inertia in inertias], [list(inertia[1]) for inertia in inertias]
-    potential: Any = 0
-    for joint in reversed(range(chain.n_joints)):
-        motion, parent = motions[joint], chain.parents[joint]
-        turned, place = motion.rotated(firsts[joint]), motion.position(q[joint])
-        first = [a + masses[joint] * b for a, b in zip(turned, place, strict=True)]
-        if parent < 0:
-            potential = potential - total([exact(g) * x for g, x in zip(chain.gravity, first, strict=True)])
-        else:
-            masses[parent] = masses[parent] + masses[joint]
-            firsts[parent] = [a + b for a, b in zip(firsts[parent], first, strict=True)]
-    return kinetic, potential
+    return folded(_forward_dynamics, chain, q=q, qd=qd, tau=tau)  # type: ignore[no-any-return]
 
 
-def lagrange_equations(chain: Chain, q: Sequence[Any], qd: Sequence[Any], qdd: Sequence[Any]) -> tuple[Any, ...]:
-    """Forces of the joints as formulas: ``d/dt dT/dqd - dT/dq + dV/dq`` of the energies, for small chains.
+def _forward_dynamics(chain: Chain, q: Scalars, qd: Scalars, tau: Scalars) -> Any:
+    bias = _inverse_dynamics(chain, q, qd, (0,) * chain.n_variables).elements
+    forces = [force - own["1"] for force, own in zip(tau, bias, strict=True)]
+    return accelerations(chain, composite_bodies(chain, q), forces)
+
+
+def coriolis_matrix(chain: Chain, q: Scalars, qd: Scalars) -> Rows:
+    """The matrix of Christoffel's symbols, half the derivative of the Coriolis forces by the rates.
 
     Parameters
     ----------
     chain : Chain
         With inertias.
-    q, qd, qdd : n symbols of sympy each
-        Joint variables, their rates, and the rates of these.
+    q, qd : scalars
 
     Returns
     -------
-    n formulas
-        The same as `inverse_dynamics`, which is how to compute them.
+    n rows of n scalars
     """
-    kinetic, potential = energies(chain, q, qd)
-    forces = []
-    for joint, rate in zip(q, qd, strict=True):
-        momentum = kinetic.diff(rate)
-        change = total([momentum.diff(x) * v + momentum.diff(v) * a for x, v, a in zip(q, qd, qdd, strict=True)])
-        forces.append(change - kinetic.diff(joint) + (potential.diff(joint) if potential else 0))
-    return tuple(forces)
+    return folded(_coriolis_matrix, chain, q=q, qd=qd)  # type: ignore[no-any-return]
+
+
+def _coriolis_matrix(chain: Chain, q: Scalars, qd: Scalars) -> Any:
+    tables = _heavy(chain) | tables_of_pairs(chain)
+    return square(chain, written_out(spec.coriolis_matrix, {"q": q, "qd": qd, **tables}))
+
+
+def inverse_dynamics_derivatives(chain: Chain, q: Scalars, qd: Scalars, qdd: Scalars) -> tuple[Rows, Rows]:
+    """Derivatives of `inverse_dynamics` by the variables and by their rates.
+
+    Parameters
+    ----------
+    chain : Chain
+        With inertias.
+    q, qd, qdd : scalars
+
+    Returns
+    -------
+    by_q, by_qd : n rows of n scalars
+    """
+    return folded(_inverse_dynamics_derivatives, chain, q=q, qd=qd, qdd=qdd)  # type: ignore[no-any-return]
+
+
+def _inverse_dynamics_derivatives(chain: Chain, q: Scalars, qd: Scalars, qdd: Scalars) -> Any:
+    given = {"q": q, "qd": qd, "qdd": qdd, "gravity": _gravity_of(chain)}
+    found = written_out(spec.inverse_dynamics_derivatives, {**given, **_heavy(chain), **tables_of_pairs(chain)})
+    return tuple(square(chain, each) for each in found)
+
+
+# Energies and momenta.
+
+
+def kinetic_energy(chain: Chain, q: Scalars, qd: Scalars) -> Any:
+    """The energy of motion, J, that of the motors' rotors included.
+
+    Parameters
+    ----------
+    chain : Chain
+        With inertias.
+    q, qd : scalars
+
+    Returns
+    -------
+    scalar
+    """
+    return folded(_kinetic_energy, chain, q=q, qd=qd)
+
+
+def _kinetic_energy(chain: Chain, q: Scalars, qd: Scalars) -> Any:
+    tables = _heavy(chain) | {"armature": _armature_of(chain)}
+    return written_out(spec.kinetic_energy, {"q": q, "qd": qd, **tables})
+
+
+def potential_energy(chain: Chain, q: Scalars) -> Any:
+    """The energy of height, J, which is 0 where all centres of mass are at the origin.
+
+    Parameters
+    ----------
+    chain : Chain
+        With inertias.
+    q : scalars
+
+    Returns
+    -------
+    scalar
+    """
+    return folded(_potential_energy, chain, q=q)
+
+
+def _potential_energy(chain: Chain, q: Scalars) -> Any:
+    weight, (_, moment, _) = _gravity_of(chain), carried_by_base(chain)
+    energy = written_out(spec.potential_energy, {"q": q, "gravity": weight, **_heavy(chain)})
+    return energy - sum(g * x for g, x in zip(weight, moment, strict=True))
+
+
+def centre_of_mass(chain: Chain, q: Scalars) -> tuple[Any, ...]:
+    """The centre of mass of what moves, x, y, z in the base frame.
+
+    Parameters
+    ----------
+    chain : Chain
+        With inertias.
+    q : scalars
+
+    Returns
+    -------
+    3 scalars
+    """
+    return folded(_centre_of_mass, chain, q=q)  # type: ignore[no-any-return]
+
+
+def _centre_of_mass(chain: Chain, q: Scalars) -> Any:
+    _, point = written_out(spec.centre_of_mass, {"q": q, **tables_of_joints(chain), "inertias": _bodies_of(chain)})
+    return tuple(point[name] for name in ("e032", "e013", "e021"))
+
+
+def centroidal_momentum_matrix(chain: Chain, q: Scalars) -> Rows:
+    """Momenta about the centre of mass for unit rates of the variables: angular over linear.
+
+    Parameters
+    ----------
+    chain : Chain
+        With inertias.
+    q : scalars
+
+    Returns
+    -------
+    6 rows of n scalars
+    """
+    return folded(_centroidal_momentum_matrix, chain, q=q)  # type: ignore[no-any-return]
+
+
+def _centroidal_momentum_matrix(chain: Chain, q: Scalars) -> Any:
+    tables = tables_of_joints(chain) | {"inertias": _bodies_of(chain)}
+    rows, _ = written_out(spec.centroidal_momentum_matrix, {"q": q, **tables})
+    return rows
+
+
+# Tables.
+
+
+def _heavy(chain: Chain) -> Tables:
+    """The joints, with the part of the inertias that forces are made of."""
+    need(chain, "inertias")
+    return tables_of_joints(chain) | {"inertias": rows_of(regrouped(chain))}
+
+
+def _bodies_of(chain: Chain) -> Any:
+    need(chain, "inertias")
+    return rows_of(about_origins(chain))
+
+
+def _armature_of(chain: Chain) -> Any:
+    return [exact(x) for x in chain.armature] if chain.armature else [0] * chain.n_joints
+
+
+def _gravity_of(chain: Chain) -> Any:
+    return tuple(exact(g) for g in chain.gravity)

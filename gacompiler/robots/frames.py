@@ -10,11 +10,17 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
 
+from ..algebra.catalog import PGA3
+from ..algebra.multivector import Multivector
 from .chains import Chain, exact
 
 Vector = tuple[Fraction, Fraction, Fraction]
 
 ZERO = (Fraction(0),) * 3
+LINE = ("e23", "e31", "e12", "e01", "e02", "e03")
+"""Basis lines: the coordinates of a direction, and of a moment."""
+LENGTHS = 15
+"""Decimals of coordinates in metres: those of a chain are rounded in the sixteenth."""
 
 
 def dot(a: Sequence[Fraction], b: Sequence[Fraction]) -> Fraction:
@@ -33,9 +39,14 @@ def plus(a: Vector, b: Vector, factor: Fraction | int = 1) -> Vector:
     return x, y, z
 
 
-def rounded(x: Fraction) -> Fraction:
-    """Rounded to 17 decimals, which removes what sums of rounded decimals leave in place of 0."""
-    return Fraction(round(x * 10**17), 10**17)
+def rounded(x: Fraction, digits: int = 17) -> Fraction:
+    """Rounded to a number of decimals, which removes what sums of rounded decimals leave in place of 0."""
+    return Fraction(round(x * 10**digits), 10**digits)
+
+
+def line_of(d: Vector, m: Vector) -> Multivector:
+    """The line with direction `d` and moment `m`."""
+    return PGA3.multivector(dict(zip(LINE, (*d, *m), strict=True)))
 
 
 def directions_and_moments(chain: Chain) -> list[tuple[Vector, Vector]]:
@@ -53,5 +64,6 @@ def origins(chain: Chain) -> list[Vector]:
     for (d, m), parent in zip(directions_and_moments(chain), chain.parents, strict=True):
         before = points[parent] if parent >= 0 else ZERO
         foot = plus(cross(d, m), d, dot(d, before))
-        points.append((rounded(foot[0]), rounded(foot[1]), rounded(foot[2])))
+        x, y, z = (rounded(coordinate, LENGTHS) for coordinate in foot)
+        points.append((x, y, z))
     return points

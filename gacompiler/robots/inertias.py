@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from functools import lru_cache
 
 from .chains import Chain, exact
 from .frames import ZERO, Vector, directions_and_moments, dot, origins, plus, rounded
@@ -31,6 +32,21 @@ def _sum(a: Inertia, b: Inertia, sign: int = 1) -> Inertia:
     return a[0] + sign * b[0], plus(a[1], b[1], sign), (x, y, z)
 
 
+def about_origins(chain: Chain) -> list[Inertia]:
+    """Inertias of what the joints carry, about the origins of their frames."""
+    return [_clean(inertia) for inertia in _given(chain)]
+
+
+def _given(chain: Chain) -> list[Inertia]:
+    found: list[Inertia] = []
+    for numbers, origin in zip(chain.inertias, origins(chain), strict=True):
+        mass, *centre, xx, xy, xz, yy, yz, zz = map(exact, numbers)
+        tensor = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
+        x, y, z = (origin[k] - centre[k] for k in range(3))
+        found.append(_about((mass, ZERO, tensor), (x, y, z)))
+    return found
+
+
 def regrouped(chain: Chain) -> list[Inertia]:
     """Inertias about the origins of the joints, with what does not affect a joint's force moved to its parent.
 
@@ -39,13 +55,18 @@ def regrouped(chain: Chain) -> list[Inertia]:
     forces (the base parameters of Gautier and Khalil, *IEEE Trans. Robotics Autom.* 6:368, 1990). A prismatic joint
     passes its whole tensor on. What reaches the base affects no joint.
     """
+    return list(_regrouped(chain)[0])
+
+
+def carried_by_base(chain: Chain) -> Inertia:
+    """What `regrouped` moves to the base, about its origin."""
+    return _regrouped(chain)[1]
+
+
+@lru_cache(maxsize=64)
+def _regrouped(chain: Chain) -> tuple[tuple[Inertia, ...], Inertia]:
     frames = list(zip(directions_and_moments(chain), origins(chain), strict=True))
-    found: list[Inertia] = []
-    for numbers, (_, origin) in zip(chain.inertias, frames, strict=True):
-        mass, *centre, xx, xy, xz, yy, yz, zz = map(exact, numbers)
-        tensor = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
-        x, y, z = (origin[k] - centre[k] for k in range(3))
-        found.append(_about((mass, ZERO, tensor), (x, y, z)))
+    found, base = _given(chain), (Fraction(0), ZERO, (ZERO, ZERO, ZERO))
     for joint in reversed(range(chain.n_joints)):
         (d, _), origin = frames[joint]
         mass, h, tensor = found[joint]
@@ -65,7 +86,9 @@ def regrouped(chain: Chain) -> list[Inertia]:
         if parent >= 0:
             offset = plus(frames[parent][1], origin, -1)
             found[parent] = _sum(found[parent], _about(carried, offset))
-    return [_clean(inertia) for inertia in found]
+        else:
+            base = _sum(base, _about(carried, plus(ZERO, origin, -1)))
+    return tuple(_clean(inertia) for inertia in found), _clean(base)
 
 
 def _clean(inertia: Inertia) -> Inertia:

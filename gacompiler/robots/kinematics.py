@@ -1,128 +1,120 @@
-"""Forward kinematics and Jacobian of one robot as expressions: the constants of its `Chain` are numbers, and fold."""
+"""Kinematics of one robot: the loops of `gacompiler.specs.robots` written out, with its constants folded.
+
+Every function takes a `Chain`, then the variables and what else a call has: expressions in a kernel, symbols of sympy,
+or numbers.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from fractions import Fraction
 from typing import Any
 
-from ..algebra.catalog import PGA3
-from ..algebra.multivector import Multivector
-from ..errors import SpecError
+from ..frontend.expression import lift
+from ..frontend.kernel import Kernel
+from ..frontend.loop_trace import written_out
 from ..frontend.operations import cos, sin
-from .chains import Chain, exact
-from .frames import ZERO, Vector, cross, directions_and_moments, origins, plus, rounded
-from .motions import LINE, line_of, motions_of, total
-
-_MOTOR = ("1", *LINE, "e0123")
-_E12, _E23, _E01, _E03 = (PGA3.multivector({name: 1}) for name in ("e12", "e23", "e01", "e03"))
-
-
-def row_motor(theta: Any = 0, d: Any = 0, a: Any = 0, alpha: Any = 0, convention: str = "standard") -> Any:
-    """The motor of a row of a Denavit-Hartenberg table; products of these are a robot in closed form.
-
-    Parameters
-    ----------
-    theta, d, a, alpha : scalars
-        Numbers, expressions in a kernel, or symbols of sympy: with these the motor, and what it moves, is a formula.
-    convention : str
-        "standard", or "modified" (Craig).
-
-    Returns
-    -------
-    Expression or Multivector
-    """
-    if convention not in ("standard", "modified"):
-        raise SpecError("row_motor()", f"convention {convention!r}", "'standard' or 'modified'")
-    about_z = (1 - _E03 * (d / 2)) * (cos(theta / 2) - _E12 * sin(theta / 2))
-    about_x = (1 - _E01 * (a / 2)) * (cos(alpha / 2) - _E23 * sin(alpha / 2))
-    return about_z * about_x if convention == "standard" else about_x * about_z
+from ..specs import robots as spec
+from .chains import Chain
+from .folding import Rows, Scalars, folded, need
+from .frames import ZERO, directions_and_moments, line_of, origins
+from .tables import motor_of, path_to, rotor_and_place, tables_of_joints
 
 
-def _path(chain: Chain) -> list[int]:
-    """The joints from the base to the end effector."""
-    found, joint = [], chain.tip
-    while joint >= 0:
-        found.append(joint)
-        joint = chain.parents[joint]
-    return found[::-1]
-
-
-def forward(chain: Chain, q: Sequence[Any]) -> Any:
+def forward(chain: Chain, q: Scalars) -> Any:
     """The motor of the end effector: the product of the joints' exponentials, times the tool.
 
     Parameters
     ----------
     chain : Chain
-    q : n scalars
+    q : scalars
 
     Returns
     -------
-    Expression
+    multivector
         An even element, a unit motor to the rounding of the constants.
     """
-    lines = directions_and_moments(chain)
-    product: Any = None
-    for joint in _path(chain):
-        d, m = lines[joint]
-        half = q[joint] / 2
+    return folded(_forward, chain, q=q)
+
+
+def _forward(chain: Chain, q: Scalars) -> Any:
+    # One motor takes fewer operations than the rotor and the place that loops over any robot carry.
+    found: Any = lift(1)
+    lines, (variables, ratios, offsets) = directions_and_moments(chain), chain.followed
+    for joint in path_to(chain, chain.tip):
+        half = (ratios[joint] * q[variables[joint]] + offsets[joint]) / 2
+        direction, moment = lines[joint]
         if chain.kinds[joint] == "prismatic":
-            motion = 1 - half * line_of(ZERO, d)
+            factor = 1 - half * line_of(ZERO, direction)
         else:
-            motion = cos(half) - sin(half) * line_of(d, m)
-        product = motion if product is None else product * motion
-    tool = _tool(chain)
-    return tool * (1 + 0 * q[0]) if product is None else product * tool
+            factor = cos(half) - sin(half) * line_of(direction, moment)
+        found = factor if chain.parents[joint] < 0 else found * factor
+    return found * motor_of(chain.tool)
 
 
-def jacobian(chain: Chain, q: Sequence[Any]) -> tuple[tuple[Any, ...], ...]:
+def forward_all(chain: Chain, q: Scalars) -> tuple[Any, ...]:
+    """The motors of the frames that the joints carry, in the base frame.
+
+    Parameters
+    ----------
+    chain : Chain
+        With `home`.
+    q : scalars
+
+    Returns
+    -------
+    N multivectors
+    """
+    return folded(_forward_all, chain, q=q)  # type: ignore[no-any-return]
+
+
+def _forward_all(chain: Chain, q: Scalars) -> Any:
+    need(chain, "home")
+    homes = zip(chain.home, origins(chain), strict=True)
+    rotors, places = zip(*(rotor_and_place(motor_of(home), origin) for home, origin in homes), strict=True)
+    tables = tables_of_joints(chain) | {"home_rotors": rotors, "home_places": places}
+    return written_out(spec.forward_all, {"q": q, **tables})
+
+
+def jacobian(chain: Chain, q: Scalars) -> Rows:
     """The geometric Jacobian at the end effector: angular over linear velocity, in the base frame.
 
     Parameters
     ----------
     chain : Chain
-    q : n scalars
+    q : scalars
 
     Returns
     -------
     6 rows of n scalars
     """
-    motions = motions_of(chain, q)
-    # images of the three coordinate directions, and the origin, of each joint's frame
-    columns: list[tuple[Any, ...]] = [(1, 0, 0), (0, 1, 0), (0, 0, 1)]
-    position: tuple[Any, ...] = ZERO
-    found: dict[int, tuple[Any, tuple[Any, ...]]] = {}
-
-    def moved(v: Sequence[Any]) -> tuple[Any, ...]:
-        return tuple(total([v[k] * columns[k][i] for k in range(3)]) for i in range(3))
-
-    for joint in _path(chain):
-        motion = motions[joint]
-        offset = moved(motion.position(q[joint]))
-        position = tuple(a + b for a, b in zip(position, offset, strict=True))
-        found[joint] = (moved(motion.direction), position)
-        columns = [moved(motion.rotated([int(k == i) for i in range(3)])) for k in range(3)]
-    tip = moved(plus(_tool_position(chain), origins(chain)[chain.tip], -1)) if found else ZERO
-    position = tuple(a + b for a, b in zip(position, tip, strict=True))
-    result = []
-    for joint in range(chain.n_joints):
-        if joint not in found:
-            result.append((0,) * 6)
-            continue
-        axis, point = found[joint]
-        if chain.kinds[joint] == "prismatic":
-            result.append((0, 0, 0, *axis))
-        else:
-            result.append((*axis, *cross(axis, [a - b for a, b in zip(position, point, strict=True)])))
-    return tuple(zip(*result, strict=True))
+    return folded(_jacobian, chain, q=q)  # type: ignore[no-any-return]
 
 
-def _tool(chain: Chain) -> Multivector:
-    return PGA3.multivector(dict(zip(_MOTOR, map(exact, chain.tool), strict=True)))
+def _jacobian(chain: Chain, q: Scalars) -> Any:
+    return _of_end_effector(spec.jacobian, chain, q=q)
 
 
-def _tool_position(chain: Chain) -> Vector:
-    tool = _tool(chain)
-    point = tool * PGA3.multivector({"e123": 1}) * ~tool
-    x, y, z = (rounded(Fraction(point[name] / point["e123"])) for name in ("e032", "e013", "e021"))
-    return x, y, z
+def jacobian_rate(chain: Chain, q: Scalars, qd: Scalars) -> Rows:
+    """The rate of change of `jacobian` while the variables change at the rates `qd`.
+
+    Parameters
+    ----------
+    chain : Chain
+    q, qd : scalars
+
+    Returns
+    -------
+    6 rows of n scalars
+    """
+    return folded(_jacobian_rate, chain, q=q, qd=qd)  # type: ignore[no-any-return]
+
+
+def _jacobian_rate(chain: Chain, q: Scalars, qd: Scalars) -> Any:
+    return _of_end_effector(spec.jacobian_rate, chain, q=q, qd=qd)
+
+
+def _of_end_effector(definition: Kernel, chain: Chain, **given: Scalars) -> Any:
+    path = path_to(chain, chain.tip)
+    if not path:
+        return ((0,) * chain.n_variables,) * 6
+    _, tip = rotor_and_place(motor_of(chain.tool), origins(chain)[chain.tip])
+    return written_out(definition, {**given, **tables_of_joints(chain, path), "tip": tip})

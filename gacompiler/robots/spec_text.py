@@ -7,9 +7,10 @@ from decimal import Decimal
 from textwrap import wrap
 
 from .chains import Chain, Number, exact
+from .kernel_texts import kernel_text
 
 
-def spec_text(name: str, chain: Chain, source: str) -> str:
+def spec_text(name: str, chain: Chain, source: str, methods: Sequence[str]) -> str:
     """A spec of one robot: its constants, and the kernels that they fold into.
 
     Parameters
@@ -22,6 +23,8 @@ def spec_text(name: str, chain: Chain, source: str) -> str:
         Tensors are written to fifteen digits of their largest entry.
     source : str
         Where the numbers are from, a sentence or two.
+    methods : sequence of str
+        The kernels, names of functions of `gacompiler.robots`.
     """
     parts = [
         _literal("kinds", [f'"{kind}"' for kind in chain.kinds]),
@@ -32,6 +35,8 @@ def spec_text(name: str, chain: Chain, source: str) -> str:
         _rows("inertias", [_nice_body(row) for row in chain.inertias]) if chain.inertias else "",
         _literal("gravity", [repr(float(x)) for x in chain.gravity]),
         _literal("armature", [repr(_nice(x)) for x in chain.armature]) if any(map(exact, chain.armature)) else "",
+        _followed(chain) if chain.variables else "",
+        _rows("home", [tuple(map(_nice, row)) for row in chain.home]) if "forward_all" in methods else "",
     ]
     own = "\n".join(
         (
@@ -48,39 +53,17 @@ def spec_text(name: str, chain: Chain, source: str) -> str:
             "ROBOT = robots.Chain(",
             f"{''.join(parts)})",
             "__doc__ = robots.signed(__doc__, ROBOT)",
-            f"JOINTS = array(SCALAR, {chain.n_joints})",
+            f"JOINTS = array(SCALAR, {chain.n_variables})",
             "",
         )
     )
-    return own + _FORWARD + (_DYNAMICS if chain.inertias else "")
+    return own + "".join(kernel_text(method) for method in methods)
 
 
-_FORWARD = '''
-
-@kernel(q=JOINTS, returns=PGA3.MOTOR)
-def forward(q):
-    """Where the end effector is: the unit motor from its frame to the base frame."""
-    return robots.forward(ROBOT, q)
-
-
-@kernel(q=JOINTS, returns=array(SCALAR, 6, ROBOT.n_joints))
-def jacobian(q):
-    """Angular over linear velocity of the end effector by the rates of the joints, in the base frame."""
-    return robots.jacobian(ROBOT, q)
-'''
-_DYNAMICS = '''
-
-@kernel(q=JOINTS, qd=JOINTS, qdd=JOINTS, returns=JOINTS)
-def inverse_dynamics(q, qd, qdd):
-    """Forces and torques of the joints that give accelerations, gravity included."""
-    return robots.inverse_dynamics(ROBOT, q, qd, qdd)
-
-
-@kernel(q=JOINTS, returns=array(SCALAR, ROBOT.n_joints, ROBOT.n_joints))
-def mass_matrix(q):
-    """The symmetric matrix of the kinetic energy."""
-    return robots.mass_matrix(ROBOT, q)
-'''
+def _followed(chain: Chain) -> str:
+    names = ("variables", "ratios", "offsets")
+    rows = (chain.variables, *(tuple(map(_nice, row)) for row in (chain.ratios, chain.offsets)))
+    return "".join(_literal(name, list(map(repr, row))) for name, row in zip(names, rows, strict=True))
 
 
 def _literal(name: str, entries: Sequence[str], indent: int = 4) -> str:

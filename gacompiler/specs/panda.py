@@ -43,7 +43,7 @@ def forward(q):
     return robots.forward(ROBOT, q)
 
 
-@kernel(q=JOINTS, returns=array(SCALAR, 6, ROBOT.n_joints))
+@kernel(q=JOINTS, returns=array(SCALAR, 6, ROBOT.n_variables))
 def jacobian(q):
     """Angular over linear velocity of the end effector by the rates of the joints, in the base frame."""
     return robots.jacobian(ROBOT, q)
@@ -55,7 +55,13 @@ def inverse_dynamics(q, qd, qdd):
     return robots.inverse_dynamics(ROBOT, q, qd, qdd)
 
 
-@kernel(q=JOINTS, returns=array(SCALAR, ROBOT.n_joints, ROBOT.n_joints))
+@kernel(q=JOINTS, returns=JOINTS)
+def gravity(q):
+    """Forces and torques of the joints that hold the robot still."""
+    return robots.gravity(ROBOT, q)
+
+
+@kernel(q=JOINTS, returns=array(SCALAR, ROBOT.n_variables, ROBOT.n_variables))
 def mass_matrix(q):
     """The symmetric matrix of the kinetic energy."""
     return robots.mass_matrix(ROBOT, q)

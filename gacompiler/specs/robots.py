@@ -100,12 +100,16 @@ def _plus(a, b):
     return tuple(x + y for x, y in zip(a, b, strict=True))
 
 
+def _minus(a, b):
+    return tuple(x - y for x, y in zip(a, b, strict=True))
+
+
 def _rotated(rotor, vector):
     """A vector, rotated."""
     return _direction(sandwich(rotor, _line(vector, (0, 0, 0))))
 
 
-def _to_parent(pose, line):
+def to_parent(pose, line):
     """A line of a frame in that of the parent."""
     turned = sandwich(pose.rotor, line)
     direction = _direction(turned)
@@ -115,7 +119,7 @@ def _to_parent(pose, line):
 def _to_child(pose, line):
     """A line of the parent's frame in this one."""
     direction = _direction(line)
-    return sandwich(~pose.rotor, _line(direction, _plus(_moment(line), _cross(direction, pose.place))))
+    return sandwich(~pose.rotor, _line(direction, _minus(_moment(line), _cross(pose.place, direction))))
 
 
 def _after(pose, own):
@@ -140,7 +144,8 @@ def _pose(q, ratio, offset, place, screw, turn):
     return Pose(cos(half) - sin(half) * axis, _plus(place, tuple(x * d for d in _moment(screw))))
 
 
-def _momentum(inertia, twist):
+def momentum_of(inertia, twist):
+    """The momentum of a body that moves with a twist, a line like a wrench."""
     mass, hx, hy, hz, xx, xy, xz, yy, yz, zz = inertia
     h, w, v = (hx, hy, hz), _direction(twist), _moment(twist)
     force = _plus(tuple(mass * x for x in v), _cross(w, h))
@@ -154,7 +159,7 @@ def _first_moment(inertia, pose):
     return mass, _plus(_rotated(pose.rotor, h), tuple(mass * x for x in pose.place))
 
 
-def _placed(inertia, pose):
+def placed(inertia, pose):
     """An inertia about the origin of a frame, as one about the origin of the frame that the pose is in."""
     mass, hx, hy, hz, xx, xy, xz, yy, yz, zz = inertia
     columns = [_rotated(pose.rotor, axis) for axis in ((1, 0, 0), (0, 1, 0), (0, 0, 1))]
@@ -183,7 +188,8 @@ JOINTS = {
 }
 
 
-def _poses(q, variables, ratios, offsets, places, screws, turns):
+def own_poses(q, variables, ratios, offsets, places, screws, turns):
+    """The pose of each joint's frame in that of its parent."""
     return each(_pose, gather(q, variables), ratios, offsets, places, screws, turns)
 
 
@@ -210,7 +216,7 @@ def _motions(own, parents, screws, speeds, rates, ratios, gravity):
 
 def _inertial_wrench(inertia, motion):
     """The wrench that a body needs to move so: the rate of its momentum."""
-    return _momentum(inertia, motion.rate) + commutator(_momentum(inertia, motion.twist), motion.twist)
+    return momentum_of(inertia, motion.rate) + commutator(momentum_of(inertia, motion.twist), motion.twist)
 
 
 @kernel(q=VALUES, parents=PARENTS, **JOINTS, home_rotors=ROTORS, home_places=VECTORS, returns=array(MOTOR, "n"))
@@ -219,7 +225,7 @@ def forward_all(q, parents, variables, ratios, offsets, places, screws, turns, h
 
     `home_rotors` and `home_places` are their poses in the frames of the joints.
     """
-    own = _poses(q, variables, ratios, offsets, places, screws, turns)
+    own = own_poses(q, variables, ratios, offsets, places, screws, turns)
     base = Pose(1, (0, 0, 0))
     poses = scan(_after, base, own, parents=parents)
     return each(lambda pose, rotor, place: _motor(_after(pose, Pose(rotor, place))), poses, home_rotors, home_places)
@@ -247,7 +253,7 @@ def jacobian(q, variables, ratios, offsets, places, screws, turns, tip):
     The tables are those of the joints from the base to the end effector, and `tip` is the origin of the end effector in
     the frame of the last one.
     """
-    own = _poses(q, variables, ratios, offsets, places, screws, turns)
+    own = own_poses(q, variables, ratios, offsets, places, screws, turns)
     poses = scan(_after, Pose(1, (0, 0, 0)), own)
     last = fold(lambda _, pose: pose, Pose(1, (0, 0, 0)), poses)
     point = _plus(last.place, _rotated(last.rotor, tip))
@@ -264,11 +270,11 @@ def jacobian(q, variables, ratios, offsets, places, screws, turns, tip):
 @kernel(q=VALUES, **JOINTS, tip=VECTOR, qd=VALUES, returns=array(SCALAR, "m", 6))
 def jacobian_rate(q, variables, ratios, offsets, places, screws, turns, tip, qd):
     """The rate of change of `jacobian` while the variables change at the rates `qd`."""
-    own = _poses(q, variables, ratios, offsets, places, screws, turns)
+    own = own_poses(q, variables, ratios, offsets, places, screws, turns)
     poses = scan(_after, Pose(1, (0, 0, 0)), own)
     last = fold(lambda _, pose: pose, Pose(1, (0, 0, 0)), poses)
     point = _plus(last.place, _rotated(last.rotor, tip))
-    axes = each(_to_parent, poses, screws)
+    axes = each(to_parent, poses, screws)
 
     def outward(carrier, axis, speed, ratio):
         twist, _ = carrier
@@ -290,9 +296,9 @@ def jacobian_rate(q, variables, ratios, offsets, places, screws, turns, tip, qd)
 @kernel(q=VALUES, parents=PARENTS, **JOINTS, returns=array(LINE, "n"))
 def twists_of_joints(q, parents, variables, ratios, offsets, places, screws, turns):
     """The twists of the joints at unit speed, as lines in the base frame."""
-    own = _poses(q, variables, ratios, offsets, places, screws, turns)
+    own = own_poses(q, variables, ratios, offsets, places, screws, turns)
     poses = _in_base(own, parents)
-    return each(_to_parent, poses, screws)
+    return each(to_parent, poses, screws)
 
 
 @kernel(
@@ -310,12 +316,12 @@ def mass_matrix(
     `rows` of the lower one and `columns` of the upper one; `mirrored`, which is `rows` again, or -1 where the joints
     are the same; the product of the ratios of both joints, and the inertia of the rotor where they are the same.
     """
-    own = _poses(q, variables, ratios, offsets, places, screws, turns)
+    own = own_poses(q, variables, ratios, offsets, places, screws, turns)
     poses = _in_base(own, parents)
-    axes = each(_to_parent, poses, screws)
-    bodies = each(_placed, inertias, poses)
+    axes = each(to_parent, poses, screws)
+    bodies = each(placed, inertias, poses)
     composite = accumulate(lambda carried, body: _plus(carried, body), (0,) * 10, bodies, parents=parents)
-    momenta = each(_momentum, composite, axes)
+    momenta = each(momentum_of, composite, axes)
     entries = each(
         lambda momentum, axis, factor, rotor: factor * ((axis & momentum) + rotor),
         gather(momenta, lower), gather(axes, upper), factors, armature,
@@ -331,17 +337,17 @@ def forward_dynamics(
 
     Each joint has a variable of its own. NaN where a joint moves nothing that has inertia.
     """
-    own = _poses(q, variables, ratios, offsets, places, screws, turns)
+    own = own_poses(q, variables, ratios, offsets, places, screws, turns)
     poses = _in_base(own, parents)
-    axes = each(_to_parent, poses, screws)
+    axes = each(to_parent, poses, screws)
     speeds = each(lambda speed, ratio: speed * ratio, gather(qd, variables), ratios)
     twists = scan(lambda carrier, axis, speed: carrier + speed * axis, _NO_LINE, axes, speeds, parents=parents)
 
     def inward(carried, pose, body, axis, twist, speed, force, ratio, rotor):
         outer, wrench = carried
-        own_body = _placed(body, pose)
+        own_body = placed(body, pose)
         felt = _felt(outer, own_body, axis, rotor)
-        wrench = wrench + commutator(_momentum(own_body, twist), twist)
+        wrench = wrench + commutator(momentum_of(own_body, twist), twist)
         rest = force / ratio - (axis & wrench)
         drag = speed * commutator(axis, twist)
         passed = wrench + _articulated(felt.left.inertia, drag) + (rest * felt.size) * felt.momentum
@@ -451,12 +457,12 @@ def inverse_mass_matrix(
     the product of their ratios; the variables of the moved and of the pushed joint; and `mirrored`, which is `columns`
     again, or -1 where the joints are the same.
     """
-    own = _poses(q, variables, ratios, offsets, places, screws, turns)
+    own = own_poses(q, variables, ratios, offsets, places, screws, turns)
     poses = _in_base(own, parents)
-    axes = each(_to_parent, poses, screws)
+    axes = each(to_parent, poses, screws)
 
     def inward(carried, pose, body, axis, rotor):
-        felt = _felt(carried, _placed(body, pose), axis, rotor)
+        felt = _felt(carried, placed(body, pose), axis, rotor)
         return felt.left, (felt.momentum, felt.size)
 
     felt = accumulate(inward, _NOTHING, poses, inertias, axes, armature, parents=parents, keep=True)
@@ -486,11 +492,11 @@ def inverse_dynamics(
     q, parents, variables, ratios, offsets, places, screws, turns, qd, qdd, inertias, armature, gravity
 ):
     """The forces and torques of the joints that give accelerations, by Newton and Euler (Luh, Walker and Paul 1980)."""
-    own = _poses(q, variables, ratios, offsets, places, screws, turns)
+    own = own_poses(q, variables, ratios, offsets, places, screws, turns)
 
     def inward(carried, motion, pose, inertia, axis):
         wrench = _inertial_wrench(inertia, motion) + carried
-        return _to_parent(pose, wrench), axis & wrench
+        return to_parent(pose, wrench), axis & wrench
 
     motions = _motions(own, parents, screws, gather(qd, variables), gather(qdd, variables), ratios, gravity)
     _, forces = accumulate(inward, _NO_LINE, motions, own, inertias, screws, parents=parents, keep=True)
@@ -504,14 +510,14 @@ def inverse_dynamics(
 @kernel(q=VALUES, parents=PARENTS, **JOINTS, inertias=BODIES, gravity=VECTOR)
 def gravity_forces(q, parents, variables, ratios, offsets, places, screws, turns, inertias, gravity):
     """The forces and torques of the joints that hold the robot still."""
-    own = _poses(q, variables, ratios, offsets, places, screws, turns)
+    own = own_poses(q, variables, ratios, offsets, places, screws, turns)
     poses = _in_base(own, parents)
 
     def inward(carried, pose, inertia, screw, ratio):
         mass, first = _first_moment(inertia, pose)
         force = tuple(-mass * g for g in gravity)
         wrench = carried + _line(force, tuple(-x for x in _cross(first, gravity)))
-        return wrench, ratio * (_to_parent(pose, screw) & wrench)
+        return wrench, ratio * (to_parent(pose, screw) & wrench)
 
     _, forces = accumulate(inward, _NO_LINE, poses, inertias, screws, ratios, parents=parents, keep=True)
     return scatter(forces, variables, q)
@@ -523,7 +529,7 @@ def gravity_forces(q, parents, variables, ratios, offsets, places, screws, turns
 @kernel(q=VALUES, parents=PARENTS, **JOINTS, qd=VALUES, inertias=BODIES, armature=NUMBERS)
 def kinetic_energy(q, parents, variables, ratios, offsets, places, screws, turns, qd, inertias, armature):
     """The energy of motion, that of the motors' rotors included."""
-    own = _poses(q, variables, ratios, offsets, places, screws, turns)
+    own = own_poses(q, variables, ratios, offsets, places, screws, turns)
 
     def outward(carrier, pose, axis, speed, ratio):
         return _to_child(pose, carrier) + ratio * speed * axis
@@ -532,7 +538,7 @@ def kinetic_energy(q, parents, variables, ratios, offsets, places, screws, turns
     twists = scan(outward, _NO_LINE, own, screws, speeds, ratios, parents=parents)
 
     def energy(twist, inertia, rotor, speed, ratio):
-        return ((twist & _momentum(inertia, twist)) + rotor * (ratio * speed) * (ratio * speed)) / 2
+        return ((twist & momentum_of(inertia, twist)) + rotor * (ratio * speed) * (ratio * speed)) / 2
 
     return total(energy, twists, inertias, armature, speeds, ratios)
 
@@ -540,7 +546,7 @@ def kinetic_energy(q, parents, variables, ratios, offsets, places, screws, turns
 @kernel(q=VALUES, parents=PARENTS, **JOINTS, inertias=BODIES, gravity=VECTOR)
 def potential_energy(q, parents, variables, ratios, offsets, places, screws, turns, inertias, gravity):
     """The energy of height, which is 0 where all centres of mass are at the origin."""
-    own = _poses(q, variables, ratios, offsets, places, screws, turns)
+    own = own_poses(q, variables, ratios, offsets, places, screws, turns)
     poses = _in_base(own, parents)
     return total(lambda inertia, pose: -_dot(gravity, _first_moment(inertia, pose)[1]), inertias, poses)
 
@@ -548,7 +554,7 @@ def potential_energy(q, parents, variables, ratios, offsets, places, screws, tur
 @kernel(q=VALUES, parents=PARENTS, **JOINTS, inertias=BODIES)
 def centre_of_mass(q, parents, variables, ratios, offsets, places, screws, turns, inertias):
     """The mass of what moves, and its centre of mass in the base frame."""
-    own = _poses(q, variables, ratios, offsets, places, screws, turns)
+    own = own_poses(q, variables, ratios, offsets, places, screws, turns)
     poses = _in_base(own, parents)
 
     mass, moment = total(_first_moment, inertias, poses)
@@ -563,15 +569,15 @@ def centroidal_momentum_matrix(q, parents, variables, ratios, offsets, places, s
 
     A row is an angular momentum about the centre of mass, then a linear momentum.
     """
-    own = _poses(q, variables, ratios, offsets, places, screws, turns)
+    own = own_poses(q, variables, ratios, offsets, places, screws, turns)
     poses = _in_base(own, parents)
-    bodies = each(_placed, inertias, poses)
+    bodies = each(placed, inertias, poses)
     composite = accumulate(_plus, (0,) * 10, bodies, parents=parents)
     mass, *moment = total(lambda body: tuple(body[:4]), bodies)
     centre = tuple(x / mass for x in moment)
 
     def column(body, pose, screw, ratio):
-        momentum = _momentum(body, _to_parent(pose, screw))
+        momentum = momentum_of(body, to_parent(pose, screw))
         force = tuple(ratio * x for x in _direction(momentum))
         about = tuple(ratio * x - y for x, y in zip(_moment(momentum), _cross(centre, force), strict=True))
         return (*about, *force)
@@ -642,9 +648,9 @@ def inverse_dynamics_derivatives(
     Formulas of Singh, Russo and Wensing (*IEEE Robotics and Autom. Letters* 7:1635, 2022), whose Coriolis map of a body
     has an angular part only: ``B w = (2 w x P, N w)``.
     """
-    own = _poses(q, variables, ratios, offsets, places, screws, turns)
+    own = own_poses(q, variables, ratios, offsets, places, screws, turns)
     poses = _in_base(own, parents)
-    axes = each(_to_parent, poses, screws)
+    axes = each(to_parent, poses, screws)
     speeds = each(lambda speed, ratio: ratio * speed, gather(qd, variables), ratios)
     rates = each(lambda rate, ratio: ratio * rate, gather(qdd, variables), ratios)
 
@@ -662,9 +668,9 @@ def inverse_dynamics_derivatives(
     changes = scan(outward, base, axes, speeds, rates, parents=parents)
 
     def of_body(body, pose, change):
-        inertia = _placed(body, pose)
-        momentum = _momentum(inertia, change.twist)
-        wrench = _momentum(inertia, change.rate) + commutator(momentum, change.twist)
+        inertia = placed(body, pose)
+        momentum = momentum_of(inertia, change.twist)
+        wrench = momentum_of(inertia, change.rate) + commutator(momentum, change.twist)
         return Composite(inertia, _turning(inertia, change.twist), _direction(momentum), wrench)
 
     def summed(carried, own_sums):
@@ -682,10 +688,10 @@ def inverse_dynamics_derivatives(
         inertia, turning, p, wrench = sums
         turned = _coriolis(turning, p, change.axis_rate)
         return Covectors(
-            turned + _momentum(inertia, change.axis_acceleration) + commutator(wrench, axis),
-            _momentum(inertia, axis),
+            turned + momentum_of(inertia, change.axis_acceleration) + commutator(wrench, axis),
+            momentum_of(inertia, axis),
             _coriolis_transposed(turning, p, axis),
-            _coriolis(turning, p, axis) + 2 * _momentum(inertia, change.axis_rate),
+            _coriolis(turning, p, axis) + 2 * momentum_of(inertia, change.axis_rate),
         )
 
     covectors = each(of_joint, composites, axes, changes)
@@ -720,9 +726,9 @@ def coriolis_matrix(
 
     The last five tables are those of `inverse_dynamics_derivatives`.
     """
-    own = _poses(q, variables, ratios, offsets, places, screws, turns)
+    own = own_poses(q, variables, ratios, offsets, places, screws, turns)
     poses = _in_base(own, parents)
-    axes = each(_to_parent, poses, screws)
+    axes = each(to_parent, poses, screws)
 
     def outward(carrier, axis, speed, ratio):
         twist, _ = carrier
@@ -731,8 +737,8 @@ def coriolis_matrix(
     twists, axis_rates = scan(outward, (_NO_LINE, _NO_LINE), axes, gather(qd, variables), ratios, parents=parents)
 
     def of_body(body, pose, twist):
-        inertia = _placed(body, pose)
-        return inertia, _turning(inertia, twist), _direction(_momentum(inertia, twist))
+        inertia = placed(body, pose)
+        return inertia, _turning(inertia, twist), _direction(momentum_of(inertia, twist))
 
     def summed(carried, sums):
         return tuple(_plus(a, b) for a, b in zip(carried, sums, strict=True))
@@ -742,8 +748,8 @@ def coriolis_matrix(
 
     def of_joint(sums, axis, axis_rate):
         inertia, turning, p = sums
-        momentum = _momentum(inertia, axis)
-        by_speed = (Fraction(1, 2) * _coriolis(turning, p, axis)) + _momentum(inertia, axis_rate)
+        momentum = momentum_of(inertia, axis)
+        by_speed = (Fraction(1, 2) * _coriolis(turning, p, axis)) + momentum_of(inertia, axis_rate)
         return momentum, tuple(x / 2 for x in _coriolis_transposed(turning, p, axis)), by_speed
 
     covectors = each(of_joint, composites, axes, axis_rates)
@@ -806,9 +812,9 @@ def torque_regressor(
 
     Inertias are those of the table, ten numbers a joint; forces of armatures are left out.
     """
-    own = _poses(q, variables, ratios, offsets, places, screws, turns)
+    own = own_poses(q, variables, ratios, offsets, places, screws, turns)
     poses = _in_base(own, parents)
-    axes = each(_to_parent, poses, screws)
+    axes = each(to_parent, poses, screws)
 
     motions = _motions(own, parents, screws, gather(qd, variables), gather(qdd, variables), ratios, gravity)
 

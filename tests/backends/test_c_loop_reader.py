@@ -66,6 +66,8 @@ def _module(procedure: Procedure) -> ModuleSource:
 def test_text_is_read_as_it_was_printed(definition: Kernel) -> None:
     procedure = loop_source(definition).procedure
     found = c_procedures(c_source(_module(procedure)))[procedure.name]
+    # A length and an argument may share a name, but not in C.
+    procedure = named_in_c(procedure)[0]
     assert found.tables == procedure.tables and found.lengths == procedure.lengths
     assert _shapes(found.body) == _shapes(procedure.body)
     assert found.signature == procedure.signature

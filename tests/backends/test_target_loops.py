@@ -58,7 +58,7 @@ def modules() -> dict[str, ModuleSource]:
 
 def of_robot(procedure: Procedure, rng: np.random.Generator, count: int) -> LoopCall:
     """A kernel of the robots on a random tree of joints, some of which follow one variable."""
-    lengths = {"n": JOINTS, "m": VARIABLES, "p": 2 * JOINTS}
+    lengths = {"n": JOINTS, "m": VARIABLES, "p": 2 * JOINTS, "r": 3 * JOINTS}
     parents = np.array([rng.integers(-1, k) for k in range(JOINTS)])
     # One tree of another shape: branches at the base and at a joint.
     parents[:4] = -1, 0, 0, -1

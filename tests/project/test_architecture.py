@@ -28,7 +28,7 @@ ALLOWED: dict[str, set[str]] = {
         *("passes", "errors", "algebra", "rings", "structure.levels", "structure.blocks", "frontend", "ir", "mpmath"),
     },
     "cluscript": {"cluscript", "errors", "algebra", "frontend", "ir.scalar"},
-    "robots": {"robots", "errors", "algebra", "frontend"},
+    "robots": {"robots", "errors", "algebra", "frontend", "specs"},
     "gac_runtime": {"gac_runtime", "numpy", "numba", "_cffi_backend"},
     "backends": {"backends", "errors", "ir", "gac_runtime", "jinja2"},
     "derivatives": {"derivatives", "errors", "algebra", "ir.procedure", "frontend", "passes"},
@@ -77,7 +77,7 @@ ALLOWED: dict[str, set[str]] = {
         ),
         *("cache_folder", "generation", "inspect", "inspect_loops", "prove", "runtime", "__version__", "click", "rich"),
     },
-    "__init__": {"load_time", "algebra", "frontend", "derivatives", "robots", "runtime", "scripts"},
+    "__init__": {"load_time", "algebra", "frontend", "derivatives", "runtime", "scripts"},
     "__main__": {"cli"},
 }
 """What each package, and each file beside them, of the compiler may import beside the standard library."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -41,13 +42,14 @@ def test_a_tree_from_a_file(tmp_path: Path) -> None:
     path = tmp_path / "gripper.urdf"
     path.write_text(GRIPPER)
     printed = run(str(path), "-o", str(tmp_path / "out"), "--no-build")
-    assert "lift_and_grip.py .c .h: 4 kernels" in printed
+    assert "lift_and_grip.py .c .h: 5 kernels" in printed
     module = load_module(tmp_path / "out" / "lift_and_grip.py", "_lift_and_grip")
     generic = Robot.from_urdf(path)
     folded = generic.with_module(module)
     q, qd, qdd = np.random.default_rng(0).normal(size=(3, 20, 2))
     for name in ("pose", "jacobian", "mass_matrix", "gravity"):
         assert np.abs(getattr(folded, name)(q) - getattr(generic, name)(q)).max() < 1e-9, name
+    assert folded.uses["gravity"] == module.__name__  # though a joint follows another
     both = [robot.inverse_dynamics(q, qd, qdd) for robot in (folded, generic)]
     assert np.abs(both[0] - both[1]).max() < 1e-9
     assert np.abs(folded.coriolis_matrix(q, qd) - generic.coriolis_matrix(q, qd)).max() < 1e-9
@@ -70,6 +72,18 @@ def test_specs_that_are_checked_in_are_what_the_command_writes(name: str) -> Non
     assert path.read_text() == robot_spec(name, None, None, ())[1]
 
 
+def test_methods_and_languages(tmp_path: Path) -> None:
+    printed = run("ur5", "--method", "gravity", "--method", "forward_all", "--target", "rust", "-o", str(tmp_path))
+    assert "ur5.rs: 2 kernels" in printed and not (tmp_path / "ur5.c").exists()
+    text = (tmp_path / "ur5.rs").read_text()
+    assert "fn gravity" in text and "fn forward_all" in text and "fn jacobian" not in text
+    assert "home=(" in (tmp_path / "specs" / "ur5.py").read_text()
+    with pytest.raises(SpecError, match=r"iiwa: no masses, which gravity needs; expected one of forward, forward_all"):
+        robot_spec("iiwa", None, None, (), ("forward", "gravity"))
+    every = robot_spec("iiwa", None, None, (), ("all",))[1]
+    assert re.findall(r"^def (\w+)", every, re.MULTILINE) == ["forward", "forward_all", "jacobian", "jacobian_rate"]
+
+
 def test_robots_that_there_are_not(tmp_path: Path) -> None:
     with pytest.raises(SpecError, match="not known; expected one of puma560"):
         robot_spec("r2d2", None, None, ())
@@ -90,6 +104,10 @@ def test_chains_that_are_none() -> None:
     ):
         with pytest.raises(SpecError, match=message):
             robots.Chain(kinds, parents, (z,), 0, tool)
+    with pytest.raises(SpecError, match="no inertias"):
+        robots.gravity(robots.Chain(("revolute",), (-1,), (z,), 0, tool), (0,))
+    with pytest.raises(SpecError, match="no home"):
+        robots.forward_all(robots.Chain(("revolute",), (-1,), (z,), 0, tool), (0,))
 
 
 def test_what_a_joint_hands_down_is_not_felt() -> None:

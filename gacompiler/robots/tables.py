@@ -1,0 +1,79 @@
+"""The tables of one robot that the loop kernels of `gacompiler.specs.robots` are given, in exact numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from ..algebra.catalog import PGA3
+from ..algebra.multivector import Multivector
+from .chains import Chain, exact
+from .frames import LENGTHS, ZERO, Vector, directions_and_moments, line_of, origins, plus, rounded
+from .inertias import Inertia
+
+Tables = dict[str, Any]
+
+_MOTOR = ("1", "e12", "e13", "e23", "e01", "e02", "e03", "e0123")
+
+
+def tables_of_joints(chain: Chain, joints: Sequence[int] | None = None) -> Tables:
+    """The tables of all joints; or of some, each of which carries the next."""
+    points, lines = origins(chain), directions_and_moments(chain)
+    taken = range(chain.n_joints) if joints is None else joints
+    variables, ratios, offsets = chain.followed
+    rows = {
+        "variables": [variables[k] for k in taken],
+        "ratios": [ratios[k] for k in taken],
+        "offsets": [offsets[k] for k in taken],
+        "places": [plus(points[k], points[p] if p >= 0 else ZERO, -1) for k, p in _with_parents(chain, taken)],
+        "screws": [
+            line_of(lines[k][0], ZERO) if chain.kinds[k] == "revolute" else line_of(ZERO, lines[k][0]) for k in taken
+        ],
+        "turns": [int(chain.kinds[k] == "revolute") for k in taken],
+    }
+    return rows | ({"parents": list(chain.parents)} if joints is None else {})
+
+
+def _with_parents(chain: Chain, joints: Sequence[int]) -> list[tuple[int, int]]:
+    return [(joint, chain.parents[joint]) for joint in joints]
+
+
+def rows_of(inertias: Sequence[Inertia]) -> list[tuple[Any, ...]]:
+    """Inertias as rows of the table: mass, mass times centre, and the tensor."""
+    return [(mass, *h, *(t[i][j] for i in range(3) for j in range(i, 3))) for mass, h, t in inertias]
+
+
+def tables_of_pairs(chain: Chain) -> Tables:
+    """Each joint with itself and every joint that carries it."""
+    pairs = [(joint, carrier) for joint in range(chain.n_joints) for carrier in path_to(chain, joint)]
+    variables = chain.followed[0]
+    return {
+        "lower": [lower for lower, _ in pairs],
+        "upper": [upper for _, upper in pairs],
+        "lower_variables": [variables[lower] for lower, _ in pairs],
+        "upper_variables": [variables[upper] for _, upper in pairs],
+        "is_strict": [int(lower != upper) for lower, upper in pairs],
+    }
+
+
+def path_to(chain: Chain, joint: int) -> list[int]:
+    """The joints from the base to one of them, which is the last."""
+    found = []
+    while joint >= 0:
+        found.append(joint)
+        joint = chain.parents[joint]
+    return found[::-1]
+
+
+def motor_of(numbers: Sequence[Any]) -> Multivector:
+    """The motor of eight numbers."""
+    return PGA3.multivector(dict(zip(_MOTOR, map(exact, numbers), strict=True)))
+
+
+def rotor_and_place(motor: Multivector, origin: Vector) -> tuple[Multivector, Vector]:
+    """The rotor of a frame at home, and its origin in a frame with another origin that is parallel to the base's."""
+    point = motor * PGA3.multivector({"e123": 1}) * ~motor
+    found = [rounded(point[name] / point["e123"], LENGTHS) for name in ("e032", "e013", "e021")]
+    rotor = PGA3.multivector({name: motor[name] for name in _MOTOR[:4]})
+    x, y, z = (rounded(a - b, LENGTHS) for a, b in zip(found, origin, strict=True))
+    return rotor, (x, y, z)

@@ -1,0 +1,83 @@
+"""Every method with the constants of one robot folded, beside the loops of any robot that it is made from."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from algorithms.kinematics import DescriptionError, Robot
+from algorithms.kinematics.folded import GENERIC
+from gacompiler.generation.compiling import compile_spec
+from gacompiler.generation.files import write
+from gacompiler.generation.rendering import render
+from gacompiler.generation.spec_files import load_spec
+from gacompiler.robots.descriptions import robot_spec
+from gacompiler.robots.kernel_texts import METHODS
+from gacompiler.runtime import load_module
+
+
+def link(name: str, mass: float) -> str:
+    return (
+        f'<link name="{name}"><inertial><origin xyz="0.1 -0.2 0.3" rpy="0.2 0.1 -0.4"/><mass value="{mass}"/>'
+        '<inertia ixx="0.3" ixy="0.01" ixz="-0.02" iyy="0.4" iyz="0.03" izz="0.2"/></inertial></link>'
+    )
+
+
+def joint(name: str, kind: str, parent: str, child: str, text: str) -> str:
+    return f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>{text}</joint>'
+
+
+TREE = "".join([
+    '<robot name="tree"><link name="base"/>', *(link(name, 1 + k) for k, name in enumerate(("a", "b", "c", "d"))),
+    joint("one", "continuous", "base", "a", '<origin xyz="0.1 0.2 0.3"/><axis xyz="0 0 1"/>'),
+    joint("two", "prismatic", "a", "b", '<origin xyz="0.5 0 0" rpy="0.3 0 0"/><axis xyz="1 0 0"/>'),
+    joint("three", "continuous", "b", "c", '<origin xyz="0 0.4 0" rpy="0 0.2 0"/><axis xyz="0 1 0"/>'),
+    joint("four", "continuous", "a", "d",
+          '<origin xyz="0 0 0.3"/><axis xyz="1 0 0"/><mimic joint="three" multiplier="-0.7" offset="0.2"/>'),
+    "</robot>",
+])  # fmt: skip
+"""Two branches, a slide, an oblique axis, and a joint that follows one of the other branch."""
+
+
+def written(robot: str, folder: Path, methods: tuple[str, ...]) -> Callable[[Robot], Robot]:
+    """What gives a robot the module that is written for it."""
+    name, text = robot_spec(robot, None, None, (), methods)
+    (folder / f"{name}.py").write_text(text)
+    write(render(compile_spec(load_spec(folder / f"{name}.py"))), folder / "out")
+    module = load_module(folder / "out" / f"{name}.py", f"_{name}", "arrays")
+    return lambda found: found.with_module(module)
+
+
+def check(robot: Robot, plain: Robot, methods: tuple[str, ...]) -> None:
+    n = plain.n_joints
+    rows = np.random.default_rng(1).uniform(-2, 2, (3, 5, n))
+    for method in methods:
+        count = len(METHODS[method].arguments.split(", "))
+        assert robot.uses[method] != GENERIC, method
+        found, expected = getattr(robot, method)(*rows[:count]), getattr(plain, method)(*rows[:count])
+        parts = zip(found, expected, strict=True) if isinstance(expected, tuple) else [(found, expected)]
+        for part, truth in parts:
+            assert part.shape == truth.shape, method
+            assert np.abs(part - truth).max() < 1e-10 * max(1.0, np.abs(truth).max()), method
+        with pytest.raises((TypeError, ValueError), match=r"expected"):
+            getattr(robot, method)(*np.zeros((count, n + 1)))
+
+
+QUICK = tuple(name for name in METHODS if name != "inverse_dynamics_derivatives")
+
+
+def test_every_method_of_a_tree_with_a_slide_and_a_joint_that_follows(tmp_path: Path) -> None:
+    path = tmp_path / "tree.urdf"
+    path.write_text(TREE)
+    plain = Robot.from_urdf(path)
+    assert plain.n_joints == 3 and len(plain.kinds) == 4
+    robot = written(str(path), tmp_path, ("all",))(plain)
+    check(robot, plain, tuple(METHODS))
+    # another ratio is another robot
+    other = replace(plain, coupling=plain.coupling * 1.001)
+    with pytest.raises(DescriptionError, match="made from other joints"):
+        other.with_module(robot.module)
