@@ -73,6 +73,12 @@ def library_files(label: str, runtime: Path) -> tuple[str, ...]:
     return tuple(library_file(label, runtime, level) for level in dict.fromkeys((machine_level(), PORTABLE)))
 
 
+def lower_library_files(label: str, runtime: Path) -> tuple[str, ...]:
+    """The names of libraries for lower levels, which this machine can load too, the highest level first."""
+    levels = sorted((level for level in LEVEL_FLAGS if PORTABLE < level < machine_level()), reverse=True)
+    return tuple(library_file(label, runtime, level) for level in levels)
+
+
 @functools.cache
 def extension_name() -> str:
     """The name of the extension as Python imports it."""

@@ -69,6 +69,17 @@ class _Loop(Protocol):
         """Fill the results of a batch of this shape, in at most so many threads."""
 
 
+class _ArraysLoop:
+    """Array expressions as a loop, for the call in which the library turned out not to work and numba is not there."""
+
+    def __init__(self, definition: Definition) -> None:
+        self._definition = definition
+
+    def run_arrays(self, operands: Sequence[Any], targets: Sequence[Any], leading: Shape, n_threads: int) -> None:
+        for target, result in zip(targets, evaluate(self._definition, np, [*operands], leading), strict=True):
+            target[...] = result
+
+
 class _UserSettings:
     """For kernels that do not belong to a module: `Kernel.of`."""
 
@@ -317,7 +328,10 @@ class Kernel(Call):  # type: ignore[misc]
             if dtype in self._loops:
                 return self._loops[dtype]
             function = 0
-            if self._settings.ready_backend() == "c":
+            backend = self._settings.ready_backend()
+            if backend == "arrays":
+                return _ArraysLoop(self.definition)
+            if backend == "c":
                 library = self._settings.library
                 loop = StridedLoop(self.definition, library.loop(self.name, dtype))
                 self._addresses[:] = library.loop_addresses(self.name)

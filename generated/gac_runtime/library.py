@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import importlib.util
 import os
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,7 @@ import numpy as np
 
 from .cache import CacheError, RuntimeProblem, cache_folder
 from .foreign import LOCK, Loop, foreign
-from .names import FOLDER, library_files
+from .names import FOLDER, library_files, lower_library_files
 
 _SUFFIX = {4: "f32", 8: "f64"}
 
@@ -32,19 +33,29 @@ class Library:
         self._opened: Any = None
 
     def find(self) -> Path | None:
-        """The library where it is built for this machine or all: beside the module or in the user's cache."""
+        """The library where it is built: beside the module or in the user's cache.
+
+        It is one for this machine or for all. One for a lower level is taken where none can be built for this machine,
+        as from a wheel that has only that.
+        """
         names = library_files(self.label, Path(__file__).parent)
-        for name in names:
-            beside = self.c_file.parent / FOLDER / name
-            if beside.exists():
-                return beside
-        try:
+        found = self._beside(names)
+        if found is not None:
+            return found
+        with contextlib.suppress(CacheError):
             folder = cache_folder("libraries")
-        except CacheError:
-            return None
-        # A digest of the compiler follows, of hexadecimal digits: the "v" of a level is none.
-        cached = [path for name in names for path in sorted(folder.glob(f"{name.removesuffix('.so')}-[0-9a-f]*.so"))]
-        return next(iter(cached), None)
+            # A digest of the compiler follows, of hexadecimal digits: the "v" of a level is none.
+            patterns = [f"{name.removesuffix('.so')}-[0-9a-f]*.so" for name in names]
+            cached = [path for pattern in patterns for path in sorted(folder.glob(pattern))]
+            if cached:
+                return cached[0]
+        lower = self._beside(lower_library_files(self.label, Path(__file__).parent))
+        return lower if lower is not None and not self.can_be_built() else None
+
+    def _beside(self, names: tuple[str, ...]) -> Path | None:
+        """The first of these files that is beside the module."""
+        places = (self.c_file.parent / FOLDER / name for name in names)
+        return next((path for path in places if path.exists()), None)
 
     def can_be_built(self) -> bool:
         """Whether there are its C file and a compiler."""
@@ -117,7 +128,7 @@ class Library:
 
 
 def chosen_backend(library: Library) -> str:
-    """``c`` if the library is built or can be, else ``numba``, unless GAC_BACKEND says otherwise.
+    """``c`` if the library is built or can be, else that of `without_library`, unless GAC_BACKEND says otherwise.
 
     Raises
     ------
@@ -127,6 +138,8 @@ def chosen_backend(library: Library) -> str:
     chosen = os.environ.get("GAC_BACKEND", "")
     if chosen not in ("", "c", "numba", "arrays"):
         raise ImportError(f"GAC_BACKEND: {chosen!r}; expected c, numba or arrays")
+    if chosen == "numba" and without_library() != "numba":
+        raise ImportError("GAC_BACKEND=numba, but numba is not installed; install it, or unset GAC_BACKEND")
     if chosen in ("numba", "arrays"):
         return chosen
     if library.find() is not None or library.can_be_built():
@@ -136,4 +149,9 @@ def chosen_backend(library: Library) -> str:
             f"GAC_BACKEND=c, but the library of {library.c_file} is not built, and there is no C compiler; "
             "install one and run `gac build`, or unset GAC_BACKEND"
         )
-    return "numba"
+    return without_library()
+
+
+def without_library() -> str:
+    """What runs kernels where there is no library: ``numba``, or ``arrays`` where that is not installed."""
+    return "numba" if importlib.util.find_spec("numba") else "arrays"

@@ -351,6 +351,8 @@ class LoopKernel(LoopCall):  # type: ignore[misc]
             library = self._settings.library
             address = library.address(f"{self.name}_rows_{_SUFFIX[dtype]}")
             return Rows(foreign().cast(ROWS_TYPE, address), address, (), library)
+        if backend == "arrays":
+            return None
         from .jit import LoopRows
 
         if LoopRows is None:

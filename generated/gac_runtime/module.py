@@ -15,7 +15,7 @@ from .definition import INTERFACE, Definition, Form, counted, result_names, shap
 from .documentation import Facts
 from .kernel import Kernel
 from .layout import SCALAR, Layout, layout
-from .library import Library, chosen_backend
+from .library import Library, chosen_backend, without_library
 from .loop_definition import Part, cost_text, loop_definition
 from .loop_kernel import LoopKernel
 from .threads import default_threads
@@ -74,7 +74,7 @@ class GeneratedModule:
     def ready_backend(self) -> str:
         """As `backend`; the library is built and opened where that is ``c``.
 
-        Where that fails, a warning says why, and numba runs the kernels from then on.
+        Where that fails, a warning says why, and numba or array expressions run the kernels from then on.
         """
         if self.backend == "c":
             try:
@@ -82,8 +82,8 @@ class GeneratedModule:
             except RuntimeProblem as error:
                 if os.environ.get("GAC_BACKEND", "") == "c":
                     raise ImportError(str(error)) from None
-                warnings.warn(f"{error}; kernels run on numba", RuntimeWarning, stacklevel=4)
-                self.namespace["backend"] = "numba"
+                backend = self.namespace["backend"] = without_library()
+                warnings.warn(f"{error}; kernels run on {backend}", RuntimeWarning, stacklevel=4)
         return self.backend
 
     def kernel(

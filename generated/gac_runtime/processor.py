@@ -21,10 +21,27 @@ _NEEDED = {
 
 @functools.cache
 def machine_level() -> int:
-    """The level of this machine as ``GAC_LEVEL`` has it: 4 with AVX-512, 3 with AVX2, or 1; else `PORTABLE`.
+    """The level of this machine: 4 with AVX-512, 3 with AVX2, or 1; else `PORTABLE`.
 
-    It is known on Linux, for x86-64. Elsewhere libraries are portable.
+    It is known on Linux, for x86-64. Elsewhere libraries are portable. The environment variable GAC_LEVEL asks for a
+    lower level.
+
+    Raises
+    ------
+    ImportError
+        When GAC_LEVEL is no level.
     """
+    return _limited(_found_level(), os.environ.get("GAC_LEVEL", ""))
+
+
+def _limited(level: int, text: str) -> int:
+    """A level, or the lower one that a text asks for."""
+    if text not in ("", "1", *map(str, _NEEDED)):
+        raise ImportError(f"GAC_LEVEL: {text!r}; expected 1, 3 or 4")
+    return min(level, int(text)) if text else level
+
+
+def _found_level() -> int:
     if sys.platform != "linux" or os.uname().machine != "x86_64":
         return PORTABLE
     try:
