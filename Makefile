@@ -13,11 +13,14 @@ SPECS := $(filter-out %/__init__.py,$(wildcard gacompiler/specs/*.py))
 MODULES := $(foreach end,py c h,$(SPECS:gacompiler/specs/%.py=generated/%.$(end)))
 COMPILER := $(shell find gacompiler -name '*.py' -o -name '*.jinja')
 
+# All but `peers`, which takes longer than the others together.
+EXTRAS := compiler,algorithms,pictures,notebooks,test
+
 # Steps that must follow one another are lines of a recipe, so that they do under `make -j` too.
 MAKEFLAGS += --no-print-directory
 
 .DEFAULT_GOAL := help
-.PHONY: demo test slow peers generated check lint types bench counts growth build help clean FORCE
+.PHONY: demo test slow peers generated check lint types bench counts growth build wheel help clean FORCE
 
 demo: .venv/.installed ## Generate what is stale, build, run on real input; figures in build/demo
 	@$(MAKE) build/.generated
@@ -64,6 +67,12 @@ build: .venv/.installed ## Compile the generated C, if a compiler is there
 	@echo "Compiling what changed in generated/"
 	$(BIN)/gac build
 
+wheel: .venv/.installed ## Write the wheel with compiled libraries into dist
+	@echo "Compiling for each level of processors, some minutes"
+	@rm -rf build/lib build/bdist.* build/wheel
+	$(BIN)/pip wheel --quiet --no-deps --no-build-isolation --wheel-dir build/wheel .
+	$(BIN)/gac package build/wheel/*.whl -o dist $(PYTHONS:%=--python %)
+
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "%-10s %s\n", $$1, $$2 }' Makefile
 
@@ -81,7 +90,7 @@ build/.generated: $(COMPILER) $(wildcard $(MODULES)) $(if $(filter-out $(wildcar
 .venv/.installed: pyproject.toml .ci/constraints.txt
 	@echo "Installing into .venv, a minute or two"
 	$(PYTHON) -m venv .venv
-	$(BIN)/pip install --quiet --editable '.[test]'
+	$(BIN)/pip install --quiet --editable '.[$(EXTRAS)]'
 	@touch $@
 
 .venv/.peers: .venv/.installed

@@ -3,6 +3,7 @@
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from . import extras as extras  # fails with one line where packages are missing, before others are loaded
 from . import frontend
 from . import load_time as load_time  # notes a time before the rest is loaded
 from .algebra.algebra import Algebra as Algebra

@@ -17,6 +17,7 @@ __all__ = [
     "FLAGS",
     "GCC_FLAGS",
     "build_extension",
+    "build_for_level",
     "build_libraries",
     "build_library",
     "build_module",
@@ -86,6 +87,12 @@ def build_libraries(
     The extension that calls kernels is built beside them, if the headers of Python are there.
     """
     return _build.build_modules(c_paths, force=force, portable=portable, progress=progress)
+
+
+@_raising
+def build_for_level(targets: dict[Path, Path], level: int, progress: Callable[[Path], None]) -> None:
+    """Compile C files into the libraries named for each, for the machines of a level; as `build_libraries` else."""
+    _build.build(targets, progress, level)
 
 
 def build_library(c_path: Path, *, force: bool = False) -> Path | None:

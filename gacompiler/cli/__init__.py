@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 
 from .. import __version__
-from . import caching, checking, generating, showing, starting
+from . import caching, checking, generating, packaging, showing, starting
 from .framework import Commands, examples
 
 
@@ -32,6 +32,7 @@ for _command in (
     checking.verify,
     showing.list_,
     generating.robot,
+    packaging.package,
     starting.new,
     starting.record,
     showing.classify,

@@ -33,7 +33,12 @@ ALLOWED: dict[str, set[str]] = {
     "backends": {"backends", "errors", "ir", "gac_runtime", "jinja2"},
     "derivatives": {"derivatives", "errors", "algebra", "ir.procedure", "frontend", "passes"},
     "cache_folder": {"errors", "gac_runtime.cache"},
+    "extras": set(),
     "load_time": set(),
+    "wheels": {
+        *("wheels", "errors", "backends", "gac_runtime.names", "gac_runtime.processor", "__version__"),
+        *("elftools", "packaging", "wheel"),
+    },
     "generation": {
         *("generation", "errors", "algebra", "rings", "ir", "frontend", "passes", "cluscript", "backends"),
         *("cache_folder", "load_time", "mpmath", "jinja2"),
@@ -74,10 +79,11 @@ ALLOWED: dict[str, set[str]] = {
             "robots",
             "structure",
             "objects.recording",
+            "wheels",
         ),
         *("cache_folder", "generation", "inspect", "inspect_loops", "prove", "runtime", "__version__", "click", "rich"),
     },
-    "__init__": {"load_time", "algebra", "frontend", "derivatives", "runtime", "scripts"},
+    "__init__": {"extras", "load_time", "algebra", "frontend", "derivatives", "runtime", "scripts"},
     "__main__": {"cli"},
 }
 """What each package, and each file beside them, of the compiler may import beside the standard library."""

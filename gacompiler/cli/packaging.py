@@ -1,0 +1,98 @@
+"""The command that makes wheels: ``gac package``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from ..errors import SpecError
+from ..generation.cache import Cache
+from ..generation.files import write
+from ..generation.spec_files import load_spec
+from .arguments import rendered
+from .framework import algebra_option, cache_option, command, jobs_option
+from .output import near
+
+_LEVELS = {"v1": 1, "v3": 3, "v4": 4}
+"""The levels of x86-64 by the ends of the names of libraries."""
+
+
+@command(
+    "gac package my_kernels.py            dist/my_kernels-0.1.0-py3-none-manylinux_2_17_x86_64.whl",
+    "gac package arm.py camera.py --name my-robot --version 1.2",
+    "gac package my_kernels.py --no-build     for every platform; the C is built when it is first used",
+    "CC=aarch64-linux-gnu-gcc gac package my_kernels.py",
+    "gac package some-1.0-py3-none-any.whl    add libraries for the generated modules in a wheel",
+)
+@click.argument("specs", nargs=-1, required=True)
+@click.option("-o", "--output", type=click.Path(path_type=Path), default=Path("dist"), show_default=True)
+@click.option("--name", help="Of the distribution and its package [default: that of a single spec].")
+@click.option("--version", help="Of the distribution [default: 0.1.0].")
+@click.option("--no-build", is_flag=True, help="Make a wheel without compiled libraries.")
+@click.option(
+    "--target-level",
+    "levels",
+    type=click.Choice(list(_LEVELS)),
+    multiple=True,
+    help="A level of x86-64 to compile for; may be given again [default: all, of which the best is loaded].",
+)
+@click.option(
+    "--python",
+    "pythons",
+    multiple=True,
+    help="An interpreter to build the extension for, which makes calls short; may be given again [default: this one].",
+)
+@jobs_option
+@cache_option
+@algebra_option
+def package(
+    specs: tuple[str, ...],
+    output: Path,
+    name: str | None,
+    version: str | None,
+    no_build: bool,
+    levels: tuple[str, ...],
+    pythons: tuple[str, ...],
+    jobs: int,
+    cache: Cache | None,
+    algebra: str | None,
+) -> None:
+    """Write a wheel: the modules of spec files as a package that needs numpy and nothing else.
+
+    The package has its own runtime, and compiled libraries for the machines of the C compiler (CC), of which the best
+    is loaded when a kernel is first called. Where there is none for a machine, the C in the package is compiled, or
+    else numba or array expressions run the kernels. The same specs give the same bytes.
+
+    With the wheel of a project of your own instead of specs, libraries are added for all generated modules in it.
+    """
+    from ..wheels.archive import read_wheel
+    from ..wheels.distribution import Distribution, distribution, package_files, retagged
+    from ..wheels.libraries import compiled_files
+
+    if no_build and (levels or pythons):
+        raise click.UsageError("--no-build compiles nothing; leave out --target-level and --python")
+    if any(spec.endswith(".whl") for spec in specs):
+        if len(specs) > 1 or name or version or no_build:
+            raise click.UsageError("a wheel has its name and version, and is given alone, to add libraries to it")
+        found, wheel_version, files = read_wheel(Path(specs[0]))
+        known = Distribution(found, wheel_version)
+    else:
+        if len(specs) > 1 and name is None:
+            raise click.UsageError("name the package of several specs by --name")
+        loaded = [load_spec(Path(spec), algebra=algebra) for spec in specs]
+        modules = {spec.name: spec.summary for spec in loaded}
+        if len(modules) < len(loaded):
+            raise SpecError(" ".join(specs), "two specs of one name", "one module of each name", "rename a file")
+        known = distribution(name or loaded[0].name, version or "0.1.0")
+        texts: dict[str, str] = {}
+        for each in rendered(loaded, jobs, cache):
+            texts |= each
+        files = package_files(known, modules, texts)
+    platform = "any"
+    if not no_build:
+        platform, built = compiled_files(files, [_LEVELS[level] for level in levels], pythons)
+        files |= built
+    wheel, content = retagged(known, platform, files)
+    unchanged = "" if write({wheel: content}, output) else ", unchanged"
+    click.echo(f"{near(output / wheel)}: {len(content) / 1e6:.2f} MB{unchanged}")

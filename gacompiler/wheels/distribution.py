@@ -1,0 +1,105 @@
+"""The files of a wheel of a user's own kernels: a package of modules with their runtime, and metadata."""
+
+from __future__ import annotations
+
+import keyword
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from packaging.metadata import Metadata
+from packaging.utils import InvalidName, canonicalize_name
+from packaging.version import InvalidVersion, Version
+
+from ..backends import runtime_files
+from ..errors import SpecError
+from .archive import wheel_bytes, wheel_name, wheel_text
+
+REQUIRES_NUMPY = "numpy>=2.1,<3"
+"""What generated modules need; the metadata of this project say the same."""
+
+REQUIRES_PYTHON = ">=3.11"
+
+
+class Distribution(NamedTuple):
+    """The name and version of what is installed, and the package that it has."""
+
+    name: str
+    version: str
+
+    @property
+    def package(self) -> str:
+        """The name under which it is imported, which is also that of its files: ``my_kernels``."""
+        return self.name.replace("-", "_")
+
+    @property
+    def metadata_folder(self) -> str:
+        """The folder of METADATA, WHEEL and RECORD."""
+        return f"{self.package}-{self.version}.dist-info"
+
+
+def distribution(name: str, version: str) -> Distribution:
+    """A distribution with its name and version as indices compare them.
+
+    Raises
+    ------
+    SpecError
+        When the name cannot name a package, or when the version is none.
+    """
+    try:
+        found = Distribution(canonicalize_name(name, validate=True), str(Version(version)))
+    except InvalidName:
+        raise SpecError(name, "cannot name a package", "letters, digits, - and _") from None
+    except InvalidVersion:
+        raise SpecError(version, "no version", "one as 1.0 or 2026.1.3") from None
+    if not found.package.isidentifier() or keyword.iskeyword(found.package):
+        raise SpecError(name, f"Python cannot import {found.package!r}", "letters, digits, - and _, a letter first")
+    return found
+
+
+def package_files(known: Distribution, modules: Mapping[str, str], files: Mapping[str, str]) -> dict[str, bytes]:
+    """The files of a wheel before anything is compiled, without RECORD.
+
+    Parameters
+    ----------
+    known : Distribution
+    modules : mapping of str to str
+        What each module is for, by its name.
+    files : mapping of str to str
+        The texts of the modules.
+
+    Notes
+    -----
+    The runtime is a part of the package, so that two packages with different runtimes do not disturb each other.
+    """
+    lines = [f"    from {known.package} import {module}" for module in modules]
+    summary = next(iter(modules.values())).partition("\n")[0]
+    init = '"""Kernels that gacompiler generated:\n\n' + "\n".join(lines) + '\n"""\n'
+    texts = {"__init__.py": init, "py.typed": "\n", **runtime_files(), **files}
+    inside = {f"{known.package}/{name}": text for name, text in texts.items()}
+    inside[f"{known.metadata_folder}/METADATA"] = _metadata(known, summary, modules)
+    inside[f"{known.metadata_folder}/WHEEL"] = wheel_text("any")
+    return {name: text.encode() for name, text in inside.items()}
+
+
+def _metadata(known: Distribution, summary: str, modules: Mapping[str, str]) -> str:
+    """The text of METADATA, checked by what reads it."""
+    sections = [f"## `from {known.package} import {module}`\n\n{about}\n" for module, about in modules.items()]
+    found = Metadata.from_raw(
+        {
+            "metadata_version": "2.4",
+            "name": known.name,
+            "version": known.version,
+            "summary": summary,
+            "requires_python": REQUIRES_PYTHON,
+            "requires_dist": [REQUIRES_NUMPY],
+            "description_content_type": "text/markdown",
+            "description": "\n".join([f"# {known.name}\n", *sections]),
+        }
+    )
+    return found.as_rfc822().as_bytes().decode()
+
+
+def retagged(known: Distribution, platform: str, files: Mapping[str, bytes]) -> tuple[str, bytes]:
+    """The name and the bytes of the wheel of these files for a platform, or for ``any``."""
+    name = wheel_name(known.package, known.version, platform)
+    return name, wheel_bytes(name, {**files, f"{known.metadata_folder}/WHEEL": wheel_text(platform).encode()})

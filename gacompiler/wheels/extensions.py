@@ -1,0 +1,71 @@
+"""The extension that calls kernels, built for one or several versions of Python."""
+
+from __future__ import annotations
+
+import json
+import shlex
+import subprocess
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from ..errors import BackendError
+from ..gac_runtime import names
+
+_QUESTION = """
+import json, platform, sys, sysconfig
+print(json.dumps([
+    sys.implementation.name, platform.machine(), sysconfig.get_path("include"), sysconfig.get_config_var("EXT_SUFFIX"),
+]))
+"""
+
+
+class Python(NamedTuple):
+    """What an extension for an interpreter is built with."""
+
+    implementation: str
+    machine: str
+    include: str
+    suffix: str
+    """The end of the names of its extensions, ``.cpython-311-x86_64-linux-gnu.so``."""
+
+    @property
+    def has_headers(self) -> bool:
+        """Whether an extension can be built."""
+        return self.implementation == "cpython" and (Path(self.include) / "Python.h").is_file()
+
+
+def python_of(command: str) -> Python:
+    """Ask an interpreter.
+
+    Raises
+    ------
+    BackendError
+        When it cannot be run.
+    """
+    try:
+        done = subprocess.run([command, "-I", "-c", _QUESTION], capture_output=True, text=True, check=True)
+    except (OSError, subprocess.CalledProcessError) as error:
+        raise BackendError(command, f"it cannot be run: {error}", "an interpreter of Python") from error
+    return Python(*json.loads(done.stdout))
+
+
+def build_extension(python: Python, compiler: Sequence[str], folder: Path) -> Path:
+    """Compile the extension for an interpreter into a folder, under the name by which the runtime finds it.
+
+    Raises
+    ------
+    BackendError
+        When the compiler fails.
+    """
+    target = folder / f"{names.extension_name()}{python.suffix}"
+    source = Path(names.__file__).with_name(names.EXTENSION_FILE)
+    options = [*names.EXTENSION_FLAGS, f"-DINIT=PyInit_{names.extension_name()}", f"-I{python.include}", "-shared"]
+    command = [*compiler, *options, str(source), "-o", str(target)]
+    folder.mkdir(parents=True, exist_ok=True)
+    done = subprocess.run(command, capture_output=True, text=True, errors="replace")
+    if done.returncode:
+        lines = [line for line in done.stderr.splitlines() if "error" in line]
+        found = f"{command[0]} failed: {(lines or ['status ' + str(done.returncode)])[0].strip()}"
+        raise BackendError(str(source), found, "a file that compiles", f"run {shlex.join(command)}")
+    return target
