@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..errors import BackendError
-from ..gac_runtime import names
+from ..gac_runtime.names import EXTENSION_FILE, EXTENSION_FLAGS, RUNTIME, extension_name
 
 _QUESTION = """
 import json, platform, sys, sysconfig
@@ -58,9 +58,9 @@ def build_extension(python: Python, compiler: Sequence[str], folder: Path) -> Pa
     BackendError
         When the compiler fails.
     """
-    target = folder / f"{names.extension_name()}{python.suffix}"
-    source = Path(names.__file__).with_name(names.EXTENSION_FILE)
-    options = [*names.EXTENSION_FLAGS, f"-DINIT=PyInit_{names.extension_name()}", f"-I{python.include}", "-shared"]
+    target = folder / f"{extension_name()}{python.suffix}"
+    source = Path(__file__).parents[1] / RUNTIME / EXTENSION_FILE
+    options = [*EXTENSION_FLAGS, f"-DINIT=PyInit_{extension_name()}", f"-I{python.include}", "-shared"]
     command = [*compiler, *options, str(source), "-o", str(target)]
     folder.mkdir(parents=True, exist_ok=True)
     done = subprocess.run(command, capture_output=True, text=True, errors="replace")

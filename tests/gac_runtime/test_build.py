@@ -307,6 +307,33 @@ def test_libraries_for_other_machines_lie_side_by_side(
     assert own.exists() and not older.exists()
 
 
+def test_a_lower_level_can_be_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    level = machine_level.__wrapped__
+    own = level()
+    for text, expected in (("", own), ("1", min(own, 1)), ("4", own)):
+        monkeypatch.setenv("GAC_LEVEL", text)
+        assert level() == expected
+    monkeypatch.setenv("GAC_LEVEL", "5")
+    with pytest.raises(ImportError, match=r"GAC_LEVEL: '5'; expected 1, 3 or 4"):
+        level()
+
+
+@pytest.mark.skipif(machine_level() < 3, reason="a machine with vectors on which levels are known")
+def test_a_lower_level_serves_where_nothing_can_be_built(
+    module: Path, with_runtime: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lower = library_path(module, 1)
+    build.build({module: lower}, level=1)
+    library = Library(names.library_label(module.stem, module.read_text()), module)
+    assert lower.exists() and library.find() is None
+    monkeypatch.setenv("CC", "no-such-compiler")
+    assert library.find() == lower
+    library.open()
+    for each in (build, names):
+        monkeypatch.setattr(each, "machine_level", lambda: PORTABLE)
+    assert library.find() is None
+
+
 def test_a_library_that_needs_another_processor_is_refused(module: Path) -> None:
     compiler = build.find_compiler()
     assert compiler is not None

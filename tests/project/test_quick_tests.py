@@ -38,6 +38,7 @@ OF_COMMANDS = {
     "cost": "cli/test_cli.py::test_cost_json",
     "verify": "cli/test_cli.py::test_generate_then_verify",
     "list": "cli/test_cli.py::test_list",
+    "package": "wheels/test_packages.py::test_wrong_arguments",
     "robot": "robots/test_robot_command.py::test_a_tree_from_a_file",
     "new": "cli/test_cli.py::test_new_writes_a_spec_that_compiles",
     "record": "objects/test_record.py::test_exactly_the_kernels_that_were_used",

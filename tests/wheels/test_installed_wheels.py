@@ -43,7 +43,8 @@ single = pga3.move_point(m.astype(np.float32), points.astype(np.float32))
 product = pga3.Motor(m) * pga3.Motor(m)
 loaded = sorted({{line.rpartition("/")[2].strip() for line in open("/proc/self/maps") if "/_build/" in line}})
 others = sorted({{"numba", "_cffi_backend", "scipy", "gacompiler"}} & set(sys.modules))
-print(json.dumps([pga3.backend, loaded, others, moved.tolist(), one.tolist(), single.tolist(), np.array(product).tolist()]))
+results = [array.tolist() for array in (moved, one, single, np.array(product))]
+print(json.dumps([pga3.backend, loaded, others, *results]))
 """
 
 

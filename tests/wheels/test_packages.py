@@ -13,9 +13,11 @@ import zipfile
 from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
 from wheel_examples import SPEC, package, packaged
 
 from gacompiler.backends import find_compiler, runtime_files
+from gacompiler.cli import main
 from gacompiler.errors import BackendError
 from gacompiler.wheels.archive import wheel_bytes
 from gacompiler.wheels.distribution import REQUIRES_NUMPY, REQUIRES_PYTHON
@@ -120,7 +122,7 @@ def test_dates_are_those_of_source_date_epoch(monkeypatch: pytest.MonkeyPatch) -
     ],
 )
 def test_wrong_arguments(spec: Path, tmp_path: Path, arguments: tuple[str, ...], message: str) -> None:
-    done = package(spec, *arguments, "-o", tmp_path)
+    done = CliRunner().invoke(main, ["package", str(spec), *arguments, "-o", str(tmp_path)])
     assert done.exit_code and message in " ".join(done.output.split()) and not list(tmp_path.iterdir())
 
 
