@@ -20,7 +20,7 @@ from ..errors import BackendError
 _MODE = stat.S_IFREG | 0o644
 
 
-class _ReproducibleWheel(WheelFile):
+class _ReproducibleWheel(WheelFile):  # type: ignore[misc]
     """A wheel that is written with one date and one mode for all files.
 
     The date is that of SOURCE_DATE_EPOCH, or else the earliest that an archive can have.

@@ -39,19 +39,18 @@ def module_folders(files: Mapping[str, bytes]) -> dict[str, list[str]]:
         When there are none, or when a runtime is not that of this version, whose libraries have other names.
     """
     found: dict[str, list[str]] = {}
-    for name in sorted(files):
-        path = PurePosixPath(name)
-        if path.suffix == ".c" and f"{path.with_suffix('.py')}" in files:
-            folder = path.parent
-            if f"{folder / RUNTIME}/__init__.py" in files:
-                found.setdefault(str(folder), []).append(path.name)
+    for path in map(PurePosixPath, sorted(files)):
+        has_runtime = f"{path.parent / RUNTIME}/__init__.py" in files
+        if path.suffix == ".c" and f"{path.with_suffix('.py')}" in files and has_runtime:
+            found.setdefault(str(path.parent), []).append(path.name)
     if not found:
         raise BackendError("the wheel", "no generated C file beside a runtime in it", "what `gac generate` writes")
     for folder in found:
-        for name, text in runtime_files().items():
-            if files.get(f"{folder}/{name}") != text.encode():
+        for part, text in runtime_files().items():
+            name = str(PurePosixPath(folder) / part)
+            if files.get(name) != text.encode():
                 raise BackendError(
-                    f"{folder}/{name}", "not the runtime of this version of gacompiler", "the same text",
+                    name, "not the runtime of this version of gacompiler", "the same text",
                     "write the modules again with `gac generate`",
                 )  # fmt: skip
     return found
@@ -105,7 +104,7 @@ def compiled_files(
     with tempfile.TemporaryDirectory() as scratch:
         root = Path(scratch)
         for name, content in files.items():
-            if any(name.startswith(f"{folder}/") for folder in sources):
+            if any(PurePosixPath(name).is_relative_to(folder) for folder in sources):
                 (root / name).parent.mkdir(parents=True, exist_ok=True)
                 (root / name).write_bytes(content)
         c_files = [root / folder / name for folder, own in sources.items() for name in own]
