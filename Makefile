@@ -20,7 +20,7 @@ EXTRAS := compiler,algorithms,pictures,notebooks,test
 MAKEFLAGS += --no-print-directory
 
 .DEFAULT_GOAL := help
-.PHONY: demo test slow peers generated check lint types bench counts growth build wheel help clean FORCE
+.PHONY: demo test slow peers generated check lint types bench counts growth notebooks build wheel help clean FORCE
 
 demo: .venv/.installed ## Generate what is stale, build, run on real input; figures in build/demo
 	@$(MAKE) build/.generated
@@ -62,6 +62,10 @@ counts: .venv/.installed ## Count operations of known expressions beside kingdon
 
 growth: .venv/.installed ## Compile time by dimension beside kingdon; write docs/growth.md and .svg
 	$(BIN)/python -m benchmarks growth
+
+notebooks: .venv/.peers ## Execute the notebooks and store their outputs
+	@$(MAKE) build
+	$(BIN)/python tests/support/stored_notebooks.py
 
 build: .venv/.installed ## Compile the generated C, if a compiler is there
 	@echo "Compiling what changed in generated/"

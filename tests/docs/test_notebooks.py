@@ -1,59 +1,138 @@
-"""Every notebook runs from top to bottom, draws, and is stored without outputs."""
+"""Every notebook runs in a fresh kernel and prints what is stored in it; `make notebooks` stores outputs."""
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterator
+import base64
+import json
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 nbformat = pytest.importorskip("nbformat")
-nbclient = pytest.importorskip("nbclient")
+pytest.importorskip("nbclient")
 pytest.importorskip("ipykernel")
 
-ROOT = Path(__file__).parents[2]
-NOTEBOOKS = sorted((ROOT / "notebooks").glob("*.ipynb"))
-SECONDS = 60
-"""A notebook that takes longer is stopped."""
+from stored_notebooks import (  # noqa: E402
+    METADATA,
+    NOTEBOOKS,
+    ROOT,
+    differences,
+    execute,
+    missing_peers,
+    normalised,
+    peers_of,
+    same_text,
+)
+
+LARGEST, ALL = 400_000, 2_500_000
+"""Bytes of one notebook, and of all."""
+each_notebook = pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 
 
-@pytest.fixture(scope="module")
-def manager(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
-    """One Jupyter kernel for all of them: its imports take longer than the notebooks."""
-    from jupyter_client.manager import KernelManager
-
-    manager = KernelManager(kernel_name="python3")
-    path = os.pathsep.join([str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])
-    manager.start_kernel(env=os.environ | {"PYTHONPATH": path}, cwd=str(ROOT))
-    yield manager
-    manager.shutdown_kernel(now=True)
+def read(path: Path) -> Any:
+    return nbformat.read(path, as_version=4)
 
 
-def test_there_are_notebooks() -> None:
-    assert len(NOTEBOOKS) >= 7
+def outputs(notebook: Any) -> list[Any]:
+    return [output for cell in notebook.cells for output in cell.get("outputs", [])]
+
+
+def compare(path: Path) -> None:
+    fresh = execute(path)
+    found = differences(read(path), fresh)
+    assert not found, "outputs are not those stored; if they are right, run `make notebooks`:\n" + "\n".join(found)
+    assert not [output for output in outputs(fresh) if output.get("name") == "stderr"]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
-def test_notebook_runs_and_draws(path: Path, manager: Any) -> None:
-    notebook = nbformat.read(path, as_version=4)
-    notebook.cells.insert(0, nbformat.v4.new_code_cell("%reset -f\n%matplotlib inline"))
-    client = nbclient.NotebookClient(notebook, timeout=SECONDS, km=manager)
-    try:
-        client.execute()
-    finally:
-        client.kc.stop_channels()
-    outputs = [output for cell in notebook.cells for output in cell.get("outputs", [])]
-    assert any("image/png" in output.get("data", {}) for output in outputs), "no figure"
-    assert not [output for output in outputs if output.output_type == "error"]
+@each_notebook
+def test_notebook_prints_what_is_stored(path: Path) -> None:
+    compare(path)
 
 
-@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
-def test_notebook_is_stored_without_outputs(path: Path) -> None:
-    notebook = nbformat.read(path, as_version=4)
+@pytest.mark.peers
+@each_notebook
+def test_notebook_prints_what_is_stored_beside_peers(path: Path) -> None:
+    notebook = read(path)
+    if not any(peers_of(cell) for cell in notebook.cells):
+        pytest.skip("no cell needs a peer")
+    assert not missing_peers(notebook)
+    compare(path)
+
+
+def test_there_are_nine_notebooks_and_the_readme_counts_them() -> None:
+    assert len(NOTEBOOKS) == 9
+    assert "| `notebooks` | nine " in (ROOT / "README.md").read_text()
+    assert sum(path.stat().st_size for path in NOTEBOOKS) < ALL
+
+
+@each_notebook
+def test_first_cell_says_for_whom_what_and_with_what(path: Path) -> None:
+    notebook = read(path)
+    first, last = notebook.cells[0], notebook.cells[-1]
+    assert first.cell_type == last.cell_type == "markdown"
+    assert first.source.startswith("# ")
+    assert [word for word in ("**For** ", "**Question** ", "**Needs** ") if word not in first.source] == []
+    assert last.source.startswith("## Where to go next")
+
+
+@each_notebook
+def test_links_lead_to_files(path: Path) -> None:
+    import re
+
+    for cell in read(path).cells:
+        if cell.cell_type == "markdown":
+            for target in re.findall(r"\]\((?!https?:)([^)]+)\)", cell.source):
+                assert (path.parent / target).is_file(), target
+
+
+@each_notebook
+def test_notebook_is_stored_with_outputs_and_without_volatile_metadata(path: Path) -> None:
+    notebook = read(path)
     nbformat.validate(notebook)
-    assert notebook.cells[0].cell_type == "markdown"
-    for cell in notebook.cells:
-        assert cell.cell_type == "markdown" or (not cell.outputs and cell.execution_count is None)
+    assert path.stat().st_size < LARGEST
+    assert json.loads(path.read_text())["metadata"] == METADATA
+    code = [cell for cell in notebook.cells if cell.cell_type == "code"]
+    assert [cell.execution_count for cell in code] == list(range(1, len(code) + 1))
+    assert all(set(cell.metadata) <= {"tags"} for cell in notebook.cells)
+    assert not [output for output in outputs(notebook) if output.get("name") == "stderr"]
+    images = [output.data["image/png"] for output in outputs(notebook) if "image/png" in output.get("data", {})]
+    assert len(images) >= 2
+    assert all(base64.b64decode(image).startswith(b"\x89PNG") for image in images)
+    assert " at 0x" not in "".join(json.dumps(output) for output in outputs(notebook))
+
+
+def test_texts_are_equal_up_to_rounding() -> None:
+    assert same_text("error 0.123, 5 of 7", "error 0.124, 5 of 7")
+    assert same_text("1.00000000000000002e-05 -0.", "1.0000000000000001e-05 0.")
+    assert not same_text("error 0.123", "error 0.125")
+    assert not same_text("5 of 7", "6 of 7")
+    assert not same_text("agrees: True", "agrees: False")
+    assert not same_text("x_1 + 2", "x_2 + 2")
+    assert not same_text("1 2", "1")
+
+
+def test_differences_are_found() -> None:
+    """A changed number, a lost image and a lost text; but not those of a cell whose peer is not installed."""
+
+    def notebook(text: str, tag: str = "peer:numpy", image: str | None = None) -> Any:
+        printed = nbformat.v4.new_output("stream", name="stdout", text=text)
+        shown = [nbformat.v4.new_output("display_data", data={"image/png": image})] if image else []
+        cell = nbformat.v4.new_code_cell("", outputs=[printed, *shown], metadata={"tags": [tag]})
+        return nbformat.v4.new_notebook(cells=[cell])
+
+    assert differences(notebook("12"), notebook("12")) == []
+    assert len(differences(notebook("12"), notebook("13"))) == 1
+    assert len(differences(notebook("12", image="A"), notebook("12"))) == 1
+    assert differences(notebook("12", image="A"), notebook("12", image="B")) == []
+    assert differences(notebook("12", "peer:no_such_module"), notebook("13", "peer:no_such_module")) == []
+
+
+def test_progress_of_compilers_is_not_stored() -> None:
+    def cell(text: str) -> Any:
+        stderr = nbformat.v4.new_output("stream", name="stderr", text=text)
+        return nbformat.v4.new_code_cell("", outputs=[stderr])
+
+    notebook = normalised(nbformat.v4.new_notebook(cells=[cell("gac: building f (once)\n"), cell("a warning\n")]))
+    assert [len(each.outputs) for each in notebook.cells] == [0, 1]

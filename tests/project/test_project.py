@@ -76,9 +76,8 @@ def test_commands_of_the_documents_exist() -> None:
 def test_help_lists_every_target() -> None:
     done = subprocess.run(["make", "help"], cwd=ROOT, capture_output=True, text=True, check=True)
     assert [line.split()[0] for line in done.stdout.splitlines()] == targets()
-    assert (
-        " ".join(targets())
-        == "demo test slow peers generated check lint types bench counts growth build wheel help clean"
+    assert " ".join(targets()) == (
+        "demo test slow peers generated check lint types bench counts growth notebooks build wheel help clean"
     )
 
 
