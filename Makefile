@@ -47,8 +47,8 @@ check: build ## Fail if generated/ is not what the specs give, or is not proved
 	$(BIN)/gac check --prove
 
 lint: .venv/.installed ## Check style and formatting
-	$(BIN)/ruff check gacompiler algorithms tests benchmarks
-	$(BIN)/ruff format --check gacompiler algorithms tests benchmarks
+	$(BIN)/ruff check gacompiler algorithms tests benchmarks notebooks
+	$(BIN)/ruff format --check gacompiler algorithms tests benchmarks notebooks
 
 types: .venv/.installed ## Check types
 	$(BIN)/mypy

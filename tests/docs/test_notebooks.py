@@ -1,9 +1,13 @@
-"""Every notebook runs in a fresh kernel and prints what is stored in it; `make notebooks` stores outputs."""
+"""Every notebook runs in a fresh kernel and prints what is stored in it; `make notebooks` stores outputs.
+
+`tests/peers/test_notebooks_peers.py` runs them beside the libraries that they compare with.
+"""
 
 from __future__ import annotations
 
 import base64
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -17,11 +21,9 @@ from stored_notebooks import (  # noqa: E402
     METADATA,
     NOTEBOOKS,
     ROOT,
+    check_outputs,
     differences,
-    execute,
-    missing_peers,
     normalised,
-    peers_of,
     same_text,
 )
 
@@ -38,27 +40,10 @@ def outputs(notebook: Any) -> list[Any]:
     return [output for cell in notebook.cells for output in cell.get("outputs", [])]
 
 
-def compare(path: Path) -> None:
-    fresh = execute(path)
-    found = differences(read(path), fresh)
-    assert not found, "outputs are not those stored; if they are right, run `make notebooks`:\n" + "\n".join(found)
-    assert not [output for output in outputs(fresh) if output.get("name") == "stderr"]
-
-
 @pytest.mark.slow
 @each_notebook
 def test_notebook_prints_what_is_stored(path: Path) -> None:
-    compare(path)
-
-
-@pytest.mark.peers
-@each_notebook
-def test_notebook_prints_what_is_stored_beside_peers(path: Path) -> None:
-    notebook = read(path)
-    if not any(peers_of(cell) for cell in notebook.cells):
-        pytest.skip("no cell needs a peer")
-    assert not missing_peers(notebook)
-    compare(path)
+    check_outputs(path)
 
 
 def test_there_are_nine_notebooks_and_the_readme_counts_them() -> None:
@@ -79,8 +64,6 @@ def test_first_cell_says_for_whom_what_and_with_what(path: Path) -> None:
 
 @each_notebook
 def test_links_lead_to_files(path: Path) -> None:
-    import re
-
     for cell in read(path).cells:
         if cell.cell_type == "markdown":
             for target in re.findall(r"\]\((?!https?:)([^)]+)\)", cell.source):

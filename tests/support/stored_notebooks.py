@@ -132,6 +132,19 @@ def differences(stored: Any, fresh: Any) -> list[str]:
     return found
 
 
+def check_outputs(path: Path) -> None:
+    """Execute a notebook, and raise an AssertionError where it warns or prints something else than is stored."""
+    fresh = execute(path)
+    found = differences(nbformat.read(path, as_version=4), fresh)
+    assert not found, "\n".join(
+        [f"{path.name}: outputs are not those stored; if they are right, run `make notebooks`", *found]
+    )
+    warnings = [
+        output.text for cell in fresh.cells for output in cell.get("outputs", []) if output.get("name") == "stderr"
+    ]
+    assert not warnings, f"{path.name}: warns: {warnings}"
+
+
 def _texts(cell: Any) -> list[str]:
     texts = []
     for output in cell.outputs:
