@@ -20,7 +20,7 @@ EXTRAS := compiler,algorithms,pictures,notebooks,test
 MAKEFLAGS += --no-print-directory
 
 .DEFAULT_GOAL := help
-.PHONY: demo test slow peers generated check lint types bench counts growth notebooks build wheel help clean FORCE
+.PHONY: demo test slow peers generated check lint types docs bench counts growth notebooks build wheel help clean FORCE
 
 demo: .venv/.installed ## Generate what is stale, build, run on real input; figures in build/demo
 	@$(MAKE) build/.generated
@@ -47,11 +47,14 @@ check: build ## Fail if generated/ is not what the specs give, or is not proved
 	$(BIN)/gac check --prove
 
 lint: .venv/.installed ## Check style and formatting
-	$(BIN)/ruff check gacompiler algorithms tests benchmarks notebooks
-	$(BIN)/ruff format --check gacompiler algorithms tests benchmarks notebooks
+	$(BIN)/ruff check gacompiler algorithms tests benchmarks notebooks docs
+	$(BIN)/ruff format --check gacompiler algorithms tests benchmarks notebooks docs/conf.py docs/website
 
 types: .venv/.installed ## Check types
 	$(BIN)/mypy
+
+docs: .venv/.docs ## Build the documentation site from docs, notebooks and docstrings; build/site/index.html
+	PYTHONPATH=docs $(BIN)/python -m website
 
 bench: build ## Measure generation, kernels and algorithms beside peers; write the pages of figures in docs
 	$(BIN)/python -m benchmarks
@@ -100,4 +103,9 @@ build/.generated: $(COMPILER) $(wildcard $(MODULES)) $(if $(filter-out $(wildcar
 .venv/.peers: .venv/.installed
 	@echo "Installing other libraries into .venv, a minute or two"
 	$(BIN)/pip install --quiet --editable '.[peers]'
+	@touch $@
+
+.venv/.docs: .venv/.installed
+	@echo "Installing Sphinx into .venv, a minute"
+	$(BIN)/pip install --quiet --editable '.[docs]'
 	@touch $@

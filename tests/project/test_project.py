@@ -23,7 +23,7 @@ REQUIRED = {"pyproject.toml", "Makefile", "README.md", "LICENSE", ".gitignore", 
 OPTIONAL = {"notebooks"}
 BUILT = {".so", ".o", ".a", ".pyc", ".nbi", ".nbc", ".dll", ".dylib", ".whl", ".egg"}
 CLOCKS = {"perf_counter", "perf_counter_ns", "monotonic", "monotonic_ns", "process_time", "time_ns", "timeit"}
-DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 
 
 def files() -> list[str]:
@@ -77,14 +77,14 @@ def test_help_lists_every_target() -> None:
     done = subprocess.run(["make", "help"], cwd=ROOT, capture_output=True, text=True, check=True)
     assert [line.split()[0] for line in done.stdout.splitlines()] == targets()
     assert " ".join(targets()) == (
-        "demo test slow peers generated check lint types bench counts growth notebooks build wheel help clean"
+        "demo test slow peers generated check lint types docs bench counts growth notebooks build wheel help clean"
     )
 
 
 def test_ci_runs_what_it_says() -> None:
     steps = re.search(r"^for step in (.*); do$", (ROOT / ".ci" / "run").read_text(), re.MULTILINE)
     assert steps
-    assert steps[1] == "test slow peers lint types check"
+    assert steps[1] == "test slow peers lint types docs check"
     assert (ROOT / ".ci" / "run").stat().st_mode & 0o111
 
 

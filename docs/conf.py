@@ -1,0 +1,64 @@
+"""The configuration of Sphinx; `python -m website` calls it with pages that it has put together (`make docs`)."""
+
+import sys
+from pathlib import Path
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).parent))
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+import gacompiler
+
+project = "gacompiler"
+author = copyright = "gacompiler contributors"
+release = gacompiler.__version__
+
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "website.mathml"]
+root_doc = "index"
+exclude_patterns = ["pictures"]
+
+# Pages: Markdown as repository browsers show it, and notebooks with the outputs that are stored in them.
+myst_enable_extensions = ["dollarmath"]
+myst_heading_anchors = 4
+nb_execution_mode = "off"
+
+# Docstrings: numpydoc sections; single backticks are names, shown as code where they lead nowhere.
+default_role = "py:obj"
+napoleon_google_docstring = False
+# Sections stay lists: as fields of a function their types would be looked up among all names of the site.
+napoleon_use_param = False
+napoleon_use_rtype = False
+napoleon_custom_sections = [("Attributes", "params_style")]
+autodoc_member_order = "bysource"
+autodoc_typehints = "signature"
+autodoc_typehints_format = "short"
+python_maximum_signature_line_length = 100
+python_use_unqualified_type_names = True
+add_module_names = False
+toc_object_entries = False
+
+# Everything is on the disk: no fonts, styles or programs from the network.
+html_theme = "furo"
+html_title = f"gacompiler {release}"
+html_math_renderer = "mathml"
+html_copy_source = False
+html_show_sourcelink = False
+
+
+def _is_left_out(app: Any, what: str, name: str, value: Any, skip: bool, options: Any) -> bool | None:
+    """Leave out the fields of named tuples, which the sections of their classes describe."""
+    return True if (getattr(value, "__doc__", "") or "").startswith("Alias for field number") else None
+
+
+def _without_type(app: Any, what: str, name: str, value: Any, options: Any, lines: list[str]) -> None:
+    """Put the type of an attribute back before its description, from where napoleon has taken it."""
+    types = [line.removeprefix(":type: ") for line in lines if line.startswith(":type: ")]
+    if types and what in ("attribute", "property"):
+        lines[:] = [line for line in lines if not line.startswith(":type: ")]
+        lines[0] = f"{types[0]}: {lines[0]}"
+
+
+def setup(app: Any) -> None:
+    """Register what is ours."""
+    app.connect("autodoc-skip-member", _is_left_out)
+    app.connect("autodoc-process-docstring", _without_type, priority=600)

@@ -1,0 +1,89 @@
+"""The command ``python -m website``: put the pages together, let Sphinx build the site, and check it (`make docs`)."""
+
+from __future__ import annotations
+
+import argparse
+import shutil
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+
+from . import commands, contents, gallery, interfaces, modules
+from .markdown import table
+from .places import BUILD, CONTENTS, DOCS, ROOT, SITE, SOURCE, notebooks, pages, write
+
+MODULES = "modules/index"
+API = "api/index"
+COMMANDS = "command_line"
+GALLERY = "gallery"
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Build the site; the exit status is 1 where Sphinx warns of anything, or a public name is missing."""
+    parser = argparse.ArgumentParser(prog="python -m website", description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--keep-going", action="store_true", help="list all warnings, and do not fail")
+    parser.add_argument("--fresh", action="store_true", help="build all pages, also those that have not changed")
+    parser.add_argument("-j", "--jobs", default="auto", help="processes [%(default)s]")
+    given = parser.parse_args(arguments)
+    if given.fresh:
+        for folder in (SITE, SOURCE, BUILD / "site-cache"):
+            shutil.rmtree(folder, ignore_errors=True)
+    put_together()
+    from sphinx.cmd.build import build_main
+
+    strict = [] if given.keep_going else ["--fail-on-warning"]
+    places = ["-c", str(DOCS), "-d", str(BUILD / "site-cache"), str(SOURCE), str(SITE)]
+    status = build_main(["--quiet", "-j", given.jobs, *strict, *places])
+    missing = [] if status else missing_names()
+    if missing:
+        print(f"website: not in the site: {' '.join(missing)}", file=sys.stderr)
+        return 1
+    if not status:
+        print(f"{SITE.relative_to(ROOT)}/index.html: {len(list(SITE.rglob('*.html')))} pages")
+    return int(status)
+
+
+def put_together() -> None:
+    """Write everything that Sphinx reads."""
+    written = {
+        "index.md": contents.index({"Generated code": [MODULES], "API and command line": [API, COMMANDS], "Gallery": [GALLERY]}),
+        f"{MODULES}.md": _index("Generated modules", {f"modules/{n}": modules.summary(n) for n in modules.names()}),
+        f"{API}.md": _index("API reference", {each.page: "" for each in interfaces.interfaces()}),
+        f"{COMMANDS}.md": commands.page(),
+    }
+    written |= {f"modules/{name}.md": modules.page(name) for name in modules.names()}
+    written |= {f"{each.page}.md": interfaces.page(each) for each in interfaces.interfaces()}
+    pictures = [*gallery.of_pages(), *gallery.of_demo(SOURCE), *gallery.of_notebooks(SOURCE)]
+    written[f"{GALLERY}.md"] = gallery.page(pictures)
+    for name, text in written.items():
+        write(SOURCE / name, text)
+    copied = [*pages(), *notebooks(), *(p for p in DOCS.rglob("*.*") if p.suffix in (".png", ".svg"))]
+    for path in copied:
+        target = SOURCE / path.relative_to(ROOT)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        if not target.is_file() or target.read_bytes() != path.read_bytes():
+            shutil.copyfile(path, target)
+    known = {SOURCE / name for name in written} | {SOURCE / path.relative_to(ROOT) for path in copied}
+    for path in [*SOURCE.rglob("*.md"), *SOURCE.rglob("*.ipynb")]:
+        if path not in known:
+            path.unlink()
+
+
+def _index(title: str, entries: Mapping[str, str]) -> str:
+    """The page that lists a group of generated pages."""
+    rows = [(f"[](/{path}.md)", about) for path, about in entries.items()]
+    listing = "\n".join(f"/{path}" for path in entries)
+    return f"# {title}\n\n{table(('page', 'what it is'), rows)}\n```{{toctree}}\n:hidden:\n\n{listing}\n```\n"
+
+
+def missing_names() -> list[str]:
+    """The public names that the finished site does not document."""
+    from sphinx.util.inventory import InventoryFile
+
+    inventory = InventoryFile.loads((SITE / "objects.inv").read_bytes(), uri="")
+    known = {name for kind, entries in inventory.data.items() if kind.startswith("py:") for name in entries}
+    return [path for path in interfaces.documented() if path not in known]
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,54 @@
+"""The index of the site, made of ``docs/README.md``: its lists become the navigation."""
+
+from __future__ import annotations
+
+import posixpath
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from .markdown import headings
+from .places import CONTENTS, ROOT
+
+_LINK = re.compile(r"\]\(([^)#:]+)\)")
+
+
+def listed() -> dict[str, list[str]]:
+    """The pages of each group of the table of contents, by paths from the root of the repository."""
+    groups: dict[str, list[str]] = {}
+    for section in re.split(r"^## ", CONTENTS.read_text(), flags=re.MULTILINE)[1:]:
+        title, _, body = section.partition("\n")
+        entries = re.findall(r"^- \[[^]]+\]\(([^)#]+)\)", body, re.MULTILINE)
+        groups[title.strip()] = [_from_root(entry) for entry in entries]
+    return groups
+
+
+def index(more: Mapping[str, Sequence[str]]) -> str:
+    """The first page of the site.
+
+    Parameters
+    ----------
+    more : mapping of str to list of str
+        Groups of generated pages by title; their paths from the root, without ending.
+    """
+    text = _LINK.sub(lambda match: f"]({_from_root(match[1])})", CONTENTS.read_text())
+    for title, paths in more.items():
+        text += f"\n## {title}\n\n" + "".join(f"- [](/{path}.md)\n" for path in paths)
+    groups = {**listed(), **more}
+    return text + "".join(_navigation(title, paths) for title, paths in groups.items())
+
+
+def _navigation(title: str, paths: Sequence[str]) -> str:
+    """The hidden list from which Sphinx makes a group of the navigation."""
+    lines = [f"/{posixpath.splitext(path)[0] if Path(path).suffix else path}" for path in paths]
+    return "\n```{toctree}\n:hidden:\n:caption: " + title + "\n\n" + "\n".join(lines) + "\n```\n"
+
+
+def _from_root(link: str) -> str:
+    """A link of the table of contents as a path from the root."""
+    return posixpath.normpath(posixpath.join(CONTENTS.parent.relative_to(ROOT).as_posix(), link))
+
+
+def title_of(text: str) -> str:
+    """The title of a page."""
+    return headings(text)[0]
