@@ -47,7 +47,7 @@ check: build ## Fail if generated/ is not what the specs give, or is not proved
 	$(BIN)/gac check --prove
 
 lint: .venv/.installed ## Check style and formatting
-	$(BIN)/ruff check gacompiler algorithms tests benchmarks notebooks docs
+	$(BIN)/ruff check gacompiler algorithms tests benchmarks notebooks docs/conf.py docs/website
 	$(BIN)/ruff format --check gacompiler algorithms tests benchmarks notebooks docs/conf.py docs/website
 
 types: .venv/.installed ## Check types

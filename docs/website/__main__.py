@@ -6,11 +6,10 @@ import argparse
 import shutil
 import sys
 from collections.abc import Mapping
-from pathlib import Path
 
 from . import commands, contents, gallery, interfaces, modules
 from .markdown import table
-from .places import BUILD, CONTENTS, DOCS, ROOT, SITE, SOURCE, notebooks, pages, write
+from .places import BUILD, DOCS, ROOT, SITE, SOURCE, notebooks, pages, write
 
 MODULES = "modules/index"
 API = "api/index"
@@ -46,7 +45,9 @@ def main(arguments: list[str] | None = None) -> int:
 def put_together() -> None:
     """Write everything that Sphinx reads."""
     written = {
-        "index.md": contents.index({"Generated code": [MODULES], "API and command line": [API, COMMANDS], "Gallery": [GALLERY]}),
+        "index.md": contents.index(
+            {"Generated code": [MODULES], "API and command line": [API, COMMANDS], "Gallery": [GALLERY]}
+        ),
         f"{MODULES}.md": _index("Generated modules", {f"modules/{n}": modules.summary(n) for n in modules.names()}),
         f"{API}.md": _index("API reference", {each.page: "" for each in interfaces.interfaces()}),
         f"{COMMANDS}.md": commands.page(),

@@ -66,7 +66,9 @@ def of_demo(source: Path) -> list[Picture]:
     from algorithms.demo import figures
 
     folder = source / "pictures" / "demo"
-    subprocess.run([sys.executable, "-m", "algorithms.demo", "--out", folder], cwd=ROOT, check=True, capture_output=True)
+    subprocess.run(
+        [sys.executable, "-m", "algorithms.demo", "--out", folder], cwd=ROOT, check=True, capture_output=True
+    )
     found = []
     for path in sorted(folder.glob("*.png")):
         about = first_sentence(inspect.getdoc(getattr(figures, f"draw_{path.stem}")) or "")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import importlib
 import inspect
+import itertools
 import json
 import re
 import sys
@@ -56,7 +57,9 @@ def page(interface: Interface) -> str:
     found = {name: getattr(module, name) for name in interface.names}
     rows = [(_link(interface, name, value), _summary(interface, name, value)) for name, value in found.items()]
     parts = [f"# {interface.module}\n", directive("automodule", interface.module), table(("name", "what it is"), rows)]
-    here = {name: value for name, value in found.items() if home(interface, name, value) == f"{interface.module}.{name}"}
+    here = {
+        name: value for name, value in found.items() if home(interface, name, value) == f"{interface.module}.{name}"
+    }
     parts += [_entry(interface, name, value) for name, value in here.items()]
     kinds = sorted({_class_path(value) for value in here.values()} - {""})
     if kinds:
@@ -106,7 +109,7 @@ def _entry(interface: Interface, name: str, value: Any) -> str:
     if inspect.isroutine(value):
         return directive("autofunction", path)
     about = "\n\n".join(filter(None, [_text_of_data(interface, name), f"An object of the type {_type_text(value)}."]))
-    return "```{py:data} " + path + "\n" + _as_markdown(about) + "\n```\n"
+    return "```{py:data} " + name + f"\n:module: {interface.module}\n\n" + _as_markdown(about) + "\n```\n"
 
 
 def _text_of_data(interface: Interface, name: str) -> str:
@@ -123,10 +126,14 @@ def _texts_of_data(path: str) -> dict[str, str]:
     """The texts below the assignments of a file, by names."""
     found = {}
     body = ast.parse(Path(path).read_text()).body if path.endswith(".py") else []
-    for node, after in zip(body, body[1:], strict=False):
+    for node, after in itertools.pairwise(body):
         targets = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", None)]
         if isinstance(after, ast.Expr) and isinstance(after.value, ast.Constant):
-            found |= {target.id: inspect.cleandoc(str(after.value.value)) for target in targets if isinstance(target, ast.Name)}
+            found |= {
+                target.id: inspect.cleandoc(str(after.value.value))
+                for target in targets
+                if isinstance(target, ast.Name)
+            }
     return found
 
 

@@ -1,4 +1,4 @@
-"""The check of links: relative ones lead to a file and an anchor that are there, others have a form that can be right."""
+"""The check of links: relative ones lead to a file and an anchor that are there, others have a plausible form."""
 
 from __future__ import annotations
 

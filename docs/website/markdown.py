@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 from collections.abc import Iterable, Iterator, Sequence
 
@@ -37,7 +38,7 @@ def headings(text: str) -> list[str]:
     """The headings of a page as they are read, without markup."""
     tokens = _PARSER.parse(text)
     found = []
-    for before, token in zip(tokens, tokens[1:], strict=False):
+    for before, token in itertools.pairwise(tokens):
         if before.type == "heading_open":
             parts = token.children or ()
             found.append("".join(part.content for part in parts if part.type in ("text", "code_inline")))

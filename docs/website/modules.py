@@ -42,14 +42,14 @@ def page(name: str) -> str:
         parts += ["## Operators\n", about, table(("expression", "result", "kernel"), operators)]
     parts += [
         "## Kernels\n",
-        "Operations are of one element. The error is measured, in units in the last place of the largest coefficient.\n",
+        "Operations are of one element. The error is measured, in ulp of the largest coefficient.\n",
         table(("kernel", "signature", *_KERNELS_IN_COLUMNS, "other", "error"), map(_kernel_row, kernels.values())),
     ]
     forms = [row for kernel in kernels.values() for row in _form_rows(kernel)]
     if forms:
         about = (
-            "Where some arguments are the same for all elements of a batch, kernels have a second form: what depends on "
-            "these alone is computed once. It is chosen by strides, from the number of elements in the third column.\n"
+            "Where some arguments are the same for all elements of a batch, kernels have a second form: what depends "
+            "on these alone is computed once. It is chosen by strides, from so many elements on.\n"
         )
         parts += ["## Forms for arguments that stay the same\n", about]
         parts.append(table(("kernel", "the same", "from", "once", "for each element"), forms))
@@ -89,7 +89,13 @@ def _layout_rows(module: ModuleType) -> Iterator[tuple[str, ...]]:
     for name, layout in _layouts(module).items():
         formulas = dict(layout.implied)
         fixed = ", ".join(f"`{blade} = {formulas.get(blade, value)}`" for blade, value in layout.fixed)
-        yield code(name), code(" ".join(layout.blades)), fixed, "yes" if layout.unit else "", code(types.get(layout, ""))
+        yield (
+            code(name),
+            code(" ".join(layout.blades)),
+            fixed,
+            "yes" if layout.unit else "",
+            code(types.get(layout, "")),
+        )
 
 
 def _is_value_type(module: ModuleType, value: Any) -> bool:
@@ -110,7 +116,9 @@ def _operator_rows(module: ModuleType) -> Iterator[tuple[str, str, str]]:
 def _kernel_row(kernel: Any) -> tuple[str, ...]:
     counts = _counts(kernel)
     shown = [str(counts.get(name, 0)) for name in _KERNELS_IN_COLUMNS]
-    rest = [f"{counts[name]} {name}" for name in COUNTS if name not in (*_KERNELS_IN_COLUMNS, "fma") and counts.get(name)]
+    rest = [
+        f"{counts[name]} {name}" for name in COUNTS if name not in (*_KERNELS_IN_COLUMNS, "fma") and counts.get(name)
+    ]
     return _link(kernel), code(kernel.signature), *shown, ", ".join(rest), _error(kernel)
 
 

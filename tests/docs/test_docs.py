@@ -24,7 +24,7 @@ def output(command: str) -> str:
     """What ``gac command`` prints, run from the root of the repository."""
     result = CliRunner().invoke(main, shlex.split(command))
     assert result.exit_code == 0, result.output
-    return result.output.rstrip() + "\n"
+    return result.stdout.rstrip() + "\n"
 
 
 def current(page: Path) -> str:

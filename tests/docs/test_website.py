@@ -50,9 +50,9 @@ def test_every_public_name_of_a_package_has_an_entry(package: str) -> None:
         path = interfaces.home(found[package], name, getattr(module, name))
         assert not path or path in documented, f"{package}.{name} is in no page"
         if path:
-            home = path.rpartition(".")[0]
+            home, _, last = path.rpartition(".")
             texts.setdefault(home, interfaces.page(found[home]))
-            assert re.search(rf"(auto\w+::|py:data\}}) {re.escape(path)}$", texts[home], re.MULTILINE), path
+            assert re.search(rf"auto\w+:: {re.escape(path)}$|py:data\}} {last}$", texts[home], re.MULTILINE), path
 
 
 def test_modules_that_pages_import_from_have_a_page() -> None:
@@ -66,7 +66,7 @@ def test_classes_of_objects_and_texts_of_data_are_documented() -> None:
     found = {each.module: each for each in interfaces.interfaces()}
     objects = interfaces.page(found["gacompiler.objects"])
     assert re.search(r"autoclass:: gacompiler\.objects\.projective\.\w+\n +:members:", objects)
-    assert "{py:data} algorithms.geometry.KINDS" in interfaces.page(found["algorithms.geometry"])
+    assert "{py:data} KINDS\n:module: algorithms.geometry\n" in interfaces.page(found["algorithms.geometry"])
 
 
 def test_every_generated_module_has_a_page() -> None:
@@ -115,7 +115,9 @@ def test_every_command_has_its_options_and_examples() -> None:
         assert section.startswith(f"gac {name}\n")
         options = {option for each in main.commands[name].params for option in each.opts if option.startswith("-")}
         assert [option for option in options if option not in section] == [], name
-        assert f"\ngac {name}" in section.partition("what it does")[2] or "Examples" not in (main.commands[name].epilog or "")
+        assert f"\ngac {name}" in section.partition("what it does")[2] or "Examples" not in (
+            main.commands[name].epilog or ""
+        )
 
 
 def test_the_gallery_has_every_picture_of_the_pages() -> None:

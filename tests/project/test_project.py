@@ -63,7 +63,7 @@ def test_names_at_the_top() -> None:
 
 
 def test_commands_of_the_documents_exist() -> None:
-    shown = {document.name: commands(document, "make") for document in DOCUMENTS}
+    shown = {document.relative_to(ROOT).as_posix(): commands(document, "make") for document in DOCUMENTS}
     assert {"demo", "test"} <= {arguments[0] for arguments in shown["README.md"]}
     for name, found in shown.items():
         for arguments in found:
