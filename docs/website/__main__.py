@@ -56,9 +56,12 @@ def put_together() -> None:
     written |= {f"{each.page}.md": interfaces.page(each) for each in interfaces.interfaces()}
     pictures = [*gallery.of_pages(), *gallery.of_demo(SOURCE), *gallery.of_notebooks(SOURCE)]
     written[f"{GALLERY}.md"] = gallery.page(pictures)
+    for path in pages():
+        name = path.relative_to(ROOT).as_posix()
+        written[name] = contents.with_links_to_index(path.read_text(), name)
     for name, text in written.items():
         write(SOURCE / name, text)
-    copied = [*pages(), *notebooks(), *(p for p in DOCS.rglob("*.*") if p.suffix in (".png", ".svg"))]
+    copied = [*notebooks(), *(p for p in DOCS.rglob("*.*") if p.suffix in (".png", ".svg"))]
     for path in copied:
         target = SOURCE / path.relative_to(ROOT)
         target.parent.mkdir(parents=True, exist_ok=True)

@@ -38,6 +38,16 @@ def index(more: Mapping[str, Sequence[str]]) -> str:
     return text + "".join(_navigation(title, paths) for title, paths in groups.items())
 
 
+def with_links_to_index(text: str, page: str) -> str:
+    """The text of a page, where links to the table of contents lead to the index of the site."""
+
+    def led(match: re.Match[str]) -> str:
+        target = posixpath.normpath(posixpath.join(posixpath.dirname(page), match[1]))
+        return "](/index.md)" if target == CONTENTS.relative_to(ROOT).as_posix() else match[0]
+
+    return _LINK.sub(led, text)
+
+
 def _navigation(title: str, paths: Sequence[str]) -> str:
     """The hidden list from which Sphinx makes a group of the navigation."""
     lines = [f"/{posixpath.splitext(path)[0] if Path(path).suffix else path}" for path in paths]

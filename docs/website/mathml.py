@@ -22,7 +22,8 @@ def formula(tex: str, block: bool) -> str:
     MathError
         When the formula has a command that is not known.
     """
-    return str(tex2mathml(re.sub(r"\\displaystyle\b", "", tex).strip(), as_block=block))
+    known = re.sub(r"\\(begin|end)\{align\*?\}", r"\\\1{aligned}", re.sub(r"\\displaystyle\b", "", tex))
+    return str(tex2mathml(known.strip(), as_block=block))
 
 
 def _visit(block: bool) -> Any:

@@ -39,6 +39,12 @@ def test_the_index_has_links_from_the_root_and_a_navigation_for_every_group() ->
     assert "\n/docs/speed\n" in text and "\n/notebooks/conformal_geometry\n" in text and "\n/modules/index\n" in text
 
 
+def test_links_to_the_table_of_contents_lead_to_the_index() -> None:
+    text = "[a](docs/README.md) [b](README.md)"
+    assert contents.with_links_to_index(text, "README.md") == "[a](/index.md) [b](README.md)"
+    assert contents.with_links_to_index(text, "docs/speed.md") == "[a](docs/README.md) [b](/index.md)"
+
+
 @pytest.mark.parametrize("package", packages())
 def test_every_public_name_of_a_package_has_an_entry(package: str) -> None:
     found = {each.module: each for each in interfaces.interfaces()}
