@@ -6,7 +6,7 @@ import importlib
 import os
 import sys
 
-COMMANDS = ("chain", "counts", "growth", "robots", "signals", "subspaces", "toolkit", "vision")
+COMMANDS = ("chain", "counts", "growth", "overview", "robots", "signals", "subspaces", "toolkit", "vision")
 """What may stand after ``benchmarks``, the modules that do it; without one of them, times are measured."""
 
 

@@ -288,6 +288,7 @@ def equations_of_motions(a, b, half_turn, same_axis):
     is_regular
         Whether all numbers are finite, and all motions clear.
     equations
+        The sum of ``E^T E``, a matrix of 8 rows.
     """
     motions = _in_own_lengths(a, b)
     enough = total(lambda m: absolute(m["1"]) >= 5 * half_turn, motions.a)

@@ -89,7 +89,8 @@ def of_robot(procedure: Procedure, rng: np.random.Generator, count: int) -> Loop
         known |= {"rows": variables[lower], "columns": variables[upper]}
         known["mirrored"] = np.where(lower == upper, -1, variables[lower])
     given = arguments(procedure, lengths, rng, (count,))
-    given |= {name: array for name, array in known.items() if name in given}
+    # Tables of the same name may list other pairs, by other lengths.
+    given |= {name: array for name, array in known.items() if name in given and len(given[name]) == len(array)}
     return LoopCall("robots", procedure, {name: lengths[name] for name in procedure.lengths}, given, count)
 
 

@@ -187,7 +187,7 @@ def test_list_of_nothing() -> None:
 def test_the_steps_of_the_readme(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """In the order that they are read in: `gac new` comes before the file that it writes."""
     text = (Path(__file__).parents[2] / "README.md").read_text()
-    section = text.partition("## Generate your own")[2].partition("## How a kernel is made")[0]
+    section = text.partition("## Generate your own")[2].partition("## Derive")[0]
     assert section.index("gac new my_kernels") < section.index("# my_kernels.py")
     monkeypatch.chdir(tmp_path)
     assert run("new", "my_kernels").exit_code == 0

@@ -563,24 +563,24 @@ def test_batches_in_the_extension_write_to_out(quick_module: ModuleType) -> None
     quick_module.backend = "numba"  # type: ignore[attr-defined]
     buffer = np.arange(33.0)
     x = buffer[:32].reshape(4, 8)
-    known = quick_module.chain(x)
+    known = quick_module.backwards(x)
     out = np.empty((4, 8))
-    assert quick_module.chain(x, out=out) is out
+    assert quick_module.backwards(x, out=out) is out
     np.testing.assert_array_equal(out, known)
     sums = np.empty(4)
     assert quick_module.squares(x, out=sums) is sums
     np.testing.assert_array_equal(sums, quick_module.squares(x))
-    quick_module.chain(x, out=buffer[1:].reshape(4, 8))  # which overlaps the argument
+    quick_module.backwards(x, out=buffer[1:].reshape(4, 8))  # which overlaps the argument
     np.testing.assert_array_equal(buffer[1:].reshape(4, 8), known)
     for wrong in (np.empty((3, 8)), np.empty((2, 4, 8)), np.empty(8)):
         with pytest.raises(ValueError, match=r"out has shape"):
-            quick_module.chain(known, out=wrong)
+            quick_module.backwards(known, out=wrong)
 
 
 def test_long_batches_in_the_extension(quick_module: ModuleType, rng: np.random.Generator) -> None:
     """Other threads of Python run beside them, and several share them where the module says so."""
     quick_module.backend = "numba"  # type: ignore[attr-defined]
-    chain = quick_module.chain.bind()
+    chain = quick_module.backwards.bind()
     chain(np.ones(3))
     for count in (3_000, 60_000):
         x = rng.uniform(size=(count, 10))

@@ -216,7 +216,7 @@ def loaded_by(module: str) -> set[str]:
     return {path.relative_to(package).as_posix() for path in paths if package in path.parents}
 
 
-ABOVE = ("__init__.py", "load_time.py", "derivatives/", "robots/", "cluscript/", "scripts.py")
+ABOVE = ("__init__.py", "extras.py", "load_time.py", "derivatives/", "robots/", "cluscript/", "scripts.py")
 """What the package itself loads: it makes definitions, and these are traced before they are looked for."""
 
 

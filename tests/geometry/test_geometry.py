@@ -170,6 +170,22 @@ def test_half_squares_of_distances_and_their_derivatives() -> None:
         close(bend, (after[1] - before[1]) / (2 * h), 1e-5 * (1 + abs(bend)))
 
 
+def test_steps_lead_to_the_least_distance_nearby() -> None:
+    """Against 2,000 angles within a step's reach: nothing there is nearer, and the distance is that by vectors."""
+    rng = np.random.default_rng(10)
+    up, span = np.array([0, 0, 1.0]), np.pi / 24
+    for curve, radius in zip(rng.normal(size=(20, 3, 3)), rng.uniform(0.2, 3, 20), strict=True):
+        at = lambda t, curve=curve: curve @ [np.ones_like(t), np.cos(t), np.sin(t)]  # noqa: E731
+        every = np.linspace(0, 2 * np.pi, 2001)
+        rough = to_circle(at(every).T, np.zeros(3), up, radius) ** 2 / 2
+        starts = every[[rough.argmin(), 100]]
+        angles, least = cga3.least_distances_to_circle(curve, radius, starts, span)
+        close(least, to_circle(at(angles).T, np.zeros(3), up, radius) ** 2 / 2, 1e-12)
+        assert least[0] <= rough.min() + 1e-15 and least[0] > rough.min() - 1e-3 * (1 + rough.min())
+        slopes = [cga3.distance_to_circle(curve, radius, angle)[1] for angle in angles]
+        close(slopes, np.zeros(2), 1e-7)
+
+
 def test_angles_that_are_no_numbers_hide_no_others() -> None:
     """Half axes along x and y of a circle about (3, 0, 0): nearest to the unit circle at half a turn, 1 from it."""
     curve = np.tile(np.array([[3.0, 1, 0], [0, 0, 1], [0, 0, 0]]), (4, 1, 1))

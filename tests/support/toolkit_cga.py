@@ -114,6 +114,12 @@ ENTRIES = (
         distance of circle and plane, sphere: distance_plane_circle distance_circle_sphere
         distance of spheres: distance_spheres
     """),
+    *rows("cga3", VECTORS, "test_geometry.py::test_" + "half_squares_of_distances_and_their_derivatives", """
+        half the squared distance of a point of a circle to another circle, with derivatives: distance_to_circle
+    """),
+    *rows("cga3", "Newton's method", "test_geometry.py::test_" + "steps_lead_to_the_least_distance_nearby", """
+        points of a circle nearest to another circle: least_distances_to_circle
+    """),
     *rows("cga3", VECTORS, SPACE + "closest_points_of_lines_and_circles", """
         closest points of line and circle: closest_points_line_circle
     """),

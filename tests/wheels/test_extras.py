@@ -56,7 +56,7 @@ def test_algorithms_name_their_extra(hidden: set[str]) -> None:
 
 def test_extras_have_what_is_asked_for() -> None:
     extras = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
-    assert {"compiler", "algorithms", "pictures", "notebooks", "test", "peers"} == set(extras)
+    assert {"compiler", "algorithms", "pictures", "notebooks", "test", "peers", "docs"} == set(extras)
     named = {extra: {line.partition(">")[0] for line in lines} for extra, lines in extras.items()}
     assert set(COMPILER) <= named["compiler"]
     assert {"numba", "scipy"} <= named["algorithms"]
