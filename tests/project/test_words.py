@@ -1,0 +1,68 @@
+"""Prose is free of the words that CONTRIBUTING says not to use."""
+
+import ast
+import re
+import tokenize
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").rglob("*.md")])
+SOURCES = sorted(
+    path for folder in ("gacompiler", "algorithms", "benchmarks") for path in (ROOT / folder).rglob("*.py")
+)
+
+
+def avoided() -> list[str]:
+    """The left column of the table."""
+    section = (ROOT / "docs" / "CONTRIBUTING.md").read_text().partition("## Write plain English")[2]
+    rows = re.findall(r"^\| ([^|]+) \| [^|]+ \|$", section.partition("\n## ")[0], re.MULTILINE)
+    return [row for row in rows if row != "avoid"]
+
+
+def pattern() -> re.Pattern[str]:
+    """Any of the words, which may be divided between two lines of a comment."""
+    words = [word.replace(" ", r"(?:\s|#)+") for word in avoided()]
+    return re.compile(rf"\b(?:{'|'.join(words)})\b", re.IGNORECASE)
+
+
+def prose(path: Path) -> list[tuple[int, str]]:
+    """Comments and docstrings of a source file, and its other text of several words, with their lines."""
+    text = path.read_text()
+    with path.open("rb") as file:
+        found = [(t.start[0], t.string) for t in tokenize.tokenize(file.readline) if t.type == tokenize.COMMENT]
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and " " in node.value.strip():
+            found.append((node.lineno, node.value))
+    return found
+
+
+def test_the_list_is_found_and_finds() -> None:
+    assert len(avoided()) >= 8 and "of before" in avoided()
+    assert (
+        pattern().search("the value of\n# before")
+        and pattern().search("Errors are told")
+        and not pattern().search("kind")
+    )
+
+
+@pytest.mark.parametrize("folder", ["gacompiler", "algorithms", "benchmarks"])
+def test_sources_avoid_the_words(folder: str) -> None:
+    words, found = pattern(), []
+    for path in SOURCES:
+        if path.relative_to(ROOT).parts[0] == folder:
+            for line, text in prose(path):
+                found += [f"{path.relative_to(ROOT)}:{line}: {match[0]}" for match in words.finditer(text)]
+    assert not found, "\n".join(found)
+
+
+def test_pages_avoid_the_words() -> None:
+    words, found = pattern(), []
+    for path in PAGES:
+        text = path.read_text()
+        if path.name == "CONTRIBUTING.md":
+            text = re.sub(r"^\|.*$", "", text, flags=re.MULTILINE)
+        for match in words.finditer(text):
+            found.append(f"{path.relative_to(ROOT)}:{text.count(chr(10), 0, match.start()) + 1}: {match[0]}")
+    assert not found, "\n".join(found)
