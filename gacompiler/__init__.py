@@ -56,7 +56,7 @@ if not TYPE_CHECKING:
         *frontend.operations.__all__,
     ])  # fmt: skip
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 if TYPE_CHECKING:
     from .runtime import compile as compile

@@ -91,6 +91,7 @@ def test_ci_runs_what_it_says() -> None:
 def test_version_is_the_latest_in_the_changelog() -> None:
     entries = re.findall(r"^## \[([^]]+)\]", (ROOT / "docs" / "CHANGELOG.md").read_text(), re.MULTILINE)
     assert next(entry for entry in entries if entry != "Unreleased") == gacompiler.__version__
+    assert f"version: {gacompiler.__version__}\n" in (ROOT / "docs" / "CITATION.cff").read_text()
     assert project()["project"]["dynamic"] == ["version"]
     assert project()["tool"]["setuptools"]["dynamic"] == {"version": {"attr": "gacompiler.__version__"}}
 
