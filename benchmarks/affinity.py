@@ -20,7 +20,7 @@ def use_one_processor() -> None:
 
 @contextlib.contextmanager
 def on_processors(chosen: Collection[int]) -> Iterator[None]:
-    """Let this thread, and what it starts, run on these; empty is all as it is."""
+    """Let this thread, and what it starts, run on these; an empty set changes nothing."""
     if not chosen or not hasattr(os, "sched_setaffinity"):
         yield
         return

@@ -50,7 +50,7 @@ def building(modules: Iterable[str], processors: Collection[int], progress: Call
     processors : collection of int
         Those that the compiler may use; empty where the system does not say.
     progress : function of str
-        Told what comes next.
+        Called with what comes next.
     """
     if find_compiler() is None:
         return None

@@ -255,7 +255,7 @@ def _as_matrix(rotation: Any) -> Array:
     return rotation.as_matrix()
 
 
-# pytransform3d, numpy-quaternion and pin are imported when they are asked for: they need not be there.
+# pytransform3d, numpy-quaternion and pin are imported on demand, because they are optional.
 
 
 def _dual_quaternions(m: Array) -> Array:

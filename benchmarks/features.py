@@ -89,7 +89,7 @@ def measure(effort: Effort, quick: bool, processors: Collection[int], progress: 
     processors : collection of int
         Those that threads may use; empty where the system does not say.
     progress : function of str
-        Told what comes next.
+        Called with what comes next.
     """
     progress("fusion")
     fused = fusion(QUICK_SIZES if quick else FUSED_SIZES, effort)

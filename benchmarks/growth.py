@@ -160,7 +160,7 @@ def grow(worker: Callable[..., Point], expression: str, metric: str, largest: in
 
 
 def measure_all(limit: float, largest: int, progress: Callable[[str], None]) -> list[Curve]:
-    """All curves; `progress` is told each one's name."""
+    """All curves; `progress` is called with the name of each."""
     curves = []
     with Worker(compile_own, limit) as own, Worker(compile_peer, limit) as peer:
         for metric in METRICS:

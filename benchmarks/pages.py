@@ -12,7 +12,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 
 def options(command: str, about: str | None, page: Path, *, quick: bool = True) -> argparse.ArgumentParser:
-    """The parser of a command, with ``--out`` and, if it has a quick way, ``--quick``."""
+    """The parser of a command, with ``--out`` and, if it has a quick mode, ``--quick``."""
     parser = argparse.ArgumentParser(prog=f"python -m benchmarks {command}", description=about)
     if quick:
         parser.add_argument("--quick", action="store_true", help="see that everything works; figures not for quoting")
@@ -21,7 +21,7 @@ def options(command: str, about: str | None, page: Path, *, quick: bool = True) 
 
 
 def progress() -> Progress:
-    """A bar of what is done, where a person looks on."""
+    """Return a progress bar, which is disabled unless stderr is a terminal."""
     console = Console(stderr=True)
     columns = (TextColumn("{task.description:<44}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     return Progress(*columns, console=console, disable=not console.is_terminal)

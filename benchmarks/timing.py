@@ -1,4 +1,4 @@
-"""One way to time a call, for everything here."""
+"""How calls are timed, in all benchmarks."""
 
 from __future__ import annotations
 

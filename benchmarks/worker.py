@@ -1,4 +1,4 @@
-"""Work with a time limit: a second process that is stopped when it takes too long, and started anew for the next."""
+"""Work with a time limit: a second process that is stopped when it takes too long, and replaced by a new one."""
 
 from __future__ import annotations
 
