@@ -140,7 +140,7 @@ def _opening(rows: Sequence[Row], limit: float) -> list[str]:
         lines += [
             f"*kingdon* is kingdon {version('kingdon')}, given the same expression in its own operators and",
             "polynomials; what it generates is counted by the same rules. Its sandwich takes versors to be normalised,",
-            "as ours are. It has no null vectors; of the two forms in which such an expression can be passed to it, in our",
+            "as ours are. It has no null vectors; of the two forms of such an expression that it can take, in our",
             "coefficients or in those of its orthogonal vectors, the cheaper one is shown. It is stopped after",
             f"{limit:g} s.",
             "",

@@ -71,7 +71,7 @@ def specs(quick: bool) -> list[Path]:
 
 
 def generation(paths: Iterable[Path], progress: Callable[[str], None]) -> Generation:
-    """Generate every kernel of these specs once, as ``gac generate`` does; `progress` is called with the name of each."""
+    """Generate every kernel of these specs once, as ``gac generate`` does; `progress` is called with each name."""
     kernels, modules = [], []
     for path in paths:
         begin = time.perf_counter()
