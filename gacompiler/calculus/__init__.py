@@ -1,4 +1,4 @@
-"""Geometric calculus on symbolic multivectors: fields and coordinates, derivatives by multivectors, linear functions.
+"""Geometric calculus with symbolic multivectors: coordinates and fields, multivector derivatives, linear functions.
 
 >>> from gacompiler.algebra.catalog import VGA3
 >>> from gacompiler.calculus import cartesian

@@ -1,9 +1,9 @@
-"""Coordinates of a flat space, and the vector derivative of multivector fields in them.
+"""Coordinates of a flat space, and the vector derivative of multivector fields in these coordinates.
 
 With a position ``x(u)``, its frame ``e_i = dx/du_i`` and the reciprocal frame ``e^i``, the vector derivative is
 ``d = sum e^i d/du_i`` (Hestenes & Sobczyk 1984, §6-2; Doran & Lasenby 2003, §6.2). Fields are multivectors over the
-fixed basis of the algebra whose coefficients depend on the parameters, so a frame that turns from place to place needs
-no symbols of Christoffel.
+fixed basis of the algebra, and their coefficients depend on the parameters. A frame that varies with position therefore
+needs no Christoffel symbols.
 """
 
 from __future__ import annotations
@@ -31,15 +31,14 @@ class Chart:
     Parameters
     ----------
     position : SymbolicMultivector
-        A vector. It may have fewer parameters than the space has dimensions: then derivatives are those within the
-        surface that it describes.
+        A vector that depends on the parameters. With fewer parameters than the dimension of the space, it describes a
+        surface, and the derivatives are those within the surface.
     *parameters : Symbol
 
     Raises
     ------
     AlgebraError
-        When `position` is no vector, or its frame is degenerate: parameters that depend on each other, or directions
-        without length.
+        When `position` is not a vector, or its frame is degenerate, because of dependent parameters or null directions.
 
     Examples
     --------
@@ -62,7 +61,7 @@ class Chart:
         self.algebra = position.algebra
 
     def __eq__(self, other: object) -> bool:
-        """Charts are equal when they give the same position for the same parameters."""
+        """Return whether both charts map the same parameters to the same position."""
         same = isinstance(other, Chart) and self.parameters == other.parameters
         return same and self.position == other.position  # type: ignore[attr-defined]
 
@@ -74,7 +73,7 @@ class Chart:
 
     @cached_property
     def frame(self) -> tuple[SymbolicMultivector, ...]:
-        """``e_i = dx/du_i``."""
+        """The frame vectors ``e_i = dx/du_i``."""
         return tuple(self.position.diff(parameter) for parameter in self.parameters)
 
     @cached_property
@@ -85,12 +84,12 @@ class Chart:
 
     @cached_property
     def reciprocal_frame(self) -> tuple[SymbolicMultivector, ...]:
-        """``e^i`` with ``e^i . e_j = 1`` where ``i = j``, else 0."""
+        """The vectors ``e^i`` with ``e^i . e_j = 1`` if ``i = j``, else 0."""
         if sympy.simplify(self.metric.det()) == 0:
             raise AlgebraError(
                 "reciprocal frame",
                 f"the frame {', '.join(map(str, self.frame))}, which is degenerate",
-                "independent parameters, and no direction that is orthogonal to all",
+                "independent parameters, and no direction that is orthogonal to all directions",
             )
         inverse = self.metric.inv()
         zero = SymbolicMultivector(self.algebra, {})
@@ -101,7 +100,7 @@ class Chart:
 
     @cached_property
     def lengths(self) -> tuple[Any, ...]:
-        """Scale factors: the roots of ``|e_i . e_i|``; parameters count as positive where a root needs a sign."""
+        """The scale factors, the roots of ``|e_i . e_i|``; the sign is chosen for positive parameters."""
         positive = {p: sympy.Symbol(f"{p.name}_", positive=True) for p in self.parameters}
         back = {new: old for old, new in positive.items()}
         roots = []
@@ -114,48 +113,48 @@ class Chart:
 
     @cached_property
     def unit_frame(self) -> tuple[SymbolicMultivector, ...]:
-        """The frame's vectors divided by their lengths: what physical components refer to."""
+        """The frame vectors divided by their lengths. Physical components refer to this frame."""
         return tuple(reduce(vector / length) for vector, length in zip(self.frame, self.lengths, strict=True))
 
     def vector(self, *components: Any) -> SymbolicMultivector:
-        """A vector field from its physical components, those along `unit_frame`."""
+        """Return a vector field from its physical components, which are those along `unit_frame`."""
         if len(components) != len(self.parameters):
             raise AlgebraError("Chart.vector()", f"{len(components)} components", f"{len(self.parameters)}")
         parts = zip(components, self.unit_frame, strict=True)
         return sum((vector * component for component, vector in parts), SymbolicMultivector(self.algebra, {}))
 
     def components(self, field: SymbolicMultivector) -> tuple[Any, ...]:
-        """The physical components of a vector field in orthogonal coordinates: ``F . e_i / e_i^2`` times the length."""
+        """Return the physical components ``F . e_i / |e_i|`` of a vector field, for orthogonal coordinates."""
         return tuple(
             sympy.simplify(left_contraction(vector, field)["1"] * length)
             for vector, length in zip(self.reciprocal_frame, self.lengths, strict=True)
         )
 
     def derivative(self, field: Any, *, right: bool = False) -> SymbolicMultivector:
-        """The vector derivative ``sum e^i dF/du_i``: of a scalar its gradient.
+        """Return the vector derivative ``sum e^i dF/du_i``; for a scalar field, this is the gradient.
 
         Parameters
         ----------
         field : SymbolicMultivector, Multivector or sympy expression
         right : bool
-            Whether the derivative stands on the right: ``sum dF/du_i e^i``.
+            Whether the reciprocal frame multiplies from the right: ``sum dF/du_i e^i``.
         """
         return self._sum(field, (lambda e, f: f * e) if right else (lambda e, f: e * f))
 
     def divergence(self, field: Any) -> SymbolicMultivector:
-        """``sum e^i . dF/du_i``, by the left contraction: one grade lower, zero for a scalar."""
+        """Return ``sum e^i . dF/du_i`` (left contraction): it lowers the grade by one, and is zero for a scalar."""
         return self._sum(field, left_contraction)
 
     def curl(self, field: Any) -> SymbolicMultivector:
-        """``sum e^i ^ dF/du_i``: one grade higher. In three dimensions ``dual``-related to the curl of Gibbs."""
+        """Return ``sum e^i ^ dF/du_i``, which raises the grade by one; in 3D it is dual to the curl of a vector."""
         return self._sum(field, lambda e, f: e ^ f)
 
     def laplacian(self, field: Any) -> SymbolicMultivector:
-        """The vector derivative twice: in flat space it keeps the grades, and is the d'Alembertian in spacetime."""
+        """Apply the vector derivative twice, which preserves grades; in spacetime this is the d'Alembertian."""
         return self.derivative(self.derivative(field))
 
     def directional_derivative(self, direction: SymbolicMultivector, field: Any) -> SymbolicMultivector:
-        """``a . d F``: how the field changes along a vector `direction`, which may be a field itself."""
+        """Return ``a . d F``, the derivative of the field along a vector or vector field `direction`."""
         along = [left_contraction(vector, direction) for vector in self.reciprocal_frame]
         parts = zip(along, self.parameters, strict=True)
         lifted = self._lift(field)
@@ -172,12 +171,12 @@ class Chart:
 
     def _lift(self, field: Any) -> SymbolicMultivector:
         if isinstance(field, Multivector) and field.algebra != self.algebra:
-            raise AlgebraError("field", f"of {field.algebra.name}", f"a field of {self.algebra.name}, as the chart is")
+            raise AlgebraError("field", f"of {field.algebra.name}", f"a field of the chart's algebra {self.algebra.name}")
         return SymbolicMultivector(self.algebra, {}).lift(field)
 
 
 def cartesian(algebra: Algebra, names: str, vectors: str | Sequence[str] | None = None) -> Chart:
-    """Coordinates along basis vectors, in any metric: ``cartesian(STA, "t x y z")``.
+    """Return coordinates along basis vectors, in any metric: ``cartesian(STA, "t x y z")``.
 
     Parameters
     ----------
@@ -185,7 +184,7 @@ def cartesian(algebra: Algebra, names: str, vectors: str | Sequence[str] | None 
     names : str
         Names of the coordinates, one for each vector.
     vectors : str or sequence of str, optional
-        Basis vectors; all by default. In projective and conformal algebras those of space: ``"e1 e2 e3"``.
+        Basis vectors; all by default. In projective and conformal algebras, pass those of space: ``"e1 e2 e3"``.
     """
     chosen = algebra.vectors if vectors is None else vectors.split() if isinstance(vectors, str) else tuple(vectors)
     parameters = tuple(symbols(name) for name in names.replace(",", " ").split())
@@ -197,7 +196,7 @@ def cartesian(algebra: Algebra, names: str, vectors: str | Sequence[str] | None 
 
 
 def spherical(names: str = "r theta phi", algebra: Algebra = VGA3) -> Chart:
-    """Radius, angle from the e3 axis, angle about it."""
+    """Return spherical coordinates: radius, polar angle from the e3 axis, and azimuth about it."""
     r, theta, phi = symbols(names)
     across = r * sympy.sin(theta)
     x = {"e1": across * sympy.cos(phi), "e2": across * sympy.sin(phi), "e3": r * sympy.cos(theta)}
@@ -205,7 +204,7 @@ def spherical(names: str = "r theta phi", algebra: Algebra = VGA3) -> Chart:
 
 
 def cylindrical(names: str = "rho phi z", algebra: Algebra = VGA3) -> Chart:
-    """Distance from the e3 axis, angle about it, height."""
+    """Return cylindrical coordinates: distance from the e3 axis, azimuth about it, and height."""
     rho, phi, z = symbols(names)
     x = {"e1": rho * sympy.cos(phi), "e2": rho * sympy.sin(phi), "e3": z}
     return Chart(multivector(algebra, x), rho, phi, z)

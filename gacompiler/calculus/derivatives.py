@@ -1,7 +1,7 @@
-"""Derivatives by multivector variables.
+"""Derivatives with respect to multivector variables.
 
 For a variable ``X`` that ranges over some blades, ``d_X F = sum e^J dF/dx_J``, where ``X = sum x_J e_J`` and the
-reciprocal blades satisfy ``<e^J e_K> = 1`` where ``J = K``, else 0 (Hestenes & Sobczyk 1984, §2-2).
+reciprocal blades satisfy ``<e^J e_K> = 1`` if ``J = K``, else 0 (Hestenes & Sobczyk 1984, §2-2).
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ from ..symbolic.multivector import SymbolicMultivector
 
 
 def derivative_by(variable: SymbolicMultivector, function: Any) -> SymbolicMultivector:
-    """The derivative ``d_X F`` by a multivector variable.
+    """Return the derivative ``d_X F`` with respect to a multivector variable.
 
     Parameters
     ----------
     variable : SymbolicMultivector
-        Made by `symbols` or `unknowns`; its layout has no implied coefficients and no relations. For a vector variable
-        this is the vector derivative.
+        A multivector made by `symbols` or `unknowns`. Its layout must have no implied coefficients and no relations.
+        For a vector variable, the result is the vector derivative.
     function : SymbolicMultivector or sympy expression
-        What depends on the coefficients of `variable`.
+        A function of the coefficients of `variable`.
 
     Raises
     ------
@@ -43,12 +43,12 @@ def derivative_by(variable: SymbolicMultivector, function: Any) -> SymbolicMulti
 
 
 def differential(variable: SymbolicMultivector, direction: Any, function: Any) -> SymbolicMultivector:
-    """``A * d_X F``, the derivative of ``F(X + t A)`` by ``t`` at 0; linear in the direction `A`.
+    """Return ``A * d_X F``, the derivative of ``F(X + t A)`` with respect to ``t`` at 0; it is linear in `A`.
 
     Raises
     ------
     AlgebraError, LayoutError
-        When `variable` has no name, or `direction` has blades that it has not.
+        When `variable` has no name, or `direction` has blades that `variable` lacks.
     """
     layout = _free_layout(variable)
     along = variable.lift(direction)
@@ -68,8 +68,8 @@ def _free_layout(variable: SymbolicMultivector) -> Layout:
         raise AlgebraError(
             "derivative",
             f"a variable of layout {layout}, whose coefficients are not free",
-            "a layout without relations, implied and fixed coefficients",
-            "differentiate by its parameters, or by a variable of a free layout such as `even`",
+            "a layout without relations, implied or fixed coefficients",
+            "differentiate with respect to its parameters, or to a variable of a free layout such as `even`",
         )
     return layout
 

@@ -1,4 +1,4 @@
-"""Linear functions of vectors, in any metric: outermorphism, adjoint, determinant, inverse, eigenblades, derivatives.
+"""Linear functions of vectors in any metric: outermorphism, adjoint, determinant, inverse, eigenblades, derivatives.
 
 Doran & Lasenby 2003, ch. 4 and §11.1.1; Hestenes & Sobczyk 1984, ch. 3.
 """
@@ -19,7 +19,7 @@ from ..symbolic.multivector import SymbolicMultivector
 
 
 class LinearFunction:
-    """A linear function of vectors, and its outermorphism: call it on any multivector.
+    """A linear function of vectors. Calling it on a multivector applies its outermorphism.
 
     Parameters
     ----------
@@ -49,12 +49,12 @@ class LinearFunction:
 
     @classmethod
     def of(cls, algebra: Algebra, function: Callable[[SymbolicMultivector], Any]) -> LinearFunction:
-        """From a Python function of vectors.
+        """Create a linear function from a Python function of vectors.
 
         Raises
         ------
         AlgebraError
-            When an image is no vector, or `function` is not linear.
+            When an image is not a vector, or `function` is not linear.
         """
         columns = [cls._image(algebra, function, vector) for vector in algebra.basis()]
         made = cls(algebra, sympy.Matrix.hstack(*columns))
@@ -78,7 +78,7 @@ class LinearFunction:
         return f"${sympy.latex(self.matrix)}$"
 
     def __call__(self, element: Any) -> SymbolicMultivector:
-        """The image of a multivector: ``f(a ^ b) = f(a) ^ f(b)``, and scalars stay as they are."""
+        """Return the image of a multivector, with ``f(a ^ b) = f(a) ^ f(b)``; scalars are unchanged."""
         lifted = SymbolicMultivector(self.algebra, {}).lift(element)
         total = SymbolicMultivector(self.algebra, {})
         for blade, value in lifted.expressions.items():
@@ -102,7 +102,7 @@ class LinearFunction:
         return self._blades[blade]
 
     def __matmul__(self, other: LinearFunction) -> LinearFunction:
-        """The composition: ``(f @ g)(a) = f(g(a))``."""
+        """Return the composition ``(f @ g)(a) = f(g(a))``."""
         if not isinstance(other, LinearFunction) or other.algebra != self.algebra:
             raise AlgebraError("composition", f"{other!r}", f"a linear function of {self.algebra.name}")
         return LinearFunction(self.algebra, self.matrix * other.matrix)
@@ -113,23 +113,23 @@ class LinearFunction:
         return bool(sympy.simplify(self.matrix - other.matrix).is_zero_matrix)
 
     def __hash__(self) -> int:
-        return hash((LinearFunction, self.algebra))  # equal matrices may be written in many ways
+        return hash((LinearFunction, self.algebra))  # Equal matrices may have different expressions as entries.
 
     @cached_property
     def determinant(self) -> Any:
-        """``det f`` with ``f(I) = det(f) I``."""
+        """The determinant, with ``f(I) = det(f) I``."""
         return (self(self.algebra.pseudoscalar))[self.algebra.everything] * self.algebra.spelling(
             self.algebra.everything
         )[0]
 
     @property
     def trace(self) -> Any:
-        """``sum e^i . f(e_i)``."""
+        """The trace ``sum e^i . f(e_i)``."""
         return self.matrix.trace()
 
     @cached_property
     def adjoint(self) -> LinearFunction:
-        """The function with ``a . f(b) = adjoint(a) . b``: in an orthonormal basis of one sign the transposed matrix.
+        """The function with ``a . f(b) = adjoint(a) . b``; for a definite metric, its matrix is the transpose.
 
         Raises
         ------
@@ -163,10 +163,10 @@ class LinearFunction:
         return LinearFunction(self.algebra, self.matrix.adjugate() / determinant)
 
     def eigenblades(self, grade: int = 1) -> list[tuple[Any, SymbolicMultivector]]:
-        """Blades of a grade with ``f(B) = value B``, as pairs of value and blade.
+        """Return the blades of a grade with ``f(B) = value B``, as pairs of value and blade.
 
-        They are outer products of eigenvectors, so each is a blade; where an eigenvalue has several eigenvectors they
-        are a basis. Eigenvectors of a pair of complex eigenvalues are complex; the plane of both is real again.
+        The blades are outer products of eigenvectors. For an eigenvalue with several eigenvectors, a basis is returned.
+        Eigenvectors of complex conjugate eigenvalues are complex, but the plane of such a pair is real.
         """
         vectors = [
             (value, SymbolicMultivector(self.algebra, {1 << k: vector[k] for k in range(len(vector))}))
@@ -185,15 +185,15 @@ class LinearFunction:
         return [(value, _without_unit(blade.simplify())) for value, blade, _ in found]
 
     def derivative(self, function: Any, direction: Any) -> SymbolicMultivector:
-        """``d_f(a) F``: the derivative of `function` by this linear function along the vector `direction`.
+        """Return ``d_f(a) F``, the derivative of `function` with respect to this linear function along `direction`.
 
-        It is fixed by ``d_f(a) (f(b) . c) = (a . b) c``. The entries of this function must be independent symbols, as
-        `linear_function` makes them.
+        It is defined by ``d_f(a) (f(b) . c) = (a . b) c``. The entries of this function must be independent symbols, as
+        created by `linear_function`.
 
         Parameters
         ----------
         function : SymbolicMultivector or sympy expression
-            What depends on the entries.
+            A function of the entries.
         direction : SymbolicMultivector or Multivector
         """
         entries = list(self.matrix)
@@ -213,13 +213,13 @@ class LinearFunction:
 
 
 def _without_unit(blade: SymbolicMultivector) -> SymbolicMultivector:
-    """A blade all of whose coefficients are imaginary, over the imaginary unit."""
+    """Divide a blade by the imaginary unit if all its coefficients are imaginary."""
     imaginary = all(sympy.simplify(sympy.re(value)) == 0 for value in blade.expressions.values())
     return (blade * -sympy.I).simplify() if imaginary else blade
 
 
 def linear_function(name: str, algebra: Algebra, **assumptions: Any) -> LinearFunction:
-    """A linear function whose matrix has symbols for entries: ``f_11``, ``f_12``, ..."""
+    """Return a linear function with symbols as the entries of its matrix: ``f_11``, ``f_12``, ..."""
     n = algebra.dimension
     entries = [[symbols(f"{name}_{i + 1}{j + 1}", **assumptions) for j in range(n)] for i in range(n)]
     return LinearFunction(algebra, entries)

@@ -1,8 +1,8 @@
-"""Spinors of Pauli and Dirac as even multivectors, and their maps to columns and matrices.
+"""Pauli and Dirac spinors as even multivectors, and their conversion from and to columns.
 
-Doran & Lasenby 2003, §8.1 and §8.3. A Pauli spinor is an even element of VGA3, ``psi = a0 + a1 e23 + a2 e31 + a3 e12``,
-a Dirac spinor an even element of STA. The imaginary unit of the columns becomes a factor ``I sigma3`` on the right, in
-VGA3 ``e12`` and in STA ``g2 g1``.
+Doran & Lasenby 2003, §8.1 and §8.3. A Pauli spinor is an even element of VGA3, ``psi = a0 + a1 e23 + a2 e31 + a3 e12``.
+A Dirac spinor is an even element of STA. Multiplication of a column by the imaginary unit becomes multiplication of the
+spinor by ``I sigma3`` from the right, which is ``e12`` in VGA3 and ``g2 g1`` in STA.
 
 ====================  ====================
 columns               multivectors
@@ -14,7 +14,7 @@ columns               multivectors
 ``gamma_5 |psi>``     ``psi g3 g0``
 ====================  ====================
 
-Indices are lower ones, so ``gamma_5 = -i gamma_0 gamma_1 gamma_2 gamma_3``.
+Indices are lower indices, so ``gamma_5 = -i gamma_0 gamma_1 gamma_2 gamma_3``.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from ..symbolic.multivector import SymbolicMultivector
 
 
 def pauli_matrices() -> tuple[Any, ...]:
-    """The three matrices of Pauli."""
+    """Return the three Pauli matrices."""
     i = sympy.I
     return (
         sympy.Matrix([[0, 1], [1, 0]]),
@@ -40,34 +40,34 @@ def pauli_matrices() -> tuple[Any, ...]:
 
 
 def dirac_matrices() -> tuple[Any, ...]:
-    """``gamma_0 .. gamma_3`` of Dirac and Pauli, the first diagonal; their squares are 1, -1, -1, -1."""
+    """Return ``gamma_0`` to ``gamma_3`` in the Dirac representation; their squares are 1, -1, -1, -1."""
     identity, zero = sympy.eye(2), sympy.zeros(2)
     first = sympy.Matrix(sympy.BlockMatrix([[identity, zero], [zero, -identity]]))
     return first, *(sympy.Matrix(sympy.BlockMatrix([[zero, -sigma], [sigma, zero]])) for sigma in pauli_matrices())
 
 
 def pauli_spinor(column: Any) -> SymbolicMultivector:
-    """The even element of VGA3 for a column of two complex numbers."""
+    """Return the even element of VGA3 for a column of two complex numbers."""
     upper, lower = (_parts(entry) for entry in _column(column, 2))
     return multivector(VGA3, {"1": upper[0], "e23": lower[1], "e31": -lower[0], "e12": upper[1]})
 
 
 def pauli_column(spinor: SymbolicMultivector) -> Any:
-    """The column of two complex numbers for an even element of VGA3; its coefficients are to be real."""
+    """Return the column of two complex numbers for an even element of VGA3 with real coefficients."""
     _even(spinor, VGA3)
     i = sympy.I
     return sympy.Matrix([spinor["1"] + i * spinor["e12"], -spinor["e31"] + i * spinor["e23"]])
 
 
 def dirac_spinor(column: Any) -> SymbolicMultivector:
-    """The even element of STA for a column of four complex numbers."""
+    """Return the even element of STA for a column of four complex numbers."""
     entries = _column(column, 4)
     phi, eta = (_in_spacetime(pauli_spinor(entries[k : k + 2])) for k in (0, 2))
     return phi + eta * _sigma(3)
 
 
 def dirac_column(spinor: SymbolicMultivector) -> Any:
-    """The column of four complex numbers for an even element of STA; its coefficients are to be real."""
+    """Return the column of four complex numbers for an even element of STA with real coefficients."""
     _even(spinor, STA)
     g0 = STA.basis()[0]
     conjugated = g0 * spinor * g0

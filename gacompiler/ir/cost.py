@@ -1,4 +1,4 @@
-"""What a program costs: how often each kind of operation runs, and one number to compare candidates by."""
+"""The cost of a program: its operation counts, and a weighted total for comparing candidates."""
 
 from __future__ import annotations
 
@@ -10,21 +10,22 @@ from .scalar import Op
 
 _CALLS = (Op.SIN, Op.COS, Op.ATAN2, Op.ACOS, Op.EXP, Op.LOG)
 WEIGHTS = {"mul": 1, "add": 1, "div": 8, "sqrt": 8, "call": 20, "choice": 1}
-"""The cost table, in units of one sum."""
+"""The cost of each operation, in units of one addition."""
 
 _CHOICES = (Op.ABS, Op.MINIMUM, Op.MAXIMUM, Op.LESS, Op.LESS_EQUAL, Op.EQUAL, Op.SELECT)
 
 
 @dataclass(frozen=True, slots=True)
 class Cost:
-    """Operation counts. Negations are free; a product with a constant is a product.
+    """Operation counts. Negations are free; a multiplication by a constant counts as a multiplication.
 
     Attributes
     ----------
     mul, add, div, sqrt, call, choice : int
-        Products, sums and differences, divisions, roots, transcendental functions, comparisons and selections.
+        Products, sums and differences, divisions, square roots, transcendental functions, comparisons and selections.
     fma : int
-        Instructions for products and sums on a machine that fuses a product used once with the sum that uses it.
+        Instructions for products and sums on a machine with fused multiply-add. A product is fused if it is used once,
+        in a sum.
     """
 
     mul: int
@@ -37,7 +38,7 @@ class Cost:
 
     @property
     def total(self) -> int:
-        """The weighted sum that candidates compete by."""
+        """The weighted sum by which candidates are compared."""
         return sum(weight * getattr(self, name) for name, weight in WEIGHTS.items())
 
     def as_dict(self) -> dict[str, int]:
@@ -68,7 +69,7 @@ def cost(program: Program) -> Cost:
 
 
 def _fusible(program: Program) -> int:
-    """Number of sums that can absorb a product that nothing else uses."""
+    """Return the number of sums that can be fused with a product that is used only there."""
     uses = Counter(operand for line in program.lines for operand in line.operands if isinstance(operand, str))
     uses.update(operand for result in program.results for operand in result.operands if isinstance(operand, str))
     products = {line.target for line in program.lines if line.op is Op.MULTIPLY and uses[line.target] == 1}

@@ -1,4 +1,4 @@
-"""The meaning of every operation: run a program over any ring. Backends are approximations of this."""
+"""Interpretation of programs over any ring. It defines the operations, which backends approximate."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .scalar import RING, Op, Rational
 
 
 def evaluate(op: Op, values: Sequence[Any]) -> Any:
-    """``op(values)`` in the ring of the values."""
+    """Return ``op(values)`` in the ring of the values."""
     match op:
         case Op.ADD:
             return values[0] + values[1]
@@ -29,9 +29,9 @@ def evaluate(op: Op, values: Sequence[Any]) -> Any:
 
 
 class Tape:
-    """A program made ready to run many times: names have become places in one list of values.
+    """A program prepared for repeated evaluation: names are replaced by positions in one list of values.
 
-    Inputs come first, then constants, then one value for each line.
+    The list contains the inputs, then the constants, then one value for each line.
     """
 
     def __init__(self, program: Program) -> None:
@@ -58,9 +58,9 @@ class Tape:
         self._results = [places[operand] for result in program.results for operand in result.operands]
 
     def run(self, inputs: Iterable[Any], constant: Callable[[Any], Any] = lambda value: value) -> list[Any]:
-        """The flat results, one after the other, for the flat `inputs`; `constant` lifts exact numbers into the ring.
+        """Return the flat results for the flat `inputs`; `constant` lifts exact numbers into the ring.
 
-        An exact number times a value stays exact: it scales the value instead of being lifted.
+        The exact factor of a product with a constant is not lifted: it scales the value.
         """
         values = [*inputs, *map(constant, self._constants)]
         append = values.append
@@ -78,7 +78,10 @@ class Tape:
         return [values[k] for k in self._results]
 
     def run_in_double(self, inputs: Iterable[float], function: Callable[[Op, list[float]], float]) -> list[float]:
-        """The flat results in IEEE double, each operation rounded once; `function` gives what is no ring operation."""
+        """Return the flat results in IEEE double, with each operation rounded once.
+
+        `function` evaluates the operations that are not ring operations.
+        """
         values = [*inputs, *map(float, self._constants)]
         append = values.append
         for op, a, b, at in self._lines:
@@ -96,14 +99,14 @@ class Tape:
 
     @property
     def is_dyadic(self) -> bool:
-        """Whether binary fractions stay binary fractions: ring operations and such constants only."""
+        """Whether binary fractions are mapped to binary fractions: all operations and constants are dyadic."""
         ring = all(op in RING for op, *_ in self._lines)
         return ring and all(_is_power_of_two(value.denominator) for value in self._constants)
 
     def run_dyadic(self, inputs: Iterable[float | Fraction]) -> list[Fraction]:
-        """As `run` on exact binary fractions, in whole numbers and powers of two, where `is_dyadic` holds.
+        """Evaluate a program with `is_dyadic` on exact binary fractions, as integers times powers of two.
 
-        Many times faster than by fractions, which look for common divisors in every step.
+        This is many times faster than `run` with fractions, which are reduced in every step.
         """
         whole: list[int] = []
         powers: list[int] = []
@@ -134,9 +137,9 @@ class Tape:
 def interpret(
     program: Program, inputs: Mapping[str, Sequence[Any]], constant: Any = lambda value: value
 ) -> dict[str, tuple[Any, ...]]:
-    """Run `program` on flat sequences of components, one for each argument; gives flat results by name.
+    """Run `program` on flat sequences of components, one for each argument, and return flat results by name.
 
-    `constant` lifts an exact number into the ring (``float``, ``mpmath.mpf``); by default numbers stay exact.
+    `constant` lifts an exact number into the ring (``float``, ``mpmath.mpf``). By default numbers remain exact.
     """
     flat: list[Any] = []
     for argument in program.arguments:

@@ -1,7 +1,7 @@
-"""Procedures: straight-line programs in loops over the rows of tables. What backends print of a kernel with loops.
+"""Procedures: straight-line programs in loops over the rows of tables. Backends print them for kernels with loops.
 
-A table is an array of numbers: rows of `size` numbers over axes whose lengths have names, or a single row. A procedure
-states for each program from which rows it reads and to which it writes.
+A table is an array of numbers. It is a single row of `size` numbers, or has such a row for each index of its leading
+axes, whose lengths are named. A procedure specifies which rows each program reads and writes.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from .scalar import Op
 
 
 class Storage(Enum):
-    """Whose a table is."""
+    """The purpose of a table."""
 
     ARGUMENT = "argument"
     RESULT = "result"
@@ -31,14 +31,14 @@ class Table:
     ----------
     name : str
     lengths : tuple of str
-        The names of the lengths of its leading axes; without any it is one row.
+        The names of the lengths of the leading axes. A table without them is a single row.
     shape : tuple of int
         The shape of a row.
     storage : Storage
     shared : bool
-        Whether all elements of a batch have one such table.
+        Whether all elements of a batch share this table.
     into : str
-        For an index table, the length of what it refers to.
+        For an index table, the name of the length of the axis that it indexes.
     """
 
     name: str
@@ -50,7 +50,7 @@ class Table:
 
     @property
     def size(self) -> int:
-        """How many numbers a row has."""
+        """The number of entries in a row."""
         size = 1
         for n in self.shape:
             size *= n
@@ -59,14 +59,14 @@ class Table:
 
 @dataclass(frozen=True, slots=True)
 class Counter:
-    """The row that a loop has come to."""
+    """The current row of a loop."""
 
     loop: str
 
 
 @dataclass(frozen=True, slots=True)
 class Through:
-    """The row that index tables name in the row that a loop has come to: one index table for each axis."""
+    """The row given by the entries of index tables, one for each axis, in the current row of a loop."""
 
     indices: tuple[str, ...]
     loop: str
@@ -74,7 +74,7 @@ class Through:
 
 @dataclass(frozen=True, slots=True)
 class Previous:
-    """The row that a loop came to before, or the only row of the table `start` where there was none."""
+    """The row of the previous iteration of a loop, or the only row of the table `start` in the first iteration."""
 
     loop: str
     start: str
@@ -82,7 +82,7 @@ class Previous:
 
 @dataclass(frozen=True, slots=True)
 class Parent:
-    """The row that an index table names, or the only row of the table `start` where it names none."""
+    """The row given by the entry of an index table, or the only row of the table `start` if the entry is -1."""
 
     index: str
     loop: str
@@ -91,13 +91,13 @@ class Parent:
 
 @dataclass(frozen=True, slots=True)
 class Following:
-    """The row that a loop comes to next, if there is one."""
+    """The row of the next iteration of a loop, if there is one."""
 
     loop: str
 
 
 Row = Counter | Through | Previous | Parent | Following | None
-"""Which row of a table; None is its only row."""
+"""A row of a table; None is the only row of a table without leading axes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +110,7 @@ class Place:
 
 @dataclass(frozen=True, slots=True)
 class Apply:
-    """Run a program: its arguments are `inputs`, one row each, and its results are `outputs`."""
+    """Run a program with one row of `inputs` for each argument and one row of `outputs` for each result."""
 
     program: Program
     inputs: tuple[Place, ...]
@@ -119,9 +119,9 @@ class Apply:
 
 @dataclass(frozen=True, slots=True)
 class Add:
-    """Add a row to another one.
+    """Add a row to another row.
 
-    Nothing happens where one of them is not there: where an index table says -1, or behind the last row.
+    The statement has no effect if either row does not exist, because an index is -1 or beyond the last row.
     """
 
     source: Place
@@ -130,7 +130,7 @@ class Add:
 
 @dataclass(frozen=True, slots=True)
 class Copy:
-    """Copy a row to another one."""
+    """Copy a row to another row."""
 
     source: Place
     target: Place
@@ -145,7 +145,7 @@ class Clear:
 
 @dataclass(frozen=True, slots=True)
 class Loop:
-    """Run statements for each row of a length, the last one first where `reverse` holds."""
+    """Run statements for each row of a length, in reverse order if `reverse` is true."""
 
     counter: str
     length: str
@@ -155,9 +155,9 @@ class Loop:
 
 @dataclass(frozen=True, slots=True)
 class Repeat:
-    """Run statements until the number in the only row of the table `until` is not zero, at most `limit` times.
+    """Run statements until the number in the only row of the table `until` is nonzero, at most `limit` times.
 
-    The only row of the table `steps` counts how often they ran.
+    The only row of the table `steps` counts the iterations.
     """
 
     limit: int
@@ -177,7 +177,7 @@ class Procedure:
     ----------
     name : str
     tables : tuple of Table
-        Arguments and index tables in the order of the parameters, then results in their order, then work.
+        Arguments and index tables in the order of the parameters, then results in order, then work tables.
     body : tuple of Statement
     """
 
@@ -186,37 +186,37 @@ class Procedure:
     body: tuple[Statement, ...]
 
     def table(self, name: str) -> Table:
-        """The table of that name."""
+        """Return the table with a name."""
         return next(table for table in self.tables if table.name == name)
 
     def of(self, *storages: Storage) -> tuple[Table, ...]:
-        """The tables of some kinds, in their order."""
+        """Return the tables with the given kinds of storage, in order."""
         return tuple(table for table in self.tables if table.storage in storages)
 
     @property
     def parameters(self) -> tuple[Table, ...]:
-        """What a call gives."""
+        """The tables that a caller passes."""
         return self.of(Storage.ARGUMENT, Storage.INDEX)
 
     @property
     def results(self) -> tuple[Table, ...]:
-        """What a call gets."""
+        """The tables that a call returns."""
         return self.of(Storage.RESULT)
 
     @property
     def lengths(self) -> tuple[str, ...]:
-        """The names of lengths, in the order in which the parameters have them."""
+        """The names of lengths, in the order of their occurrence in the parameters."""
         return tuple(dict.fromkeys(name for table in self.parameters for name in table.lengths))
 
     @property
     def programs(self) -> tuple[Program, ...]:
-        """The programs in it, each once, in the order of the text."""
+        """The distinct programs, in the order of the text."""
         found = {s.program.name: s.program for s in statements(self.body) if isinstance(s, Apply)}
         return tuple(found.values())
 
     @property
     def read_through(self) -> frozenset[str]:
-        """The index tables that name rows which are read, other than to be added: none of their rows can be -1."""
+        """The index tables through which rows are read, except by `Add`. Their entries cannot be -1."""
         found = set[str]()
         for statement in statements(self.body):
             for place in () if isinstance(statement, Add) else _sources(statement):
@@ -226,19 +226,19 @@ class Procedure:
 
     @property
     def parent_tables(self) -> frozenset[str]:
-        """The index tables that name parents: those of each row are earlier rows, or -1."""
+        """The index tables of parents. Each entry is an earlier row, or -1."""
         rows = [place.row for statement in statements(self.body) for place in _sources(statement)]
         return frozenset(row.index for row in rows if isinstance(row, Parent))
 
     @property
     def has_branches(self) -> bool:
-        """Whether rounding can change which of several results is chosen, or how often statements run."""
+        """Whether rounding can change which of several results is chosen."""
         choices = {Op.LESS, Op.LESS_EQUAL, Op.EQUAL, Op.SELECT, Op.MINIMUM, Op.MAXIMUM}
         return any(line.op in choices for program in self.programs for line in program.lines)
 
     @property
     def signature(self) -> str:
-        """The shapes as numpy writes a generalised ufunc: ``(n),(n,6),(8)->(8)``."""
+        """The shapes in the notation of generalised ufuncs in numpy: ``(n),(n,6),(8)->(8)``."""
 
         def shapes(tables: tuple[Table, ...]) -> str:
             return ",".join("(" + ",".join([*table.lengths, *map(str, table.shape)]) + ")" for table in tables)
@@ -247,7 +247,7 @@ class Procedure:
 
 
 def _sources(statement: Statement) -> tuple[Place, ...]:
-    """The rows that a statement reads, those of its loops left out."""
+    """Return the rows that a statement reads, not including those in the body of a loop."""
     match statement:
         case Apply():
             return statement.inputs
@@ -258,7 +258,7 @@ def _sources(statement: Statement) -> tuple[Place, ...]:
 
 
 def statements(body: tuple[Statement, ...]) -> Iterator[Statement]:
-    """All statements, those in loops after the loop."""
+    """Yield all statements recursively; the body of a loop follows the loop."""
     for statement in body:
         yield statement
         if isinstance(statement, (Loop, Repeat)):

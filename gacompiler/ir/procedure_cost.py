@@ -1,4 +1,4 @@
-"""What a procedure costs: the operations of its statements, and how often they run."""
+"""The cost of a procedure: the operation counts of its statements, and how often they run."""
 
 from __future__ import annotations
 
@@ -11,13 +11,14 @@ from .procedure import Add, Apply, Loop, Procedure, Repeat, Statement
 NO_COST = Cost(0, 0, 0, 0, 0, 0, 0)
 
 Costs = tuple[tuple[str, Cost], ...]
-"""Operations of a kernel with loops, and how often they run: ``""`` once, ``"n"`` for each row, ``"n*m"``."""
+"""Operation counts of a kernel with loops by how often they run: ``""`` once, ``"n"`` for each row, ``"n*m"``."""
 
 
 def procedure_costs(procedure: Procedure) -> Costs:
-    """The operations of a procedure and how often they run, in the order of the text; none for no operations.
+    """Return the operation counts of a procedure by how often they run, in the order of the text.
 
-    That is ``""`` once, ``"n"`` for each row of a length, ``"n*m"``, and ``"steps"`` for an iteration.
+    The keys are ``""`` for once, ``"n"`` for each row of a length, products such as ``"n*m"``, and ``"steps"`` for each
+    step of an iteration. Entries without operations are omitted.
     """
     found: dict[str, Cost] = {}
     for often, each in _costs(procedure, procedure.body, ()):
@@ -43,11 +44,11 @@ def _costs(procedure: Procedure, body: Sequence[Statement], loops: tuple[str, ..
 
 
 def costs_text(costs: Costs) -> str:
-    """Costs in one line: ``n * (51 mul, 36 add) + 48 mul, 40 add``."""
+    """Return costs in one line: ``n * (51 mul, 36 add) + 48 mul, 40 add``."""
     in_order = sorted(costs, key=lambda each: not each[0])
     return " + ".join(f"{often.replace('*', ' * ')} * ({each})" if often else str(each) for often, each in in_order)
 
 
 def costs_as_dict(costs: Costs) -> dict[str, dict[str, int]]:
-    """The counts by how often they run, for JSON: ``{"once": {"mul": 48, ...}, "n": {...}}``."""
+    """Return the counts by how often they run, for JSON: ``{"once": {"mul": 48, ...}, "n": {...}}``."""
     return {often or "once": each.as_dict() for often, each in sorted(costs, key=lambda each: bool(each[0]))}

@@ -1,4 +1,4 @@
-"""Procedures as text for readers."""
+"""Human-readable text of procedures."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from .procedure import (
 
 
 def procedure_text(procedure: Procedure) -> str:
-    """The loops of a procedure, its programs as calls; then its work space."""
+    """Return the loops of a procedure with its programs as calls, followed by its work tables."""
     parameters = ", ".join(_declared(table) for table in procedure.parameters)
     results = ", ".join(_declared(table) for table in procedure.results)
     lines = [f"{procedure.name}({parameters}) -> {results}", *_lines(procedure.body, 1)]
@@ -66,7 +66,7 @@ def _lines(body: Sequence[Statement], depth: int) -> list[str]:
 
 
 def place_text(place: Place) -> str:
-    """A row of a table, ``axes[i]``."""
+    """Return the text of a row of a table, such as ``axes[i]``."""
     row: Row = place.row
     match row:
         case None:

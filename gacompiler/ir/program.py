@@ -1,4 +1,4 @@
-"""Programs: named inputs, single-assignment lines, named outputs. What every backend prints."""
+"""Programs: named inputs, lines in single-assignment form, named outputs. All backends print them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Operand = str | Fraction
 
 @dataclass(frozen=True, slots=True)
 class Argument:
-    """An input array: `components` name its entries in C order, ``prod(shape)`` of them (one for a scalar)."""
+    """An input array. `components` are the names of its ``prod(shape)`` entries in C order (one for a scalar)."""
 
     name: str
     shape: tuple[int, ...]
@@ -27,7 +27,7 @@ class Argument:
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """``target = op(operands)``."""
+    """The assignment ``target = op(operands)``."""
 
     target: str
     op: Op
@@ -67,7 +67,7 @@ class Program:
 
     @property
     def signature(self) -> str:
-        """The shapes as numpy writes a generalised ufunc: ``(8),(3)->(3)``."""
+        """The shapes in the notation of generalised ufuncs in numpy: ``(8),(3)->(3)``."""
 
         def shapes(parts: tuple[Argument, ...] | tuple[Result, ...]) -> str:
             return ",".join("(" + ",".join(map(str, part.shape)) + ")" for part in parts)
@@ -76,7 +76,7 @@ class Program:
 
     @property
     def is_polynomial(self) -> bool:
-        """Whether only ring operations occur, so that complex arrays make sense."""
+        """Whether only ring operations occur, so that complex arguments are meaningful."""
         return all(line.op in (Op.ADD, Op.SUBTRACT, Op.MULTIPLY, Op.NEGATE) for line in self.lines)
 
     def __str__(self) -> str:

@@ -1,4 +1,4 @@
-"""Words that variables of emitted functions cannot have as their names, in any of the languages."""
+"""Names that variables of emitted functions must not have in any target language."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _C_WORDS = frozenset(
     typedef typeof union unsigned void volatile while intptr_t uintptr_t linux unix i386
     """.split()  # noqa: SIM905
 )
-"""Keywords and types. Functions of ``<math.h>`` are not here: a parameter may hide one, the macros may not."""
+"""Keywords and types. Functions of ``<math.h>`` are not included, since a parameter can shadow a function."""
 
 C_MACRO_NAMES = frozenset(
     """
@@ -24,21 +24,21 @@ C_MACRO_NAMES = frozenset(
     DBL_MIN FLT_MIN
     """.split()  # noqa: SIM905
 )
-"""Macros of the headers that the runtime uses: a kernel of such a name would be something else in C."""
+"""Macros in the headers that the runtime includes. The preprocessor would replace a kernel or variable of this name."""
 
 LIKE_A_MACRO = re.compile(r"[A-Z][A-Z0-9_]+")
-"""Names that headers define, and options of the compiler: FLT_MAX, M_LOG2E, ONLY_F64."""
+"""Names that headers or compiler options may define: FLT_MAX, M_LOG2E, ONLY_F64."""
 
 _FUNCTIONS = frozenset({"fabs", *(op.value for op in Op), *(op.value.upper() for op in Op)})
 
 RESERVED = (
     _C_WORDS | C_MACRO_NAMES | {"far"} | _FUNCTIONS | {*keyword.kwlist, *keyword.softkwlist, "range", "len", "empty"}
 )
-"""Names that a variable of an emitted function cannot have, in any of the languages."""
+"""Names that a variable of an emitted function must not have in any target language."""
 
 
 def legal(wanted: str) -> str:
-    """A name as near to `wanted` as it can be in all languages."""
+    """Return the name closest to `wanted` that is legal in all target languages."""
     name = re.sub(r"\W", "_", wanted, flags=re.ASCII)
     if not name or name[0].isdigit() or name[0] == "_" or LIKE_A_MACRO.fullmatch(name):
         name = f"v{name}"

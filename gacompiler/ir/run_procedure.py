@@ -1,4 +1,4 @@
-"""What a procedure means: it is run row by row, over any ring that its programs can be run over."""
+"""Interpretation of procedures, row by row, over any ring."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from .procedure import (
 )
 
 Rows = list[list[Any]]
-"""The rows of a table, those of several axes in C order."""
+"""The rows of a table; rows of several axes are in C order."""
 
 
 def run_procedure(
@@ -36,23 +36,23 @@ def run_procedure(
     constant: Callable[[Any], Any] = lambda value: value,
     apply: Callable[[Tape, Sequence[Any]], Sequence[Any]] | None = None,
 ) -> dict[str, Rows]:
-    """Run a procedure; gives the rows of its results by name.
+    """Run a procedure and return the rows of its results by name.
 
     Parameters
     ----------
     procedure : Procedure
     lengths : mapping of str to int
     arguments : mapping of str to rows
-        Of every argument and index table.
+        The rows of every argument and index table.
     constant : callable
         Lifts exact numbers into the ring.
     apply : callable, optional
-        Runs a program on flat inputs; by default in the ring, by `Tape.run`.
+        Runs a program on flat inputs. The default is `Tape.run` in the ring.
 
     Raises
     ------
     IndexError
-        When an index table names a row that is not there, where one is read.
+        When a row is read through an index table whose entry is -1.
     """
     if apply is None:
         apply = lambda tape, inputs: tape.run(inputs, constant)  # noqa: E731
@@ -60,7 +60,7 @@ def run_procedure(
 
 
 class _Run:
-    """A procedure while it runs: the rows of its tables, and the rows that its loops have come to."""
+    """The state of a running procedure: the rows of its tables, and the current rows of its loops."""
 
     def __init__(
         self,
@@ -82,7 +82,7 @@ class _Run:
         self._tapes = {program.name: Tape(program) for program in procedure.programs}
 
     def results(self) -> dict[str, Rows]:
-        """Run everything."""
+        """Run the procedure and return its results."""
         self._run(self._procedure.body)
         return {table.name: self._tables[table.name] for table in self._procedure.results}
 
@@ -131,11 +131,11 @@ class _Run:
             return self._tables[place.table][at]
         start = getattr(place.row, "start", None)
         if start is None:
-            raise IndexError(f"{place.table}: an index table names no row, where one is read")
+            raise IndexError(f"{place.table}: an index table has entry -1, where a row is read")
         return self._tables[start][0]
 
     def _number(self, place: Place) -> int | None:
-        """The number of a row; None where there is none."""
+        """Return the index of a row, or None if the row does not exist."""
         row: Row = place.row
         match row:
             case None:

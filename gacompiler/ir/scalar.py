@@ -1,8 +1,8 @@
-"""Scalar expressions: one closed set of operations, one node, shared by construction.
+"""Scalar expressions: a closed set of operations and one type of node, shared by construction.
 
-A `Graph` owns its nodes; asking for the same operation on the same arguments gives the same node, so common
-subexpressions are found while building. Constructors fold what is true in every ring (``x + 0``, ``x * 1``, ``-(-x)``)
-and nothing else. Constants are exact rationals.
+A `Graph` owns its nodes. The same operation on the same arguments returns the same node, so common subexpressions are
+found during construction. Constructors simplify only by identities that hold in every ring (``x + 0``, ``x * 1``,
+``-(-x)``). Constants are exact rationals.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ Rational = int | Fraction
 
 
 class Op(Enum):
-    """The operations of the scalar language; values are their names everywhere."""
+    """The operations of the scalar language. The values are the names used throughout the package."""
 
     CONSTANT = "constant"
     VARIABLE = "variable"
@@ -36,7 +36,7 @@ class Op(Enum):
     ACOS = "acos"
     EXP = "exp"
     LOG = "log"
-    # piecewise; comparisons give 1 or 0
+    # Piecewise operations; comparisons return 1 or 0.
     ABS = "abs"
     MINIMUM = "minimum"
     MAXIMUM = "maximum"
@@ -60,7 +60,7 @@ _set = object.__setattr__
 
 
 class Scalar:
-    """One node of a `Graph`. Immutable; equal nodes are identical."""
+    """An immutable node of a `Graph`. Equal nodes are identical."""
 
     __slots__ = ("arguments", "graph", "index", "op", "value")
 
@@ -91,7 +91,7 @@ class Scalar:
         return self.op is Op.CONSTANT and self.value == 0
 
     def scalar_function(self, name: str, arguments: tuple[Any, ...]) -> Scalar:
-        """What `gacompiler.algebra.coefficients.scalar_function` calls for this ring."""
+        """Apply a named function; `gacompiler.algebra.coefficients.scalar_function` calls this method."""
         return self.graph.apply(Op(name), *arguments)
 
     def __add__(self, other: Any) -> Scalar:
@@ -128,32 +128,34 @@ class Scalar:
 
 
 class Graph:
-    """The nodes of one kernel. Node numbers follow creation, so the same construction gives the same numbers."""
+    """The nodes of one kernel, numbered in the order of creation, so that numbering is deterministic."""
 
     def __init__(self) -> None:
         self._nodes: dict[tuple[Any, ...], Scalar] = {}
 
     def constant(self, value: Rational) -> Scalar:
-        """An exact number.
+        """Return the node of an exact number.
 
         Raises
         ------
         KernelError
-            When it is larger than any double.
+            When the number exceeds the range of double precision.
         """
         if not is_representable(value):
-            raise KernelError("constant in a kernel", "a number that no double holds", "numbers up to 1.8e308")
+            raise KernelError(
+                "constant in a kernel", "a number outside the range of double precision", "numbers up to 1.8e308"
+            )
         return self._node(Op.CONSTANT, (), Fraction(value))
 
     def variable(self, name: str) -> Scalar:
-        """An input, or any name the program defines elsewhere."""
+        """Return the node of an input, or of a name that the program defines elsewhere."""
         return self._node(Op.VARIABLE, (), name)
 
     def lift(self, value: Any) -> Scalar:
-        """`value` as a node of this graph; a float is the fraction that its shortest decimal is."""
+        """Return `value` as a node of this graph. A float becomes the fraction equal to its shortest decimal form."""
         if isinstance(value, Scalar):
             if value.graph is not self:
-                raise KernelError("scalar expression", "nodes of two graphs meet", "nodes of one graph")
+                raise KernelError("scalar expression", "nodes of two graphs", "nodes of one graph")
             return value
         value = as_exact(value)
         if isinstance(value, (int, Fraction)) and not isinstance(value, bool):
@@ -161,18 +163,18 @@ class Graph:
         raise KernelError(
             "constant in a kernel",
             f"{value!r} of type {type(value).__name__}",
-            "an exact number: int, Fraction, or a float as the decimal that it is written as",
+            "an exact number: int, Fraction, or float (used as its decimal form)",
             "write a comparison as equal(a, b) or a < b",
         )
 
     def binary(self, op: Op, a: Any, b: Any) -> Scalar:
-        """`apply` for operators: what is no scalar may know what to do with one."""
+        """Apply an operator, or return NotImplemented for operands of other types, which may implement it."""
         if all(isinstance(value, (Scalar, int, float, Fraction)) for value in (a, b)):
             return self.apply(op, a, b)
         return NotImplemented  # type: ignore[no-any-return]
 
     def apply(self, op: Op, *arguments: Any) -> Scalar:
-        """The node ``op(arguments)``, folded where that is exact."""
+        """Return the node ``op(arguments)``, folded if this is exact."""
         nodes = tuple(self.lift(argument) for argument in arguments)
         folded = _fold(self, op, nodes)
         if folded is not None:
@@ -190,7 +192,7 @@ class Graph:
 
 
 def _fold(graph: Graph, op: Op, nodes: tuple[Scalar, ...]) -> Scalar | None:
-    """The simpler node that equals ``op(nodes)`` in every ring, if there is one."""
+    """Return a simpler node that equals ``op(nodes)`` in every ring, or None."""
     match op:
         case Op.ADD:
             return _fold_add(graph, *nodes)
@@ -302,7 +304,7 @@ def _fold_select(condition: Scalar, a: Scalar, b: Scalar) -> Scalar | None:
 
 
 def _fold_function(graph: Graph, op: Op, nodes: tuple[Scalar, ...]) -> Scalar | None:
-    """Functions of numbers fold only where the value is rational (``sqrt(4)``, ``cos(0)``)."""
+    """Fold a function of constants if its value is rational (``sqrt(4)``, ``cos(0)``)."""
     numbers = [_number(node) for node in nodes]
     if any(number is None for number in numbers):
         return None

@@ -1,6 +1,6 @@
 """Programs in two parts, for batches in which some arguments are the same for every element.
 
-What depends on those arguments alone is computed once, into one array; the rest runs for each element.
+Values that depend only on these arguments are computed once, into one array. The other part runs for each element.
 """
 
 from __future__ import annotations
@@ -13,21 +13,21 @@ from .program import Argument, Line, Operand, Program, Result
 from .verify import verify
 
 MOST = 32
-"""Arguments and results of a program that is split: a loop over a batch keeps which of them stay in a word of bits."""
+"""Maximum number of arguments and results of a program that is split: a batch loop has one bit for each in a word."""
 
 
 @dataclass(frozen=True, slots=True)
 class Uniform:
-    """A kernel in two programs.
+    """A kernel split into two programs.
 
     Attributes
     ----------
     same : tuple of str
         The arguments that are the same for the whole batch.
     prepare : Program
-        From those to one array of numbers.
+        Computes an array of numbers from these arguments.
     apply : Program
-        From that array and the other arguments to the results.
+        Computes the results from this array and the other arguments.
     """
 
     same: tuple[str, ...]
@@ -36,17 +36,20 @@ class Uniform:
 
     @property
     def costs(self) -> tuple[Cost, Cost]:
-        """What is paid once, and what for each element."""
+        """The costs per batch and per element."""
         return cost(self.prepare), cost(self.apply)
 
     def least(self, program: Program) -> int:
-        """From how many elements on this takes fewer operations than `program` for each of them; not for one alone."""
+        """Return the batch size (at least 2) from which this takes fewer operations than running `program`."""
         once, each = self.costs
         return max(2, 1 + once.total // max(1, cost(program).total - each.total))
 
 
 def split(program: Program, same: Sequence[str]) -> Uniform | None:
-    """`program` in two, its lines in their order; None where nothing of what stays is used, or of more than `MOST`."""
+    """Split `program` in two, preserving the order of lines.
+
+    Return None if nothing can be computed in advance, or if `program` has more than `MOST` arguments and results.
+    """
     if len(program.arguments) + len(program.results) > MOST:
         return None
     fixed = [argument for argument in program.arguments if argument.name in same]
@@ -75,7 +78,7 @@ def split(program: Program, same: Sequence[str]) -> Uniform | None:
 
 
 def _pruned(program: Program) -> Program:
-    """Without lines that no result needs."""
+    """Remove the lines that no result depends on."""
     needed: set[Operand] = {operand for result in program.results for operand in result.operands}
     kept = []
     for line in reversed(program.lines):
@@ -86,7 +89,7 @@ def _pruned(program: Program) -> Program:
 
 
 def joined(form: Uniform, program: Program) -> Program:
-    """Both parts as one program with the arguments of `program`, whatever names they use themselves."""
+    """Join both parts into one program with the argument names of `program`."""
     components: dict[str, tuple[str, ...]] = {argument.name: argument.components for argument in program.arguments}
     once: dict[Operand, Operand] = {}
     for name, argument in zip(form.same, form.prepare.arguments, strict=True):

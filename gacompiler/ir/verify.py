@@ -1,4 +1,4 @@
-"""What a valid program is. Called after every pass that makes one."""
+"""Verification of programs, after every pass that creates one."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from .scalar import ARITY, LEAVES
 
 
 def verify(program: Program) -> Program:
-    """`program` itself, when every name is defined once, before its use, and every line is used.
+    """Return `program` unchanged if every name is defined once, before its use, and every line is used.
 
     Raises
     ------
     ProofError
-        Naming the first line that is not valid.
+        When a line is invalid. The message names the first one.
     """
 
     def fail(found: str) -> None:

@@ -1,4 +1,4 @@
-"""Multivectors with sympy coefficients: derive a formula in a notebook, then compile it.
+"""Multivectors with sympy coefficients, for deriving formulas and compiling them.
 
 >>> from gacompiler.algebra.catalog import VGA3
 >>> from gacompiler.symbolic import symbols
@@ -25,7 +25,7 @@ from .relations import relations as relations
 from .solve import solve as solve
 
 if not TYPE_CHECKING:
-    # Type checkers read no list that is computed; to them, `as` and `*` above say what is exported.
+    # Type checkers cannot evaluate a computed list; for them, `as` and `*` above declare the exported names.
     __all__ = sorted([
         "DerivedProgram", "SymbolicMultivector", "equal", "from_kernel", "multivector", "program_of", "reduce",
         "relations", "solve", "symbols", "to_kernel", "unknowns", *functions.__all__,

@@ -1,4 +1,4 @@
-"""Making symbolic multivectors: by name and layout, or from coefficients."""
+"""Construction of symbolic multivectors, from a name and a layout or from coefficients."""
 
 from __future__ import annotations
 
@@ -16,27 +16,28 @@ from .multivector import SymbolicMultivector, symbolic
 
 
 def symbols(names: str, layout: Layout | None = None, **assumptions: Any) -> Any:
-    """Symbols by name: multivectors of a layout, or scalars.
+    """Create symbolic multivectors or scalar symbols by name.
 
     Parameters
     ----------
     names : str
-        One or several names, apart by spaces or commas.
+        One or several names, separated by spaces or commas.
     layout : Layout, optional
-        What they are: ``PGA3.MOTOR``, ``VGA3.VECTOR``, ``CGA3.full``. The stored coefficients are symbols called after
-        the name and the blade, such as ``m_e12``; fixed and implied ones are filled in. Without it, sympy symbols.
+        The layout of the multivectors, such as ``PGA3.MOTOR``, ``VGA3.VECTOR`` or ``CGA3.full``. Each stored
+        coefficient is a symbol named after the multivector and the blade, such as ``m_e12``. Fixed and implied
+        coefficients are filled in. Without a layout, sympy symbols are returned.
     **assumptions
-        As `sympy.symbols` takes them; ``real=True`` unless said otherwise.
+        Assumptions about the symbols, as in `sympy.symbols`. The default is ``real=True``.
 
     Returns
     -------
     SymbolicMultivector, Symbol, or tuple of them
-        A tuple where there are several names.
+        A tuple if there are several names.
 
     Raises
     ------
     LayoutError
-        When `layout` is no layout, or a name is none that Python takes.
+        When `layout` is not a layout, or a name is not a valid Python identifier.
     """
     if layout is not None and not isinstance(layout, Layout):
         remedy = f"one of {' '.join([*layout.layouts, 'full', 'even'])}" if isinstance(layout, Algebra) else ""
@@ -57,19 +58,20 @@ def _named(name: str, layout: Layout, assumptions: Mapping[str, Any]) -> Symboli
 
 
 def unknowns(name: str, algebra: Algebra, *grades: int, **assumptions: Any) -> SymbolicMultivector:
-    """A multivector with a symbol for each blade of the given grades (of all by default), without relations."""
+    """Return a multivector without relations, with one symbol for each blade of the given grades (default: all)."""
     blades = " ".join(algebra.spelling(blade)[1] for blade in algebra.blades(*grades))
     return _named(name, algebra.layout(name, blades), {"real": True} | assumptions)
 
 
 def multivector(algebra: Algebra | Layout, coefficients: Any = 0) -> SymbolicMultivector:
-    """A symbolic multivector from its coefficients.
+    """Create a symbolic multivector from its coefficients.
 
     Parameters
     ----------
     algebra : Algebra or Layout
     coefficients : mapping, sequence, multivector or scalar
-        Spelled blades to numbers and sympy expressions; the stored coefficients in order where a layout is given.
+        A mapping from blade names to numbers or sympy expressions. With a layout, the sequence of the stored
+        coefficients in the order of the layout.
 
     Examples
     --------

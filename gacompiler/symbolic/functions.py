@@ -1,4 +1,4 @@
-"""The operations of the algebra on symbolic multivectors, under the names they have everywhere."""
+"""The operations of the algebra on symbolic multivectors, with the same names as in the rest of the package."""
 
 from __future__ import annotations
 
@@ -60,33 +60,35 @@ normalize = unary(_apply, Operation.NORMALIZE)
 
 
 def sandwich(versor: Any, x: Any) -> SymbolicMultivector:
-    """``v x ~v``; for an odd versor ``v grade_involution(x) ~v``."""
+    """Return ``v x ~v``, or ``v grade_involution(x) ~v`` for an odd versor."""
     return _apply(Operation.SANDWICH, versor, x)
 
 
 def grade(a: Any, *grades: int) -> SymbolicMultivector:
-    """The part of the given grades."""
+    """Return the part of the given grades."""
     return required("grade()", a).grade(*grades)
 
 
 def exp(a: SymbolicMultivector) -> SymbolicMultivector:
-    """The exponential in closed form.
+    """Return the exponential in closed form.
 
     Parameters
     ----------
     a : SymbolicMultivector
-        A scalar plus a part `b` whose square is a scalar, or a scalar plus an element that squares to zero and
-        commutes with `b`: blades and all bivectors up to three dimensions and of projective algebras.
+        A scalar plus a part `b`. The square of `b` must be a scalar, or a scalar plus an element that squares to zero
+        and commutes with `b`. This holds for all blades, and for all bivectors in up to three dimensions and in
+        projective algebras.
 
     Raises
     ------
     AlgebraError
-        When the square is of another form: split `a` into commuting blades and multiply their exponentials.
+        When the square has another form. In this case, split `a` into commuting blades and multiply their exponentials.
 
     Notes
     -----
     With ``b**2 = s + p`` and ``p**2 = 0``: ``exp(b) = C(s) + C'(s) p + (S(s) + S'(s) p) b`` where ``C(s) =
-    cosh(sqrt(s))`` and ``S(s) = sinh(sqrt(s)) / sqrt(s)``; trigonometric functions where `s` is written as negative.
+    cosh(sqrt(s))`` and ``S(s) = sinh(sqrt(s)) / sqrt(s)``. Where `s` has a negative sign, these are written as
+    trigonometric functions.
     """
     lifted = required("exp()", a)
     b = lifted.keep(bool)
@@ -97,20 +99,20 @@ def exp(a: SymbolicMultivector) -> SymbolicMultivector:
         raise AlgebraError(
             f"exp({lifted})",
             f"a square of {square}",
-            "a scalar, and perhaps a part that squares to zero",
+            "a scalar, optionally plus a part that squares to zero",
             "split it into commuting blades and multiply their exponentials",
         )
     s = square["1"]
     cosine, sine = _even_and_odd(s, size)
     result = cosine + sine * rest
     if p.terms:
-        slope = size**3 / 6 if s == 0 else (size * cosine - sine) / (2 * s)
-        result = result + size * sine / 2 * p + slope * (p * rest)
+        derivative = size**3 / 6 if s == 0 else (size * cosine - sine) / (2 * s)
+        result = result + size * sine / 2 * p + derivative * (p * rest)
     return symbolic(sympy.exp(lifted["1"]) * result)
 
 
 def _factor(b: SymbolicMultivector) -> tuple[Any, SymbolicMultivector]:
-    """A scalar and an element whose product `b` is, the element as free of symbols as may be."""
+    """Split `b` into a scalar and an element whose product is `b`; the element has as few symbols as possible."""
     if len(b.terms) == 1:
         ((blade, value),) = b.expressions.items()
         return value, SymbolicMultivector(b.algebra, {blade: 1})
@@ -119,7 +121,7 @@ def _factor(b: SymbolicMultivector) -> tuple[Any, SymbolicMultivector]:
 
 
 def _even_and_odd(s: Any, size: Any) -> tuple[Any, Any]:
-    """``cosh(size sqrt(s))`` and ``sinh(size sqrt(s)) / sqrt(s)``: the sign of the root is free."""
+    """Return ``cosh(size sqrt(s))`` and ``sinh(size sqrt(s)) / sqrt(s)``; the sign of the root is arbitrary."""
     if s == 0:
         return sympy.Integer(1), size
     negative = s.is_negative or (s.is_positive is not True and s.could_extract_minus_sign())
@@ -129,7 +131,7 @@ def _even_and_odd(s: Any, size: Any) -> tuple[Any, Any]:
 
 
 def signless(root: Any) -> Any:
-    """A root whose sign is free, without the absolute values of its factors."""
+    """Return a root of arbitrary sign without the absolute values of its factors."""
     factors = [power.as_base_exp() for power in sympy.Mul.make_args(root)]
     return sympy.Mul(*((b.args[0] if isinstance(b, sympy.Abs) else b) ** e for b, e in factors))
 

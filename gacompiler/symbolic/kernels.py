@@ -1,4 +1,4 @@
-"""From a formula to a kernel, and from a kernel to formulas: the two doors between sympy and the compiler."""
+"""Conversion of sympy formulas to kernels, and of kernels to sympy formulas."""
 
 from __future__ import annotations
 
@@ -30,19 +30,19 @@ def to_kernel(
     returns: Layout | tuple[Layout, ...] | None = None,
     summary: str = "",
 ) -> Kernel:
-    """A derived formula as a kernel, ready for `gacompiler.compile`.
+    """Convert a derived formula to a kernel that `gacompiler.compile` accepts.
 
     Parameters
     ----------
     formula : SymbolicMultivector, sympy expression, or tuple of them
-        The results. What was derived by operations of the algebra becomes those operations; what was changed
-        coefficient by coefficient is taken in the form it has. The compiler looks for better forms of either, modulo
-        the relations of the arguments.
+        The results. Multivectors that were derived by operations of the algebra are replayed as these operations.
+        Multivectors whose coefficients were changed individually are used in their current form. In both cases the
+        compiler searches for cheaper forms, modulo the relations of the arguments.
     *arguments : SymbolicMultivector or Symbol
-        What the kernel takes, in order: multivectors made by `symbols`, and scalars.
+        The arguments of the kernel, in order: multivectors made by `symbols`, and scalar symbols.
     name : str
     returns : Layout or tuple of Layout, optional
-        Pins the layouts of the results; otherwise they are inferred.
+        The layouts of the results. By default they are inferred.
     summary : str
         The docstring of the compiled function.
 
@@ -66,9 +66,9 @@ def to_kernel(
     if missing:
         raise KernelError(
             f"to_kernel({name})",
-            f"the formula has {' '.join(missing)}, which no argument has",
-            "all symbols among the arguments",
-            "add what they come from to the arguments, or give them values with subs()",
+            f"the formula contains {' '.join(missing)}, which no argument contains",
+            "every symbol of the formula in one of the arguments",
+            "add the missing symbols or their multivectors to the arguments, or substitute values with subs()",
         )
 
     def function(*inputs: Expression) -> Any:
@@ -97,13 +97,13 @@ def _parameter(where: str, argument: Any) -> Parameter:
         f"to_kernel({where})",
         f"argument {argument}",
         "multivectors made by symbols(), and scalar symbols",
-        "make a named one and substitute it",
+        "create a named multivector with symbols() and substitute it into the formula",
     )
 
 
 def _check_name(where: str, name: str) -> None:
     if not name.isidentifier() or iskeyword(name):
-        raise KernelError(where, f"the name {name!r}", "a name that a Python function or argument may have")
+        raise KernelError(where, f"the name {name!r}", "a valid Python identifier that is not a keyword")
 
 
 def _check_components(where: str, parameters: Sequence[Parameter]) -> None:
@@ -137,7 +137,7 @@ def _free_symbols(result: Any) -> set[Any]:
 
 
 class _Replay:
-    """Formulas in the language of kernels, by the operations that they were derived with where those are known."""
+    """Conversion of formulas to kernel expressions, using the operations of their derivation where these are known."""
 
     def __init__(self, values: Mapping[Any, Expression], whole: Mapping[str, Expression]) -> None:
         self._values, self._whole = values, whole
@@ -190,7 +190,7 @@ _FUNCTIONS: Mapping[Any, Callable[..., Any]] = {
 
 
 def _scalar(value: Any, values: Mapping[Any, Expression]) -> Any:
-    """A sympy expression in the language of kernels."""
+    """Convert a sympy expression to a kernel expression."""
     if value in values:
         return values[value]
     if value.is_Rational:
@@ -209,8 +209,10 @@ def _scalar(value: Any, values: Mapping[Any, Expression]) -> Any:
         return _power(value.base, value.exp, values)
     function = _FUNCTIONS.get(value.func)
     if function is None:
-        remedy = "write it as a Rational, or sympy.nsimplify it" if value.is_Float else "rewrite it"
-        found, expected = f"{value} ({type(value).__name__})", "functions that kernels have: sin, sqrt, exp, ..."
+        remedy = (
+            "use a Rational, for example from sympy.nsimplify" if value.is_Float else "rewrite it in these functions"
+        )
+        found, expected = f"{value} ({type(value).__name__})", "functions that kernels support: sin, sqrt, exp, ..."
         raise KernelError("to_kernel()", found, expected, remedy)
     return function(*(_scalar(argument, values) for argument in value.args))
 
@@ -244,9 +246,9 @@ def _choice(value: Any, values: Mapping[Any, Expression]) -> Any:
 
 
 def from_kernel(kernel: Kernel, **assumptions: Any) -> Any:
-    """The results of a kernel on symbols: what its author wrote, as formulas.
+    """Return the results of a kernel as formulas, exactly as its author wrote them.
 
-    The arguments are ``symbols(name, layout)`` with the names and layouts that the kernel declares.
+    The kernel is evaluated on ``symbols(name, layout)`` with the names and layouts of its declared arguments.
 
     Returns
     -------
@@ -265,7 +267,7 @@ def from_kernel(kernel: Kernel, **assumptions: Any) -> Any:
 
 def _kernel(where: str, kernel: Any) -> Kernel:
     if not isinstance(kernel, Kernel):
-        found, remedy = f"an object of type {type(kernel).__name__}", "make one of a formula with to_kernel()"
+        found, remedy = f"an object of type {type(kernel).__name__}", "convert a formula with to_kernel()"
         raise KernelError(where, found, "a kernel", remedy)
     return kernel
 
@@ -282,16 +284,16 @@ def _symbolic(value: Multivector) -> Any:
 
 @dataclass(frozen=True)
 class DerivedProgram:
-    """The optimised program of a kernel, as sympy has it.
+    """The optimised program of a kernel as sympy expressions.
 
     Attributes
     ----------
     temporaries : tuple of (Symbol, sympy expression)
-        Each in terms of the arguments' symbols and the temporaries before it.
+        The temporaries in order. Each expression contains the symbols of the arguments and earlier temporaries.
     results : tuple
         For each result a multivector in its layout, or a sympy expression.
     cost : str
-        Counts of operations.
+        The operation counts.
     """
 
     temporaries: tuple[tuple[Any, Any], ...]
@@ -299,7 +301,7 @@ class DerivedProgram:
     cost: str
 
     def substituted(self) -> tuple[Any, ...]:
-        """The results in terms of the arguments alone."""
+        """Return the results in terms of the arguments only."""
         values: dict[Any, Any] = {}
         for target, expression in self.temporaries:
             values[target] = expression.subs(values)
@@ -325,7 +327,7 @@ class DerivedProgram:
 
 
 def program_of(kernel: Kernel, **assumptions: Any) -> DerivedProgram:
-    """Optimise a kernel, and bring its program back with its temporaries, as sympy and as LaTeX."""
+    """Optimise a kernel and return its program, with its temporaries, as sympy expressions with a LaTeX form."""
     from ..ir.interpret import evaluate as meaning
     from ..passes.pipeline import compile_kernel
 

@@ -20,26 +20,25 @@ from .printing import Printed, plain_text
 
 
 class SymbolicMultivector(Immutable, Multivector):
-    """An element of `algebra` with sympy coefficients, immutable. Made by `symbols`, `multivector` and operations.
+    """An immutable element of `algebra` with sympy coefficients, created by `symbols`, `multivector` or operations.
 
     Attributes
     ----------
     name : str or None
-        What it was called when it was made by `symbols`.
+        The name given to `symbols`.
     layout : Layout or None
-        The layout it was made with: its coefficients are the stored ones, and its relations hold.
+        The layout given to `symbols`. It determines which coefficients are symbols, and its relations hold.
     expressions : mapping of int to sympy expression
-        The coefficients as they are shown, by bitmap. After `factor` or `simplify` they have the form that was found;
-        arithmetic works on the expanded form.
-
+        The displayed coefficients, by bitmap of the blade. After `factor` or `simplify` they have the form that sympy
+        returned; arithmetic uses the expanded form.
     history : tuple or None
-        The operation and the operands that this is the result of, so that a kernel of it has the structure of its
-        derivation. Forgotten where coefficients are changed one by one, as by `subs` and `simplify`.
+        The operation and the operands that produced this element. `to_kernel` uses it to preserve the structure of the
+        derivation. It is dropped by methods that change individual coefficients, such as `subs` and `simplify`.
 
     Notes
     -----
-    Operators are those of `Multivector`; each takes numbers, sympy expressions and multivectors of the same algebra on
-    either side. ``x["e12"]`` is a coefficient as a sympy expression.
+    The operators are those of `Multivector`. They accept numbers, sympy expressions and multivectors of the same
+    algebra on either side. ``x["e12"]`` is a coefficient as a sympy expression.
     """
 
     __slots__ = ("_in_own_form", "_shown", "history", "layout", "name")
@@ -69,7 +68,7 @@ class SymbolicMultivector(Immutable, Multivector):
 
     @property
     def expressions(self) -> Mapping[int, Any]:
-        """Coefficients as sympy expressions, by bitmap of the blade, in the order of grades."""
+        """Coefficients as sympy expressions, by bitmap of the blade, ordered by grade."""
         if self._shown is None:
             order = sorted(self.terms, key=lambda blade: (blade.bit_count(), blade))
             shown = MappingProxyType({blade: self.terms[blade].expression for blade in order})
@@ -79,7 +78,7 @@ class SymbolicMultivector(Immutable, Multivector):
 
     @property
     def coefficients(self) -> dict[str, Any]:
-        """Coefficients as sympy expressions, by name of the blade; blades with coefficient zero are absent."""
+        """Nonzero coefficients as sympy expressions, by name of the blade."""
         return {self.algebra.spelling(blade)[1]: self._oriented(blade) for blade in self.expressions}
 
     def _oriented(self, blade: int) -> Any:
@@ -88,26 +87,26 @@ class SymbolicMultivector(Immutable, Multivector):
 
     @property
     def _plain(self) -> Multivector:
-        """The same over the ring of expanded expressions."""
+        """The same multivector over the ring of expanded expressions."""
         return Multivector(self.algebra, self.terms)
 
     def __getitem__(self, blade: str | int) -> Any:
-        """Coefficient of a blade as a sympy expression, by any spelling (``"e31"``) or by bitmap."""
+        """Return the coefficient of a blade, given by any spelling (``"e31"``) or by bitmap, as a sympy expression."""
         sign, bitmap = self.algebra.blade(blade) if isinstance(blade, str) else (1, blade)
         return sign * self.expressions.get(bitmap, sympy.Integer(0))
 
     @property
     def scalar(self) -> Any:
-        """The coefficient of 1 as a sympy expression."""
+        """The scalar coefficient as a sympy expression."""
         return self["1"]
 
     @property
     def free_symbols(self) -> set[Any]:
-        """The sympy symbols that occur."""
+        """The sympy symbols that occur in the coefficients."""
         return {symbol for value in self.expressions.values() for symbol in value.free_symbols}
 
     def lift(self, other: Any) -> SymbolicMultivector:
-        """`other` as a symbolic multivector of the same algebra; numbers and sympy expressions are scalars."""
+        """Convert a multivector, or a number or sympy expression as a scalar, to a multivector of this algebra."""
         if isinstance(other, SymbolicMultivector) and other.algebra == self.algebra:
             return other
         if isinstance(other, Multivector):
@@ -118,12 +117,12 @@ class SymbolicMultivector(Immutable, Multivector):
                 "operation on a symbolic multivector",
                 f"{other} of type {type(other).__name__}",
                 "numbers, sympy expressions and symbolic multivectors",
-                "make a kernel of the formula with to_kernel(), and call that",
+                "convert the formula to a kernel with to_kernel(), and call the kernel",
             )
         return SymbolicMultivector(self.algebra, {0: other})
 
     def map(self, function: Callable[[Any], Any]) -> SymbolicMultivector:
-        """`function` applied to every coefficient, a sympy expression, and shown as it gives it.
+        """Apply `function` to every coefficient, a sympy expression, and display the result in the returned form.
 
         Examples
         --------
@@ -135,39 +134,40 @@ class SymbolicMultivector(Immutable, Multivector):
         return result if result.terms.keys() == kept.keys() else SymbolicMultivector(self.algebra, result.terms)
 
     def simplify(self) -> SymbolicMultivector:
-        """Every coefficient by `sympy.simplify`."""
+        """Simplify every coefficient with `sympy.simplify`."""
         return self.map(sympy.simplify)
 
     def expand(self) -> SymbolicMultivector:
-        """Every coefficient expanded."""
+        """Expand every coefficient."""
         return SymbolicMultivector(self.algebra, self.terms)
 
     def factor(self) -> SymbolicMultivector:
-        """Every coefficient factorised by `sympy.factor`; see `factored` for a factor of them all."""
+        """Factor every coefficient with `sympy.factor`; see `factored` for the common factor of all coefficients."""
         return self.map(sympy.factor)
 
     def collect(self, *variables: Any) -> SymbolicMultivector:
-        """Every coefficient by powers of `variables`."""
+        """Collect the powers of `variables` in every coefficient."""
         return self.map(lambda value: sympy.collect(sympy.expand(value), variables))
 
     def combine_angles(self) -> SymbolicMultivector:
-        """Products and powers of sines and cosines as sums: ``sin(a) cos(b) = (sin(a + b) + sin(a - b)) / 2``."""
+        """Rewrite products of sines and cosines as sums: ``sin(a) cos(b) = (sin(a + b) + sin(a - b)) / 2``."""
         return self.map(lambda value: sympy.expand(TR8(sympy.expand(value))))
 
     def subs(self, values: Any, value: Any = None) -> SymbolicMultivector:
-        """Replace symbols, all at once.
+        """Replace symbols simultaneously.
 
         Parameters
         ----------
         values : mapping, Symbol or SymbolicMultivector
-            Symbols to numbers and sympy expressions; or one symbol, or one multivector made by `symbols`.
+            A mapping from symbols, or multivectors made by `symbols`, to their replacements; or a single symbol or
+            multivector.
         value
-            What takes the place of that one.
+            The replacement of a single symbol or multivector.
 
         Raises
         ------
         LayoutError
-            When a multivector does not fit the layout of the one it replaces.
+            When a replacement multivector does not fit the layout of the original.
         """
         pairs = list(values.items()) if isinstance(values, Mapping) else [(values, value)]
         replaced: dict[Any, Any] = {}
@@ -183,43 +183,43 @@ class SymbolicMultivector(Immutable, Multivector):
         return SymbolicMultivector(self.algebra, {b: v.substitute(replaced) for b, v in self.terms.items()})
 
     def diff(self, *variables: Any) -> SymbolicMultivector:
-        """The derivative by scalar symbols, as `sympy.diff` takes them."""
+        """Differentiate with respect to scalar symbols, with the arguments of `sympy.diff`."""
         return SymbolicMultivector(self.algebra, {b: sympy.diff(v, *variables) for b, v in self.expressions.items()})
 
     def integrate(self, *variables: Any) -> SymbolicMultivector:
-        """The integral over scalar symbols, as `sympy.integrate` takes them: ``x`` or ``(x, 0, 1)``."""
+        """Integrate over scalar symbols, with the arguments of `sympy.integrate`: ``x`` or ``(x, 0, 1)``."""
         return self.map(lambda value: sympy.integrate(value, *variables))
 
     def series(self, variable: Any, about: Any = 0, n: int = 6) -> SymbolicMultivector:
-        """Taylor's polynomial of degree below `n` in a scalar symbol, without the remainder."""
+        """Return the Taylor polynomial of degree less than `n` in a scalar symbol, without the remainder."""
         return self.map(lambda value: sympy.series(value, variable, about, n).removeO())
 
     def numeric(self, digits: int = 15) -> SymbolicMultivector:
-        """Numbers in place of constants such as ``pi`` and ``sqrt(2)``."""
+        """Evaluate constants such as ``pi`` and ``sqrt(2)`` to floating-point numbers."""
         return self.map(lambda value: value.evalf(digits))
 
     def factored(self) -> Printed:
-        """For printing: the common factor of all coefficients, times the rest."""
+        """Return a printable form with the common factor of all coefficients in front."""
         return Printed(self, "factored")
 
     def by_grade(self) -> Printed:
-        """For printing: a line for each grade."""
+        """Return a printable form with one line for each grade."""
         return Printed(self, "grade")
 
     def by_blade(self) -> Printed:
-        """For printing: a line for each blade."""
+        """Return a printable form with one line for each blade."""
         return Printed(self, "blade")
 
     def grade(self, *grades: int) -> SymbolicMultivector:
-        """The part of the given grades."""
+        """Return the part of the given grades."""
         return symbolic(super().grade(*grades), Operation.GRADE, self, *grades)
 
     def keep(self, predicate: Callable[[int], bool]) -> SymbolicMultivector:
-        """The part on the blades (bitmaps) for which `predicate` holds."""
+        """Return the part on the blades (bitmaps) for which `predicate` holds."""
         return symbolic(super().keep(predicate))
 
     def product(self, name: str, other: Multivector) -> SymbolicMultivector:
-        """The product of this name that keeps some grades of the geometric product, or a bracket of it."""
+        """Return the named product with `other`: the geometric product, a part of its grades, or a commutator."""
         lifted = self.lift(other)
         return symbolic(super().product(name, lifted), BY_NAME[name], self, lifted)
 
@@ -276,7 +276,7 @@ class SymbolicMultivector(Immutable, Multivector):
         return symbolic(super().__invert__(), Operation.REVERSE, self)
 
     def __eq__(self, other: object) -> bool:
-        """Whether both have the same expanded coefficients; `equal` of this package also looks for identities."""
+        """Compare the expanded coefficients; the function `equal` of this package also applies identities."""
         try:
             return not (self - self.lift(other)).terms
         except AlgebraError:
@@ -287,11 +287,11 @@ class SymbolicMultivector(Immutable, Multivector):
     def __reduce__(self) -> tuple[Any, ...]:
         return _restored, (_rows(self),)
 
-    __iter__ = None  # so that x[0], x[1], ... is not taken for a sequence
+    __iter__ = None  # Prevents Python from iterating over x[0], x[1], ... as a sequence.
 
     def _sympy_(self) -> Any:
         raise sympy.SympifyError(
-            "a multivector is no sympy expression; use its methods such as x.simplify(), or x.map(function)"
+            "a multivector is not a sympy expression; use its methods such as x.simplify(), or x.map(function)"
         )
 
     def __str__(self) -> str:
@@ -302,10 +302,10 @@ class SymbolicMultivector(Immutable, Multivector):
 
 
 def _rows(value: SymbolicMultivector) -> list[tuple[Any, ...]]:
-    """A row for each multivector that `value` was derived from, and for itself, without references between them.
+    """Return one row for `value` and for each multivector that it was derived from, for pickling.
 
-    Histories are as long as a derivation; a pickle that followed them by recursion would have a limit. In a row, an
-    operand that has a row of its own is its number.
+    A history can be long, and pickling it recursively would exceed the recursion limit. The rows therefore contain no
+    references to multivectors: an operand that has its own row is represented by the number of that row.
     """
     places: dict[int, int] = {}
     rows: list[tuple[Any, ...]] = []
@@ -336,21 +336,21 @@ def _restored(rows: list[tuple[Any, ...]]) -> SymbolicMultivector:
 
 
 def symbolic(value: Multivector, operation: Operation | None = None, *operands: Any) -> SymbolicMultivector:
-    """`value` with sympy coefficients; the result of `operation` on `operands`, where that is given."""
+    """Convert `value` to sympy coefficients, and record it as the result of `operation` on `operands` if given."""
     if operation is not None:
         return SymbolicMultivector(value.algebra, value.terms, history=(operation, operands))
     return value if isinstance(value, SymbolicMultivector) else SymbolicMultivector(value.algebra, value.terms)
 
 
 def required(where: str, value: Any) -> SymbolicMultivector:
-    """`value` as a symbolic multivector; numbers have no algebra, so they are refused."""
+    """Convert `value` to a symbolic multivector. Numbers have no algebra and are rejected."""
     if not isinstance(value, Multivector):
         raise AlgebraError(where, f"{value!r} of type {type(value).__name__}", "a multivector", "use multivector(...)")
     return symbolic(value)
 
 
 def replacements(old: SymbolicMultivector, new: Any) -> dict[Any, Any]:
-    """Symbol to expression, for every stored coefficient of a named multivector."""
+    """Return a mapping from the symbol of every stored coefficient of a named multivector to its replacement."""
     assert old.layout is not None
     lifted = old.lift(new)
     names = [old[name] for name in old.layout.blades]

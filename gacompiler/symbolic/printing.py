@@ -1,4 +1,4 @@
-"""Symbolic multivectors as text and as LaTeX: in one line, by grade, by blade, with the common factor in front."""
+"""Printing of symbolic multivectors as text and LaTeX: in one line, by grade, by blade, or with a common factor."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _COMPONENT = re.compile(r".*_[a-zA-Z](\d|inf|o)")
 
 
 class Element(Protocol):
-    """What is printed of a multivector: `SymbolicMultivector`, which uses this module."""
+    """The part of the interface of `SymbolicMultivector` that printing uses (that module imports this one)."""
 
     @property
     def algebra(self) -> Algebra:
@@ -36,7 +36,7 @@ class Element(Protocol):
 
 @dataclass(frozen=True)
 class Printed:
-    """A multivector with the way it is to be printed; for the eye only.
+    """A multivector with a printing style. It is for display only.
 
     Attributes
     ----------
@@ -77,18 +77,18 @@ class Printed:
 
 
 def plain_text(element: Element) -> str:
-    """In one line, as `Multivector` prints."""
+    """Return the text of a multivector in one line, in the format of `Multivector`."""
     return str(Printed(element, "line"))
 
 
 def latex(expression: Any) -> str:
-    """A sympy expression, with symbols that are named after blades as in `gacompiler.frontend.latex`."""
+    """Return the LaTeX of a sympy expression, with symbols named after blades as in `gacompiler.frontend.latex`."""
     symbols = {s: symbol(s.name) for s in getattr(expression, "free_symbols", ()) if _COMPONENT.match(s.name)}
     return str(sympy.latex(expression, symbol_names=symbols))
 
 
 def common_factor(element: Element) -> tuple[Any, Mapping[str, Any]]:
-    """A factor of all coefficients, and what is left of each, by name of its blade."""
+    """Return a common factor of all coefficients, and the remaining factor of each by name of its blade."""
     named = element.coefficients
     if not named:
         return sympy.Integer(1), {}

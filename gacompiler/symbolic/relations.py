@@ -1,4 +1,4 @@
-"""Comparison and normal forms up to relations: what is equal for unit motors, for null points, for blades."""
+"""Comparison and normal forms modulo relations, such as those of unit motors, null points and blades."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from ..rings.symbolic import Expanded, generator, generators
 from .multivector import SymbolicMultivector, required
 
 POINTS = 3
-"""Points at which a difference that is not known to vanish is tried."""
+"""Number of points at which a difference is evaluated if it could not be proved to vanish."""
 
 
 def relations(*elements: SymbolicMultivector) -> tuple[Any, ...]:
-    """Everything that is zero for multivectors made by `symbols`, as sympy expressions: ``m ~m - 1`` of a motor."""
+    """Return the expressions that vanish for multivectors made by `symbols`, such as ``m ~m - 1`` for a motor."""
     return tuple(value.expression for element in elements for value in _relations(element))
 
 
@@ -37,18 +37,18 @@ def _relations(element: Any) -> list[Expanded]:
 
 
 def equal(a: Any, b: Any, *given: Any) -> bool | None:
-    """Whether two multivectors are equal, for all values of their symbols that satisfy what is given.
+    """Determine whether two multivectors are equal for all values of their symbols that satisfy the given relations.
 
     Parameters
     ----------
     a, b : SymbolicMultivector, Multivector, number or sympy expression
     *given : SymbolicMultivector or sympy expression
-        Multivectors made by `symbols`, whose layouts' relations hold; anything else is zero.
+        Multivectors made by `symbols`, for the relations of their layouts. Other expressions are assumed to be zero.
 
     Returns
     -------
     bool or None
-        True where that is proved, False where it fails at some point, None where neither was found.
+        True if equality is proved, False if it fails at some point, None if neither could be established.
     """
     difference = _difference(a, b)
     left = _reduced(difference, given)
@@ -60,10 +60,11 @@ def equal(a: Any, b: Any, *given: Any) -> bool | None:
 
 
 def reduce(a: SymbolicMultivector, *given: Any) -> SymbolicMultivector:
-    """`a` in normal form modulo relations: coefficients that vanish are gone, the others have no reducible term.
+    """Return `a` in normal form modulo relations, without vanishing coefficients or reducible terms.
 
-    Beside what is given, ``sin**2 + cos**2 = 1`` and its kin are used, and sums in denominators and under roots are
-    cancelled against sums in numerators. Many times faster than `SymbolicMultivector.simplify`.
+    In addition to the given relations, ``sin**2 + cos**2 = 1`` and ``cosh**2 - sinh**2 = 1`` are applied, and sums in
+    denominators and under roots are cancelled against sums in numerators. This is many times faster than
+    `SymbolicMultivector.simplify`.
 
     Parameters
     ----------
@@ -86,7 +87,7 @@ def _difference(a: Any, b: Any) -> SymbolicMultivector:
 
 
 class _Bridge:
-    """Expanded expressions as polynomials in generators, or in roots of them where exponents are fractions."""
+    """Conversion of expanded expressions to polynomials in generators, or in their roots for fractional exponents."""
 
     def __init__(self, first: Iterable[int], elements: Sequence[Expanded]) -> None:
         self.ring = PolynomialRing(effort=20_000_000)
@@ -103,7 +104,7 @@ class _Bridge:
             self.ring.variable(str(generator(g)))
 
     def to(self, element: Expanded) -> tuple[Polynomial, dict[int, int]] | None:
-        """A polynomial, and the powers of variables that it is yet to be multiplied by; None where there are floats."""
+        """Return a polynomial and the powers of variables that multiply it, or None for floating-point coefficients."""
         scaled = [({g: int(e * self._roots[g]) for g, e in monomial}, v) for monomial, v in element.terms.items()]
         lowest: dict[int, int] = {}
         for powers, value in scaled:
@@ -132,7 +133,7 @@ class _Bridge:
         return result
 
     def identities(self) -> list[Polynomial]:
-        """What holds among the generators themselves: of sines and cosines, of sums under a root or a fraction."""
+        """Return the identities among the generators: of sines and cosines, and of sums under a root or a fraction."""
         found = []
         for g in self._generators:
             base, variable = generator(g), Polynomial(self.ring, {(self._variables[g],) * self._roots[g]: 1})
@@ -149,7 +150,7 @@ class _Bridge:
         return found
 
     def _known(self, element: Expanded) -> int | None:
-        """The generator that an element is, up to its sign."""
+        """Return the generator that equals `element` up to sign, or None."""
         ((monomial, value), *more) = element.terms.items() or [((), 0)]
         if more or len(monomial) != 1 or abs(value) != 1 or monomial[0][1] != 1:
             return None
@@ -160,12 +161,12 @@ _PARTNERS: Mapping[Any, tuple[Any, int]] = {sympy.cos: (sympy.sin, 1), sympy.cos
 
 
 def _rank(base: Any) -> int:
-    """Cosines are larger than what they are expressed by, sums smaller."""
+    """Return the rank of a generator in the monomial order: cosines come first, sums last."""
     return 0 if base.func in _PARTNERS else 2 if base.is_Add else 1
 
 
 def _inside(elements: Sequence[Expanded]) -> list[Expanded]:
-    """The sums that are generators of some elements, and those within them."""
+    """Return the sums that are generators of some elements, including nested sums."""
     found: dict[int, Expanded] = {}
     waiting = list(elements)
     while waiting:
@@ -198,7 +199,10 @@ def _reduced(a: SymbolicMultivector, given: Sequence[Any]) -> SymbolicMultivecto
 
 
 def _first(given: Sequence[Any]) -> list[int]:
-    """Generators of named multivectors, in the order of their layouts: a versor's scalar coefficient is the largest."""
+    """Return the generators of named multivectors in the order of their layouts.
+
+    The scalar coefficient of a versor is then the largest generator.
+    """
     return [
         g
         for each in given
@@ -213,7 +217,7 @@ def _is_zero_by_simplification(a: SymbolicMultivector) -> bool:
 
 
 def _refuted(difference: SymbolicMultivector, given: Sequence[Any]) -> bool | None:
-    """False where the difference is not zero at a point that satisfies the relations; else None."""
+    """Return False if the difference is nonzero at some point that satisfies the relations, else None."""
     named = [each for each in given if isinstance(each, SymbolicMultivector) and each.layout is not None]
     if len(named) != len(given):
         return None

@@ -1,4 +1,4 @@
-"""Solving multivector equations for symbols and for whole multivectors."""
+"""Solution of multivector equations for symbols and for whole multivectors."""
 
 from __future__ import annotations
 
@@ -13,20 +13,21 @@ from .multivector import SymbolicMultivector, symbolic
 
 
 def solve(equations: Any, unknown: Any) -> list[Any]:
-    """Solve ``equation = 0``, every coefficient of it.
+    """Solve ``equation = 0`` for every coefficient.
 
     Parameters
     ----------
     equations : SymbolicMultivector, sympy expression, or sequence of them
-        Each is zero: write ``a * x - b`` for ``a x = b``. Relations of layouts are not added; `relations` gives them.
+        Expressions that vanish: write ``a * x - b`` for ``a x = b``. The relations of layouts are not added; use
+        `relations` to obtain them.
     unknown : SymbolicMultivector, Symbol, or sequence of symbols
         A multivector made by `symbols` or `unknowns`, or scalar symbols.
 
     Returns
     -------
     list
-        The solutions: multivectors where `unknown` is one, dictionaries from symbol to expression otherwise. Empty
-        where there is none. Symbols that stay free appear in the solution.
+        The solutions: multivectors if `unknown` is a multivector, otherwise dictionaries from symbol to expression.
+        The list is empty if there is no solution. Free symbols appear in the solutions.
 
     Examples
     --------
