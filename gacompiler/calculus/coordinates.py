@@ -171,7 +171,9 @@ class Chart:
 
     def _lift(self, field: Any) -> SymbolicMultivector:
         if isinstance(field, Multivector) and field.algebra != self.algebra:
-            raise AlgebraError("field", f"of {field.algebra.name}", f"a field of the chart's algebra {self.algebra.name}")
+            raise AlgebraError(
+                "field", f"of {field.algebra.name}", f"a field of the chart's algebra {self.algebra.name}"
+            )
         return SymbolicMultivector(self.algebra, {}).lift(field)
 
 

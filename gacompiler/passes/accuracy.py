@@ -1,9 +1,9 @@
-"""Cheap must not mean inaccurate: candidates that lose digits where the author's own structure keeps them are rejected.
+"""Rejection of candidates that are much less accurate than the author's own structure.
 
-Relations hold exactly for the elements that are meant, and to rounding for the elements that arrive. Replacing
-``b**2`` by ``1 - s**2`` is exact for unit rotors and useless close to the identity. So every candidate runs in double
-precision on ordinary elements, on versors close to 1, on arguments close to each other, and on many times a small
-motion, and is compared with the author's structure without rounding.
+Relations hold exactly for ideal elements, but only up to rounding for actual arguments. For example, replacing ``b**2``
+by ``1 - s**2`` is exact for unit rotors, but inaccurate close to the identity. Every candidate is therefore run in
+double precision on ordinary elements, on versors close to 1, on arguments close to each other, and on large multiples
+of small motions. The results are compared with those of the author's structure without rounding.
 """
 
 from __future__ import annotations
@@ -26,26 +26,27 @@ from ..rings.points import DIGITS, point
 from .samples import sample, to_mpmath
 
 WORSE = 4
-"""How many times the error of the author's structure a candidate may have."""
+"""Maximum error of a candidate, as a multiple of the error of the author's structure."""
 ROUNDING = 16.0
-"""Ulp that any candidate may have: below, errors are noise."""
+"""Error in ulp that is accepted for every candidate, because smaller errors are noise."""
 CLOSE = Fraction(1, 2**20)
 ERROR_POINTS = 64
 LONG = 1000
 """Programs with more lines than this are measured at fewer points."""
 
 MOVES = 2
-"""Ways to round the inputs that are tried at each point."""
+"""Number of perturbations of the inputs that are evaluated at each point."""
 
 Inputs = list[float]
 Point = tuple[Inputs, Sequence[Any]]
 
 
 class Gate:
-    """What the author's structure computes at some points, and how far others may be from that.
+    """The results of the author's structure at some points, and the errors that candidates may have there.
 
-    It may be lucky at one point, so its worst error among points of a kind counts; and where the rounding of the inputs
-    alone moves the result, a few times that is as good as any.
+    The limit is based on the largest error of the author's structure among points of a kind, since its error at a
+    single point may be small by chance. An error is also accepted if it is a small multiple of the change in the result
+    that is caused by rounding the inputs.
 
     Parameters
     ----------
@@ -63,7 +64,7 @@ class Gate:
             self._known += [(inputs, exact, max(WORSE * worst, ROUNDING)) for inputs, exact in points]
 
     def accepts(self, program: Program) -> bool:
-        """Whether the error of `program` is not much larger than that of the author's structure."""
+        """Return whether the error of `program` is not much larger than that of the author's structure."""
         tape = Tape(program)
         for k, (inputs, exact, limit) in enumerate(self._known):
             error = _ulps_or_inf(tape, inputs, exact)
@@ -72,7 +73,7 @@ class Gate:
         return True
 
     def _sensitivity(self, k: int) -> float:
-        """That of a point, found when it is first asked for: most programs are accurate enough without."""
+        """Return the sensitivity at a point. It is computed on demand, since few programs require it."""
         if k not in self._moved:
             inputs, exact, _ = self._known[k]
             self._moved[k] = _sensitivity(self._author, inputs, exact)
@@ -80,7 +81,7 @@ class Gate:
 
 
 def _sensitivity(author: Tape, inputs: Inputs, exact: Sequence[Any]) -> float:
-    """How far the exact result moves, in ulp, when every input moves by half a unit of its last place or less."""
+    """Return the change of the exact result in ulp when every input is perturbed by at most half an ulp."""
     random, moved = Random(9), 0.0
     for _ in range(_thinned(author.program, MOVES)):
         near = [Fraction(value) + Fraction(ulp(value)) * random.randint(-8, 8) / 16 for value in inputs]
@@ -92,7 +93,7 @@ def _sensitivity(author: Tape, inputs: Inputs, exact: Sequence[Any]) -> float:
 
 
 def _references(kernel: Kernel, tape: Tape) -> Iterator[list[Point]]:
-    """Inputs in double precision, with the results of a program on them without rounding; one list for each kind."""
+    """Yield inputs in double precision with the exact results of a program, one list for each kind of input."""
     random = Random(3)
     n = _thinned(tape.program, 4)
     for kind in (
@@ -114,7 +115,7 @@ def _references(kernel: Kernel, tape: Tape) -> Iterator[list[Point]]:
 
 
 def _thinned(program: Program, n: int) -> int:
-    """Fewer points for programs that are so long that every point shows hundreds of their roundings."""
+    """Return a reduced number of points for long programs, in which each point involves hundreds of roundings."""
     return max(1, min(n, n * LONG // max(1, len(program.lines))))
 
 
@@ -123,7 +124,7 @@ def _in_double(program: Program, values: Mapping[str, Any]) -> Inputs:
 
 
 def without_rounding(tape: Tape, inputs: Sequence[float | Fraction]) -> Sequence[Any]:
-    """The flat results of a program on binary fractions: exactly where possible, else to `DIGITS` digits."""
+    """Return the flat results of a program on binary fractions, exactly if possible, else to `DIGITS` digits."""
     if tape.is_dyadic:
         return tape.run_dyadic(inputs)
     try:
@@ -138,7 +139,7 @@ def without_rounding(tape: Tape, inputs: Sequence[float | Fraction]) -> Sequence
 
 
 def _close_together(kernel: Kernel, random: Random) -> dict[str, Any]:
-    """Free elements of one layout that nearly coincide."""
+    """Return inputs in which the free elements of each layout nearly coincide."""
     bases: dict[Any, list[Any]] = {}
     values = sample(kernel, random, spread=CLOSE, near_one=True)
     for parameter in kernel.parameters:
@@ -161,7 +162,7 @@ def _is_number(layout: Layout) -> bool:
 
 
 def _many_times_a_little(kernel: Kernel, random: Random) -> dict[str, Any]:
-    """Versors close to 1, and numbers so large that powers of the versors are not."""
+    """Return versors close to 1, and numbers so large that the corresponding powers of the versors are not."""
     values = sample(kernel, random, spread=CLOSE, near_one=True)
     for parameter in kernel.parameters:
         if _is_number(parameter.layout):
@@ -170,12 +171,12 @@ def _many_times_a_little(kernel: Kernel, random: Random) -> dict[str, Any]:
 
 
 def run_in_double(program: Program, inputs: Sequence[Sequence[float]]) -> list[float]:
-    """The program in IEEE double, each operation rounded once; functions are rounded correctly, on every machine."""
+    """Run a program in IEEE double, rounding each operation once; functions are rounded correctly on every machine."""
     return Tape(program).run_in_double([value for values in inputs for value in values], rounded_once)
 
 
 def rounded_once(op: Op, operands: list[float]) -> float:
-    """An operation in IEEE double, rounded once; functions are rounded correctly, on every machine."""
+    """Evaluate an operation in IEEE double, rounded once; functions are rounded correctly on every machine."""
     if op in (Op.SIN, Op.COS, Op.ATAN2, Op.ACOS, Op.EXP, Op.LOG):
         with mpmath.workdps(30):
             return float(evaluate(op, [mpmath.mpf(operand) for operand in operands]))
@@ -183,7 +184,7 @@ def rounded_once(op: Op, operands: list[float]) -> float:
 
 
 def ulps(found: Sequence[Any], exact: Sequence[Any]) -> float:
-    """The largest error in units of the last place of the largest exact value."""
+    """Return the largest error in ulp of the largest exact value."""
     largest = max(map(abs, exact), default=0)
     if largest == 0:
         return 0.0 if not any(found) else inf
@@ -209,7 +210,7 @@ def _ulps_or_inf(tape: Tape, inputs: Inputs, exact: Sequence[Any]) -> float:
 
 
 def measured_error(program: Program, kernel: Kernel) -> tuple[float, int]:
-    """The largest error in ulp over random elements, against the same program without rounding; and how many."""
+    """Return the largest error in ulp over random elements, relative to exact evaluation, and their number."""
     random, tape, worst = Random(5), Tape(program), 0.0
     n = _thinned(program, ERROR_POINTS)
     for _ in range(n):

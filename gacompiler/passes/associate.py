@@ -1,4 +1,4 @@
-"""Associative products of several factors, in the order of brackets that forms the fewest pairs of blades."""
+"""Association of chains of products, in the order that requires the fewest products of pairs of blades."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from ..frontend.expression import Expression, node
 
 _ASSOCIATIVE = (Operation.GEOMETRIC_PRODUCT, Operation.OUTER_PRODUCT, Operation.REGRESSIVE_PRODUCT)
 LONGEST = 12
-"""Chains with more factors are left as they are."""
+"""Chains with more factors are not changed."""
 
 
 def associate(expression: Expression) -> Expression | None:
-    """The cheapest order of brackets of a chain of three factors or more, where that is cheaper than the given one."""
+    """Return the cheapest association of a chain of three or more factors, or None if the given one is as cheap."""
     if expression.operation not in _ASSOCIATIVE:
         return None
     factors, given = _chain(expression)
@@ -24,7 +24,7 @@ def associate(expression: Expression) -> Expression | None:
 
 
 def _chain(expression: Expression) -> tuple[list[Expression], int]:
-    """The factors of a chain, in order, and what the chain costs as it is; no more than are of use."""
+    """Return the factors of a chain in order, up to the maximum number, and the cost of its given association."""
     operation, cost = expression.operation, 0
     factors: list[Expression] = []
     stack = [expression]
@@ -40,7 +40,7 @@ def _chain(expression: Expression) -> tuple[list[Expression], int]:
 
 
 def _cheapest(operation: Operation, factors: Sequence[Expression]) -> tuple[Expression, int]:
-    """By dynamic programming over the runs of neighbours; of equally good ones the one that splits last."""
+    """Find the cheapest association by dynamic programming over subchains; the last split wins in case of a tie."""
     best = {(k, k + 1): (factor, 0) for k, factor in enumerate(factors)}
     for length in range(2, len(factors) + 1):
         for first in range(len(factors) - length + 1):
@@ -54,7 +54,10 @@ def _cheapest(operation: Operation, factors: Sequence[Expression]) -> tuple[Expr
 
 
 def _pairs(operation: Operation, a: Expression, b: Expression) -> int:
-    """Pairs of blades whose product does not vanish; the regressive product is the outer product of complements."""
+    """Return the number of pairs of blades with a nonzero product.
+
+    The regressive product is treated as the outer product of complements.
+    """
     algebra = a.algebra if a.algebra.dimension >= b.algebra.dimension else b.algebra
     if operation is Operation.GEOMETRIC_PRODUCT:
         return sum(bool(algebra.blade_product(x, y)) for x in a.blades for y in b.blades)

@@ -1,7 +1,7 @@
-"""Deciding what each result is: which coefficients vanish, which are constant, and so which layout holds it.
+"""Decision of the layout of each result, from the coefficients that vanish or are constant.
 
-Exact points that satisfy the inputs' relations refute; polynomials modulo those relations prove. A coefficient is left
-out only when it is proved to be what it seems.
+Evaluation at exact points that satisfy the relations of the inputs refutes that a coefficient is constant. Polynomials
+modulo these relations prove it. A coefficient is omitted only if it is proved to be constant.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ from ..rings.points import DIGITS
 from ..rings.polynomial import Polynomial
 from .lower import Lowering, Reduction, Slot, author_scalars, stages
 from .matrices import has_huge_product
-from .named import prove_each
 from .samples import samples, to_mpmath
+from .script_constants import prove_by_result
 
 POINTS, FEW_POINTS = 4, 2
 FAR = 10**20
-"""Where squares of coefficients are larger than this, a relation between them is not looked at."""
+"""Relations are not checked if the squares of coefficients exceed this limit."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,11 +43,11 @@ class Decision:
     constants: Mapping[tuple[int, int], Any]
     """Proved constants by (expression, blade)."""
     related: tuple[bool, ...] = ()
-    """Whether each output satisfies the relations of its layout at every point: unit results that are proved to be."""
+    """Whether each output satisfies the relations of its layout, such as unit norm, at every point."""
 
 
 def decide(trace: Trace, variants: Sequence[Sequence[Expression]]) -> Decision:
-    """Decide every coefficient of every result; `variants` are other ways to write them, simpler ones perhaps."""
+    """Decide every coefficient of every result; `variants` are equivalent, possibly simpler forms of the results."""
     expressions = trace.expressions
     huge = has_huge_product(expressions)
     author = [] if huge else author_scalars(trace.kernel, expressions)
@@ -61,7 +61,7 @@ def decide(trace: Trace, variants: Sequence[Sequence[Expression]]) -> Decision:
                 suspected[k, blade] = Fraction(scalar)
             elif scalar.is_constant:
                 suspected[k, blade] = scalar.value
-    constants = (prove_each if trace.kernel.result_names else _prove)(trace, suspected, variants)
+    constants = (prove_by_result if trace.kernel.result_names else _prove)(trace, suspected, variants)
     layouts, slots, related = [], [], []
     first = 0
     for output in trace.outputs:
@@ -80,13 +80,16 @@ def decide(trace: Trace, variants: Sequence[Sequence[Expression]]) -> Decision:
 
 
 def satisfies(layout: Layout, value: Multivector) -> bool:
-    """Whether the relations of a layout hold for a value: to rounding, since functions may be given by short series."""
+    """Return whether a value satisfies the relations of a layout.
+
+    They are checked to double precision, since functions may be defined by short series.
+    """
     if not layout.has_relations:
         return True
     with mpmath.workdps(DIGITS):
         size = 1 + max((abs(to_mpmath(x)) for x in value.terms.values()), default=0) ** 2
         if size > FAR:
-            return True  # no digits are left to tell
+            return True  # The working precision is too small to check the relations.
         limit = size * mpmath.mpf(2) ** -52
         return all(abs(to_mpmath(relation)) < limit for relation in layout.relations(value))
 
@@ -94,13 +97,13 @@ def satisfies(layout: Layout, value: Multivector) -> bool:
 def _common(
     constants: Mapping[tuple[int, int], Any], keys: list[tuple[int, int]], supports: list[tuple[int, ...]]
 ) -> Any:
-    """The constant that all elements of an array have on a blade, or None."""
+    """Return the constant coefficient of a blade that is common to all elements of an array, or None."""
     values = {constants.get(key) if key[1] in support else 0 for key, support in zip(keys, supports, strict=True)}
     return values.pop() if len(values) == 1 else None
 
 
 def _suspects(values: list[list[Multivector]], supports: list[tuple[int, ...]]) -> dict[tuple[int, int], Any]:
-    """Coefficients that have the same rational value at several points."""
+    """Return the coefficients that have the same rational value at all points."""
     if not values:
         return {}
     found = {}
@@ -114,7 +117,7 @@ def _suspects(values: list[list[Multivector]], supports: list[tuple[int, ...]]) 
 
 
 def _rational(value: Any) -> Fraction | None:
-    """`value` as a rational, when it is one of small size to the working precision."""
+    """Return `value` as a rational with a small denominator if it is one to the working precision, else None."""
     if isinstance(value, (int, Fraction)):
         return Fraction(value)
     with mpmath.workdps(DIGITS):
@@ -129,11 +132,11 @@ def _rational(value: Any) -> Fraction | None:
 def _prove(
     trace: Trace, suspected: Mapping[tuple[int, int], Any], variants: Sequence[Sequence[Expression]]
 ) -> dict[tuple[int, int], Any]:
-    """Those suspects that polynomials prove to be constant, in whichever way of writing them proves it first."""
+    """Return the suspected constants that polynomials of any variant prove."""
     proved: dict[tuple[int, int], Any] = {}
-    ways = [(variant, cuts) for variant in variants for cuts in (frozenset[Expression](), frozenset(stages(variant)))]
+    forms = [(variant, cuts) for variant in variants for cuts in (frozenset[Expression](), frozenset(stages(variant)))]
     for budget in (300, 20_000):
-        for variant, cuts in ways:
+        for variant, cuts in forms:
             open_keys = [key for key in suspected if key not in proved]
             if not open_keys:
                 return proved
@@ -149,9 +152,9 @@ def _prove(
 
 
 def _infer(output: Output, found: Mapping[int, Any], with_constants: bool = False) -> Layout:
-    """The layout that holds a result: a named one with the same blades if the algebra has it, else one made for it.
+    """Return the layout of a result: a named layout with the same blades if the algebra has one, else a new layout.
 
-    Constants are stored too where that is asked for.
+    Constants are stored as well if `with_constants` is true.
     """
     algebra = next((e.algebra for e in output.expressions if e.algebra != SCALARS), SCALARS)
     variable = {blade for blade, value in found.items() if value is None}
@@ -162,7 +165,7 @@ def _infer(output: Output, found: Mapping[int, Any], with_constants: bool = Fals
 
 
 def layout_of(algebra: Algebra, variable: set[int], fixed: Mapping[int, Any]) -> Layout:
-    """The layout that stores some blades and fixes others: a named one of the algebra, else one made for it."""
+    """Return the layout that stores some blades and fixes others: a named layout of the algebra, or a new one."""
     for candidate in algebra.layouts.values():
         named_fixed = {slot.blade: slot.sign * value for slot, value in candidate.fixed}
         if (
@@ -172,10 +175,10 @@ def layout_of(algebra: Algebra, variable: set[int], fixed: Mapping[int, Any]) ->
             and named_fixed == fixed
         ):
             return candidate
-    return _made_for(algebra, variable, fixed)
+    return _new_layout(algebra, variable, fixed)
 
 
-def _made_for(algebra: Algebra, variable: set[int], fixed: Mapping[int, Any]) -> Layout:
+def _new_layout(algebra: Algebra, variable: set[int], fixed: Mapping[int, Any]) -> Layout:
     order = sorted(variable, key=lambda blade: (blade.bit_count(), blade))
     names = [algebra.spelling(blade)[1] for blade in order]
     constants = {algebra.spelling(blade)[1]: algebra.spelling(blade)[0] * value for blade, value in fixed.items()}
@@ -183,20 +186,20 @@ def _made_for(algebra: Algebra, variable: set[int], fixed: Mapping[int, Any]) ->
 
 
 def _check(trace: Trace, output: Output, layout: Layout, found: Mapping[int, Any]) -> None:
-    """Refuse a pinned layout that cannot hold the result."""
+    """Raise an error if the layout given by ``returns=`` cannot hold the result."""
     algebra = layout.algebra
     where = trace.kernel.where
     own = next((e.algebra for e in output.expressions if e.algebra != SCALARS), algebra)
     if own != algebra and own != SCALARS and algebra != SCALARS:
-        raise KernelError(where, f"a result of {own.name}", f"{layout} as returns= says")
+        raise KernelError(where, f"a result of {own.name}", f"{layout}, as specified by returns=")
     for blade, value in found.items():
         if value != 0 and blade not in layout.support:
             name = own.spelling(blade)[1]
             raise KernelError(
                 where,
                 f"the result has blade {name}",
-                f"only {' '.join(layout.blades)} as returns={layout} says",
-                f"add {name} to the layout, or take .grade() of what you mean",
+                f"only {' '.join(layout.blades)}, as specified by returns={layout}",
+                f"add {name} to the layout, or select the intended grades with .grade()",
             )
     if layout.implied:
         _check_implied(trace, output, layout)
@@ -204,14 +207,14 @@ def _check(trace: Trace, output: Output, layout: Layout, found: Mapping[int, Any
         if found.get(slot.blade, 0) != slot.sign * value:
             raise KernelError(
                 where,
-                f"the coefficient of {slot.name} is not known to be {value}",
-                f"{slot.name} = {value} as returns={layout} says",
+                f"the coefficient of {slot.name} could not be proved to be {value}",
+                f"{slot.name} = {value}, as specified by returns={layout}",
                 "normalise the result, or return a layout that stores it",
             )
 
 
 def _check_implied(trace: Trace, output: Output, layout: Layout) -> None:
-    """Refuse a layout that implies coefficients which the result is not proved to have."""
+    """Raise an error if the result is not proved to have the coefficients that a layout implies."""
     lowered = Lowering(trace.kernel, output.expressions)
     for value in lowered.values:
         stored = {slot.name: _coefficient(lowered, value, slot) for slot in layout.stored}
@@ -222,8 +225,8 @@ def _check_implied(trace: Trace, output: Output, layout: Layout) -> None:
             if not difference.is_zero:
                 raise KernelError(
                     trace.kernel.where,
-                    f"the coefficient of {slot.name} is not known to be what {layout} implies",
-                    f"a {layout.name} as returns= says",
+                    f"the coefficient of {slot.name} could not be proved to have the value that {layout} implies",
+                    f"an element of {layout.name}, as specified by returns=",
                     "build the result from its stored coefficients, or return a layout that stores it",
                 )
 

@@ -1,8 +1,8 @@
-"""Dividing once: quotients by a number, or by it and by its root, become products with one reciprocal.
+"""Replacement of several divisions by a number, or by it and its square root, by products with one reciprocal.
 
-``x / q`` and ``y / sqrt(q)`` are ``x * r * r`` and ``y * r`` with ``r = 1 / sqrt(q)``: processors divide several times
-slower than they multiply, and not two numbers at a time. Of the root, not of ``q``, because ``sqrt(q) * (1 / q)`` would
-be no number where `q` is 0 or infinite.
+``x / q`` and ``y / sqrt(q)`` become ``x * r * r`` and ``y * r`` with ``r = 1 / sqrt(q)``. Division takes several times
+longer than multiplication and has less throughput. The reciprocal is that of the root, because ``sqrt(q) * (1 / q)``
+would be NaN for `q` equal to 0 or infinity.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ from ..ir.scalar import Graph, Op, Scalar
 
 
 def divide_once(program: Program) -> tuple[Scalar, ...] | None:
-    """The results with one division for each divisor and its root, or None where `program` has no more than that."""
+    """Return the results with one division for each divisor and its root, or None if `program` already has no more."""
     roots: dict[Operand, Operand] = {line.operands[0]: line.target for line in program.lines if line.op is Op.SQRT}
     divisors = Counter(line.operands[1] for line in program.lines if line.op is Op.DIVIDE)
 
     def divided_by(divisor: Operand) -> Operand:
-        """Its root, where something is divided by that too, or the divisor itself."""
+        """Return the root of a divisor if it is a divisor as well, else the divisor."""
         root = roots.get(divisor, divisor)
         return root if root in divisors else divisor
 

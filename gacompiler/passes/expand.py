@@ -1,7 +1,7 @@
-"""Products of three vectors expanded: scalars times vectors instead of bivectors that are contracted again.
+"""Expansion of products of three vectors into scalars times vectors, instead of contracting bivectors.
 
-``v . (a ^ b) = (v . a) b - (v . b) a``, its dual, and the identity of Lagrange. Each holds exactly; where vectors that
-nearly coincide lose digits in the differences, and the author's structure keeps them, the result is not taken.
+The rules are ``v . (a ^ b) = (v . a) b - (v . b) a``, its dual, and Lagrange's identity. They hold exactly. If the
+differences lose accuracy for nearly equal vectors, compared with the author's structure, the candidate is rejected.
 """
 
 from __future__ import annotations
@@ -12,9 +12,9 @@ from ..frontend.facts import has_grade, is_vector
 
 
 def expand_meet(expression: Expression) -> Expression | None:
-    """``(a & b) ^ n = (a & n) b - (b & n) a`` for pseudovectors `a`, `b` and a vector `n`.
+    """Apply ``(a & b) ^ n = (a & n) b - (b & n) a`` for pseudovectors `a`, `b` and a vector `n`.
 
-    And the same with both products and both grades swapped: ``(a ^ b) & n``, where ``&`` still makes the scalars.
+    The same identity is applied with both products and both grades exchanged: ``(a ^ b) & n = (a & n) b - (b & n) a``.
     """
     dimension = expression.algebra.dimension
     if expression.operation is Operation.OUTER_PRODUCT:
@@ -33,7 +33,7 @@ def expand_meet(expression: Expression) -> Expression | None:
 
 
 def expand_contraction(expression: Expression) -> Expression | None:
-    """``v . (a ^ b) = (v . a) b - (v . b) a`` for three vectors, and from the other side its negative."""
+    """Apply ``v . (a ^ b) = (v . a) b - (v . b) a`` for three vectors, and its negative for ``(a ^ b) . v``."""
     if expression.operation not in (
         Operation.LEFT_CONTRACTION,
         Operation.RIGHT_CONTRACTION,
@@ -54,7 +54,7 @@ def expand_contraction(expression: Expression) -> Expression | None:
 
 
 def expand_square(expression: Expression) -> Expression | None:
-    """The identity of Lagrange: the squared norm of ``a ^ b`` is ``(a . a) (b . b) - (a . b)**2`` for two vectors."""
+    """Apply Lagrange's identity: the squared norm of ``a ^ b`` is ``(a . a) (b . b) - (a . b)**2`` for two vectors."""
     if (
         expression.operation is not Operation.NORM_SQUARED
         or expression.arguments[0].operation is not Operation.OUTER_PRODUCT

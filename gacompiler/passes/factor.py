@@ -1,14 +1,14 @@
-"""Factorising several sums of products together: greedy extraction of common divisors.
+"""Joint factorisation of several sums of products by greedy extraction of common divisors.
 
-The *fast extract* of multi-level logic synthesis (Rajski & Vasudevamurthi, IEEE Trans. CAD 11(6), 1992), carried over
-to polynomials as Hosangadi, Fallah and Kastner did for arithmetic (IEEE Trans. CAD 25(10), 2006). Two kinds of
-divisors are looked for in all sums at once:
+This is the *fast extract* algorithm of multi-level logic synthesis (Rajski & Vasudevamurthi, IEEE Trans. CAD 11(6),
+1992), applied to polynomials as by Hosangadi, Fallah and Kastner (IEEE Trans. CAD 25(10), 2006). Two kinds of divisors
+are searched in all sums simultaneously:
 
-- a sum of two terms, up to sign, found by dividing a pair of terms by what they have in common;
+- a sum of two terms, up to sign, found by dividing a pair of terms by their common factor;
 - a product of two literals.
 
-The one that saves most is given a name and replaced everywhere, until none saves anything. A coefficient other than
-one is a literal like any variable, so common factors 2 are found by the same rule.
+The divisor that saves most operations is named and substituted everywhere, until no divisor saves any. A coefficient
+other than one is treated as a literal, like a variable, so that common numeric factors are found by the same rule.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ from .kernel_extraction import Cube, Sum, best_divisor
 Literal = int
 
 _NUMBER = 1 << 30
-"""Literals from here on are numbers; they sort behind all variables."""
+"""Literals from this value on represent numbers. They sort after all variables."""
 
 
 @dataclass(frozen=True, slots=True)
 class Factored:
-    """Sums after extraction: the given ones, then one for each new variable."""
+    """Sums after extraction: the given sums, followed by one for each new variable."""
 
     sums: tuple[Sum, ...]
     n_given: int
@@ -38,27 +38,27 @@ class Factored:
     numbers: tuple[Fraction, ...]
 
     def number(self, literal: Literal) -> Fraction | None:
-        """The number a literal stands for, if it is one."""
+        """Return the number that a literal represents, or None for a variable."""
         return self.numbers[literal - _NUMBER] if literal >= _NUMBER else None
 
     def new_sum(self, variable: int) -> Sum | None:
-        """The sum that defines a variable made here."""
+        """Return the sum that defines a variable if it was introduced by the extraction, else None."""
         k = variable - self.first_new
         return self.sums[self.n_given + k] if 0 <= k < len(self.sums) - self.n_given else None
 
 
 @dataclass(frozen=True, slots=True)
 class Policy:
-    """Choices that are better for one kernel and worse for another, so that callers try several.
+    """Options whose best values depend on the kernel, so that callers try several.
 
     Attributes
     ----------
     prefer_products : bool
-        Which divisor to take first when a product and a sum save the same.
+        Whether a product is extracted before a sum that saves the same number of operations.
     split_numbers : bool
-        Whether to start by collecting the terms of a sum that have the same numeric factor: ``x + 2 (...)``.
+        Whether terms of a sum that have the same numeric factor are collected first: ``x + 2 (...)``.
     long_sums_first : bool
-        Whether to start with common divisors of any number of terms (`gacompiler.passes.kernel_extraction`).
+        Whether common divisors of three or more terms are extracted first (`gacompiler.passes.kernel_extraction`).
     """
 
     prefer_products: bool = False
@@ -67,7 +67,7 @@ class Policy:
 
 
 def factor(polynomials: tuple[Polynomial, ...], first_new: int, policy: Policy) -> Factored:
-    """Extract common divisors from `polynomials`; new variables count up from `first_new`."""
+    """Extract common divisors from `polynomials`; new variables are numbered from `first_new`."""
     extraction = _Extraction(first_new, policy)
     for polynomial in polynomials:
         extraction.append(polynomial)
@@ -80,12 +80,12 @@ def _size(value: Rational) -> Rational:
 
 
 def _products(cube: Cube) -> int:
-    """Multiplications that a product of literals takes."""
+    """Return the number of multiplications in a product of literals."""
     return len(cube) - 1 if cube else 0
 
 
 def _common(a: Cube, b: Cube) -> tuple[Cube, Cube, Cube]:
-    """What two cubes share, and what is left of each."""
+    """Return the common factor of two cubes, and both cofactors."""
     i = j = 0
     if a and b and (a[-1] < b[0] or b[-1] < a[0]):
         return (), a, b
@@ -128,7 +128,7 @@ class _Extraction:
         self._heap: list[tuple[int, int, tuple[object, ...], bool]] = []
 
     def append(self, polynomial: Polynomial) -> None:
-        """A new sum, from a polynomial."""
+        """Append a sum for a polynomial."""
         self.sums.append({})
         self._groups.append({})
         sizes: Counter[Rational] = Counter(_size(value) for value in polynomial.terms.values())
@@ -140,7 +140,7 @@ class _Extraction:
                 self._add(len(self.sums) - 1, monomial, value)
 
     def run(self) -> None:
-        """Extract until nothing saves anything."""
+        """Extract divisors until none saves an operation."""
         for index, groups in enumerate(self._groups):
             for size, terms in sorted(groups.items()):
                 variable = self._define({})
@@ -172,7 +172,7 @@ class _Extraction:
         return self._literal_of[value]
 
     def _add(self, index: int, cube: Cube, value: Rational) -> None:
-        """Add ``value * cube`` to a sum, keeping signs apart from magnitudes."""
+        """Add ``value * cube`` to a sum; signs are kept separate from magnitudes."""
         size = _size(value)
         if size != 1:
             cube = tuple(sorted((*cube, self._number(Fraction(size)))))
@@ -191,7 +191,7 @@ class _Extraction:
         self._register(index, cube, sign, -1)
 
     def _register(self, index: int, cube: Cube, sign: int, change: int) -> None:
-        """Enter (or take out) every divisor that this term makes with the others of its sum."""
+        """Register or unregister every divisor that this term forms with the other terms of its sum."""
         places, saved, heap, rank = self._places, self._saved, self._heap, self._rank[0]
         own = len(cube) or 1
         for other, other_sign in self.sums[index].items():
@@ -244,7 +244,7 @@ class _Extraction:
             self._add(index, tuple(sorted((*shared, variable))), sign)
 
     def _disjoint(self, key: SumKey) -> list[tuple[Place, int]]:
-        """Occurrences that share no term, the most saving first."""
+        """Return occurrences that share no term, in order of decreasing savings."""
         chosen = []
         taken: set[tuple[int, Cube]] = set()
         for place, saving in sorted(self._places[key].items(), key=lambda item: (-item[1], item[0])):
@@ -279,7 +279,7 @@ class _Extraction:
 
 
 def _literal_pairs(cube: Cube) -> list[tuple[Literal, Literal, int]]:
-    """Distinct pairs of literals in a cube, and how many disjoint copies of each it holds."""
+    """Return the distinct pairs of literals in a cube, and the number of disjoint copies of each."""
     count: dict[int, int] = {}
     for literal in cube:
         count[literal] = count.get(literal, 0) + 1

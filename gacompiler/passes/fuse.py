@@ -1,10 +1,11 @@
-"""Fusing loops of a procedure: what is computed in one row stays in registers until it is used.
+"""Fusion of the loops of a procedure, so that intermediate values are kept in registers.
 
-Neighbouring loops over the same length become one where no row is used before it is computed. Tables whose rows are
-then used in the same round only need no memory for each row: they become a single row (`_contracted`).
+Loops over the same length are fused if no row is used before it is computed. If the rows of a table are then used only
+in the iteration that computes them, the table is replaced by a single row (`_contracted`).
 
-Sines and the like of rows that do not depend on each other stay apart from loops that carry something from row to row.
-In a loop of their own processors compute several of them at once; in the other one each round would wait for its own.
+Loops that compute transcendental functions of independent rows are not fused with loops that carry values from row to
+row. In a separate loop, processors compute several of these functions at once; in the fused loop, each iteration would
+wait for its own.
 """
 
 from __future__ import annotations
@@ -35,20 +36,20 @@ from ..ir.procedure import (
 
 
 def fuse(procedure: Procedure) -> Procedure:
-    """The procedure with fewer loops and smaller tables, which computes the same."""
+    """Return an equivalent procedure with fewer loops and smaller tables."""
     return _contracted(replace(procedure, body=_fused(procedure.body)))
 
 
 @dataclass(frozen=True, slots=True)
 class _Uses:
-    """The places that statements read and write, and the tables that they touch as a whole."""
+    """The places that statements read and write."""
 
     reads: tuple[Place, ...]
     writes: tuple[Place, ...]
 
     @property
     def tables(self) -> set[str]:
-        """All tables."""
+        """The tables that are read or written."""
         return {place.table for place in (*self.reads, *self.writes)}
 
 
@@ -88,7 +89,7 @@ def _indices(row: Row) -> tuple[str, ...]:
 
 
 def _fused(body: Sequence[Statement]) -> tuple[Statement, ...]:
-    """Statements with loops fused: each loop joins the last one before it that it can join."""
+    """Fuse each loop with the last preceding loop that permits it."""
     found: list[Statement] = []
     for statement in body:
         if isinstance(statement, (Loop, Repeat)):
@@ -98,14 +99,14 @@ def _fused(body: Sequence[Statement]) -> tuple[Statement, ...]:
             if place is not None:
                 partner = found[place]
                 assert isinstance(partner, Loop)
-                found[place] = _together(partner, statement)
+                found[place] = _merged(partner, statement)
                 continue
         found.append(statement)
     return tuple(found)
 
 
 def _partner(found: list[Statement], loop: Loop) -> int | None:
-    """The place of a loop that another one can join; what lies between them is moved in front of it."""
+    """Return the position of a preceding loop to fuse with, after moving the statements between both before it."""
     moved: list[int] = []
     for place in range(len(found) - 1, -1, -1):
         before = found[place]
@@ -117,19 +118,19 @@ def _partner(found: list[Statement], loop: Loop) -> int | None:
                 return place + len(between)
             return None
         if not all(_independent(before, each) for each in (loop, *(found[k] for k in moved))):
-            moved.append(place)  # the others may stay behind the fused loop
+            moved.append(place)  # The other statements can follow the fused loop.
     return None
 
 
 def _independent(a: Statement, b: Statement) -> bool:
-    """Whether two statements may run in either order."""
+    """Return whether two statements can run in either order."""
     first, second = _uses([a]), _uses([b])
     written = {place.table for place in first.writes}, {place.table for place in second.writes}
     return not (written[0] & second.tables) and not (written[1] & first.tables)
 
 
 def _can_join(first: Loop, second: Loop) -> bool:
-    """Whether the rows of two loops may be computed in one loop, first those of the first one."""
+    """Return whether two loops can be fused, with the body of the first one before that of the second."""
     if first.length != second.length:
         return False
     both = (first, second), (second, first)
@@ -159,7 +160,7 @@ def _by_table(places: Sequence[Place]) -> dict[str, list[Row]]:
 
 
 def _is_ready(written: Row, first: str, used: Row, second: str, reverse: bool) -> bool:
-    """Whether a row that the first loop writes is there when the second one uses it in the same round."""
+    """Return whether a row that the first loop writes is available when the second uses it in the same iteration."""
     if written != Counter(first):
         return False
     if isinstance(used, Counter):
@@ -170,7 +171,7 @@ def _is_ready(written: Row, first: str, used: Row, second: str, reverse: bool) -
 
 
 def _is_free(loop: Loop) -> bool:
-    """Whether the rows of a loop may be computed in any order, which changes no rounding either."""
+    """Return whether the rows of a loop can be computed in any order, with the same rounding."""
     uses = _uses(loop.body)
     written = {place.table for place in uses.writes}
     in_order = any(
@@ -182,11 +183,11 @@ def _is_free(loop: Loop) -> bool:
 
 
 def _has_calls(loop: Loop) -> bool:
-    """Whether it computes transcendental functions."""
+    """Return whether a loop computes transcendental functions."""
     return any(isinstance(each, Apply) and cost(each.program).call for each in statements(loop.body))
 
 
-def _together(first: Loop, second: Loop) -> Loop:
+def _merged(first: Loop, second: Loop) -> Loop:
     reverse = first.reverse if not _is_free(first) else second.reverse
     body = tuple(_with_rows(statement, _renamed(second.counter, first.counter)) for statement in second.body)
     return Loop(first.counter, first.length, reverse, (*first.body, *body))
@@ -201,7 +202,7 @@ def _renamed(old: str, new: str) -> Callable[[Place], Place]:
 
 
 def _with_rows(statement: Statement, change: Callable[[Place], Place]) -> Statement:
-    """A statement with other places."""
+    """Return a statement with its places replaced by `change`."""
     match statement:
         case Apply():
             return replace(
@@ -218,7 +219,7 @@ def _with_rows(statement: Statement, change: Callable[[Place], Place]) -> Statem
 
 
 def _contracted(procedure: Procedure) -> Procedure:
-    """Tables of which every round of one loop uses its own row only, as single rows."""
+    """Replace work tables by single rows if every iteration of a single loop uses only its own row of them."""
     loops: dict[str, set[int | None]] = {}
 
     def note(body: Sequence[Statement], loop: Loop | None) -> None:
@@ -252,8 +253,8 @@ def _contracted(procedure: Procedure) -> Procedure:
 
 
 def _changes_later(statement: Statement, after: Sequence[Statement]) -> bool:
-    """Whether a row is copied that other statements write then.
+    """Return whether a statement copies a row that subsequent statements write.
 
-    In emitted text a copy that is a single row may be another name of the row that it was copied from.
+    In emitted text, a copy into a single row can be an alias of the original row.
     """
     return isinstance(statement, Copy) and statement.source.table in {place.table for place in _uses(after).writes}

@@ -1,7 +1,7 @@
-"""The layouts of values in loops: which coefficients can occur, and which relations hold in every row.
+"""Inference of the layouts of values in loops: the coefficients that can occur, and the relations in every row.
 
-A carry keeps a relation if its first value has it and the body preserves it. Like every relation here it is checked at
-exact points of the variety that the inputs lie on (Schwartz 1980, Zippel 1979).
+A relation holds for a carry if it holds for the first value and the body preserves it. Relations are checked at exact
+points of the variety of the inputs (Schwartz 1980, Zippel 1979).
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from .samples import samples, to_mpmath
 
 
 class LayoutInference:
-    """What `frontend.recorder` asks of values."""
+    """The implementation of layout inference for `frontend.recorder`."""
 
     def __init__(self) -> None:
         self._known: dict[tuple[Expression, ...], tuple[Layout, ...]] = {}
 
     def layouts(self, kernel: Kernel) -> tuple[Layout, ...]:
-        """The layouts that hold the results of a kernel, with every relation that they are proved to satisfy."""
+        """Return the layouts of the results of a kernel, with every relation that the results satisfy."""
         traced = trace(kernel)
         if traced.expressions not in self._known:
             self._known[traced.expressions] = self._layouts(kernel, traced)
@@ -41,7 +41,7 @@ class LayoutInference:
         return tuple(_related(layout, [values[k] for values in points]) for k, layout in enumerate(found))
 
     def joined(self, known: Layout, found: Layout) -> Layout:
-        """The smallest layout that holds elements of both."""
+        """Return the smallest layout that holds elements of both layouts."""
         if known == found:
             return known
         algebra = found.algebra if known.algebra == SCALARS else known.algebra
@@ -55,7 +55,7 @@ class LayoutInference:
         return plain
 
     def joined_with_constant(self, layout: Layout, constant: Expression) -> Layout:
-        """The smallest layout that holds elements of a layout, and a constant."""
+        """Return the smallest layout that holds the elements of a layout and a constant."""
         (value,) = evaluate([constant], {})
         if _holds(layout, value):
             return layout
@@ -65,11 +65,11 @@ class LayoutInference:
         return SCALAR if stored <= {0} and not fixed else layout_of(algebra, stored, fixed)
 
     def sum_of(self, layout: Layout) -> Layout:
-        """The layout that holds sums of elements of a layout, and zero."""
+        """Return the layout that holds zero and sums of elements of a layout."""
         return SCALAR if layout.is_scalar else layout_of(layout.algebra, set(layout.support), {})
 
     def layout_of_constant(self, constant: Expression) -> Layout:
-        """A layout that holds a constant, and of which all coefficients are stored."""
+        """Return a layout that holds a constant and stores all its coefficients."""
         (value,) = evaluate([constant], {})
         blades = set(value.terms) or {0}
         if value.algebra == SCALARS:
@@ -79,7 +79,7 @@ class LayoutInference:
 
 
 def _holds(layout: Layout, value: Multivector) -> bool:
-    """Whether a constant is an element of a layout."""
+    """Return whether a constant is an element of a layout."""
     lifted = value if value.algebra == layout.algebra else Multivector(layout.algebra, value.terms)
     try:
         layout.coefficients(lifted)
@@ -93,7 +93,7 @@ def _fixed(layout: Layout) -> dict[int, Fraction]:
 
 
 def _with_relations(plain: Layout) -> list[Layout]:
-    """The named layouts of the same blades and fixed coefficients of which more is known."""
+    """Return the named layouts with the same blades and fixed coefficients that have additional relations."""
     if plain.algebra == SCALARS:
         return []
     return [
@@ -104,7 +104,7 @@ def _with_relations(plain: Layout) -> list[Layout]:
 
 
 def _related(plain: Layout, values: list[Multivector]) -> Layout:
-    """The named layout that stores least of those whose relations hold at all points, or `plain`."""
+    """Return the smallest named layout with relations that hold at all points, or `plain` if there is none."""
     fitting = [each for each in _with_relations(plain) if values and all(_fits(each, value) for value in values)]
     return min(fitting, key=lambda each: each.size, default=plain)
 

@@ -1,27 +1,27 @@
-"""Common divisors of more than two terms: intersections of quotients.
+"""Extraction of common divisors of three or more terms, as intersections of quotients.
 
-A sum divided by a literal is its quotient; the common part of two quotients, up to sign, is a divisor of both sums,
-with the literals as cofactors. These are the *kernel intersections* of multi-level logic synthesis (Brayton &
-McMullen, ISCAS 1982), restricted to cofactors of one literal.
+The common terms of two quotients of sums by literals, up to sign, form a divisor of both sums, with the literals as
+cofactors. These are the *kernel intersections* of multi-level logic synthesis (Brayton & McMullen, ISCAS 1982),
+restricted to cofactors of at most one literal.
 """
 
 from __future__ import annotations
 
 Cube = tuple[int, ...]
 Sum = dict[Cube, int]
-"""Cube to sign; the cubes are sorted tuples of literals with repetition."""
+"""A mapping from cubes to signs. Cubes are sorted tuples of literals with repetition."""
 Divisor = tuple[tuple[Cube, int], ...]
 Place = tuple[int, Cube, int]
-"""Number of a sum, cofactor, and sign with which the divisor stands there."""
+"""An occurrence of a divisor: the index of the sum, the cofactor, and the sign."""
 
 SHORTEST = 3
-"""Terms of the divisors looked for; shorter ones are left to the search for pairs."""
+"""Minimum number of terms of a divisor. Divisors of two terms are extracted by `gacompiler.passes.factor`."""
 TERM_LIMIT = 160
-"""Sums with more terms than this in all are left to the search for pairs."""
+"""Maximum total number of terms of the sums."""
 
 
 def best_divisor(sums: list[Sum]) -> tuple[Divisor, list[Place]] | None:
-    """The divisor that saves most, and where it stands; None where none saves anything."""
+    """Return the divisor that saves most operations and its occurrences, or None if no divisor saves any."""
     if sum(map(len, sums)) > TERM_LIMIT:
         return None
     places: dict[Divisor, dict[Place, None]] = {}
@@ -65,7 +65,7 @@ def _without(cube: Cube, literal: int) -> Cube:
 
 
 def _disjoint(divisor: Divisor, places: list[Place]) -> list[Place]:
-    """Places that share no term."""
+    """Return occurrences that share no term."""
     taken: set[tuple[int, Cube]] = set()
     chosen = []
     for index, cofactor, sign in sorted(places):

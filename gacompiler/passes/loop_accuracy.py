@@ -19,13 +19,15 @@ from .prove_loops import exact_results
 LENGTH = 3
 LEAST_POINTS = 4
 KEPT = 3, 4
-"""Where comparisons decide, the worst quarter of the points is left out: rounding can decide them otherwise."""
+"""Fraction of points used for programs with comparisons. The worst quarter is excluded, since rounding can change the
+outcome of a comparison."""
 
 
 def measured_loop_error(kernel: Kernel, procedure: Procedure) -> tuple[float, int]:
-    """The largest error in ulp of the largest number of a result, against the same without rounding; how many inputs.
+    """Return the largest error in ulp of the largest number of a result, and the number of inputs.
 
-    Where comparisons decide, of three quarters of the inputs.
+    The reference is the same procedure without rounding. For procedures with comparisons, only three quarters of the
+    inputs are used.
     """
     random = Random(5)
     case = Case.of(kernel, procedure, LENGTH, random)
@@ -43,7 +45,7 @@ def measured_loop_error(kernel: Kernel, procedure: Procedure) -> tuple[float, in
 
 
 def largest(errors: Sequence[float], procedure: Procedure) -> float:
-    """The largest error that counts."""
+    """Return the largest error, excluding the worst quarter for procedures with comparisons."""
     kept, of = KEPT if procedure.has_branches else (1, 1)
     return max(sorted(errors)[: max(1, len(errors) * kept // of)], default=0.0)
 
@@ -51,7 +53,7 @@ def largest(errors: Sequence[float], procedure: Procedure) -> float:
 def without_rounding(
     procedure: Procedure, lengths: Mapping[str, int], arguments: Mapping[str, Rows]
 ) -> dict[str, Rows]:
-    """What a procedure gives on doubles: exactly where that is possible in reasonable time, else to many digits."""
+    """Return the results of a procedure on doubles, exactly if possible in reasonable time, else to many digits."""
     from_doubles = {name: [[_exact(x) for x in row] for row in rows] for name, rows in arguments.items()}
     repeats = any(isinstance(statement, Repeat) for statement in statements(procedure.body))
     return exact_results(procedure, lengths, from_doubles, inexact=repeats)
@@ -62,7 +64,7 @@ def _exact(value: float | int) -> Any:
 
 
 def results_ulps(found: Mapping[str, Rows], exact: Mapping[str, Rows]) -> float:
-    """The largest error in units of the last place of the largest exact number of the same result."""
+    """Return the largest error in ulp of the largest exact number of the same result."""
     worst = 0.0
     for name, rows in exact.items():
         flat = [x for row in rows for x in row]

@@ -1,4 +1,4 @@
-"""Inputs of kernels with loops: lengths, index tables and random elements, and what the function gives there."""
+"""Random inputs of kernels with loops (lengths, index tables and elements), and the values of the function there."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Case:
     indices : mapping of str to tuple of int
         The contents of the index tables.
     flat : Kernel
-        The kernel without loops that computes the same, its results row by row.
+        An equivalent kernel without loops. It returns the results row by row.
     """
 
     kernel: Kernel
@@ -43,13 +43,13 @@ class Case:
 
     @classmethod
     def of(cls, kernel: Kernel, procedure: Procedure, n: int, random: Random) -> Case:
-        """Lengths from `n` on, each one more than the one before, and index tables that can be used."""
+        """Create a case with consecutive lengths from `n` and valid random index tables."""
         lengths = {name: n + k for k, name in enumerate(procedure.lengths)}
         indices = index_tables(procedure, lengths, random)
         return cls(kernel, lengths, indices, unrolled(kernel, lengths, indices))
 
     def arguments(self, inputs: Mapping[str, Any]) -> dict[str, Rows]:
-        """The rows of arguments and index tables, from the coefficients of the kernel without loops."""
+        """Return the rows of arguments and index tables from the coefficients of the kernel without loops."""
         found: dict[str, Rows] = {name: [[k] for k in table] for name, table in self.indices.items()}
         remaining = iter(self.flat.parameters)
         for parameter in self.kernel.parameters:
@@ -64,14 +64,14 @@ class Case:
         return found
 
     def expressions(self, most_steps: int) -> tuple[Expression, ...]:
-        """What the kernel without loops computes, with so many steps of iterations written out at most."""
+        """Return the results of the kernel without loops, with at most `most_steps` steps of each iteration."""
         with steps_limited(most_steps):
             return trace(self.flat).expressions
 
     def points(
         self, expressions: Sequence[Expression], random: Random, n: int
     ) -> Iterator[tuple[dict[str, Rows], list[Any]]]:
-        """Up to `n` points where the function has a value: arguments, and the values of the expressions."""
+        """Yield up to `n` points at which the function is defined: the arguments and the values of the expressions."""
         found = 0
         for spread, _ in zip(cycle(SPREADS), range(8 * n), strict=False):
             inputs = sample(self.flat, random, spread=spread)
@@ -86,7 +86,7 @@ class Case:
                     return
 
     def near_one(self, random: Random) -> dict[str, Rows]:
-        """Ordinary elements, as exact numbers."""
+        """Return the rows of ordinary random elements, as exact numbers."""
         return self.arguments(sample(self.flat, random, near_one=True))
 
 
@@ -95,14 +95,14 @@ def _is_real(value: Any) -> bool:
 
 
 def index_tables(procedure: Procedure, lengths: Mapping[str, int], random: Random) -> dict[str, tuple[int, ...]]:
-    """Random index tables that a procedure can use: parents come before their rows, and what is read is there."""
+    """Return random index tables that are valid: parents precede their rows, and rows that are read exist."""
     found = {}
     for table in procedure.of(Storage.INDEX):
         (length,) = table.lengths
         first = 0 if table.name in procedure.read_through else -1
         earlier = table.name in procedure.parent_tables or (table.into == length and first < 0)
         rows = range(lengths[length])
-        if earlier and first == 0:  # the first row is its own: there is no earlier one
+        if earlier and first == 0:  # The first row refers to itself, since there is no earlier row.
             found[table.name] = tuple(random.randint(0, max(0, k - 1)) for k in rows)
             continue
         found[table.name] = tuple(random.randint(first, k - 1 if earlier else lengths[table.into] - 1) for k in rows)
@@ -110,7 +110,7 @@ def index_tables(procedure: Procedure, lengths: Mapping[str, int], random: Rando
 
 
 def in_doubles(arguments: Mapping[str, Rows]) -> dict[str, Rows]:
-    """Arguments rounded to doubles; index tables stay whole numbers."""
+    """Round arguments to doubles; index tables are not changed."""
     return {
         name: [[x if isinstance(x, int) and not isinstance(x, Fraction) else float(x) for x in row] for row in rows]
         for name, rows in arguments.items()

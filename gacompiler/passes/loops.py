@@ -1,7 +1,7 @@
-"""Compiling kernels with loops: every straight-line part by the pipeline, as a kernel of its own; the loops as written.
+"""Compilation of kernels with loops. The pipeline compiles every straight-line part as a separate kernel.
 
-Each part is proved as kernels are. The loops are proved by induction over their bodies, which needs that the procedure
-says what the function does: that is compared for several lengths with the function written out (`prove_procedure`).
+Each part is proved like other kernels. The loops are proved by induction over their bodies. This requires that the
+procedure is equivalent to the function, which is checked for several lengths with unrolled loops (`prove_procedure`).
 """
 
 from __future__ import annotations
@@ -40,14 +40,14 @@ from .record import Compilation
 
 @dataclass(frozen=True, slots=True)
 class LoopCompilation:
-    """What is known of a kernel with loops when it is compiled.
+    """The result of compiling a kernel with loops.
 
     Attributes
     ----------
     kernel : Kernel
     trace : LoopTrace
     parts : tuple of Compilation
-        Its straight-line parts, in the order of the text.
+        The straight-line parts, in the order of the text.
     procedure : Procedure
     """
 
@@ -58,7 +58,7 @@ class LoopCompilation:
 
     @property
     def costs(self) -> Costs:
-        """The operations, and how often they run: ``""`` once, ``"n"`` for each row, ``"n*m"``."""
+        """The operation counts by how often they run: ``""`` once, ``"n"`` for each row, ``"n*m"``."""
         return procedure_costs(self.procedure)
 
 
@@ -69,12 +69,12 @@ def compile_loops(kernel: Kernel, traced: LoopTrace | None = None) -> LoopCompil
     ----------
     kernel : Kernel
     traced : LoopTrace, optional
-        What `trace_loops` gave, if that is known.
+        The result of `trace_loops`, if available.
 
     Raises
     ------
     GacError
-        As compiling a kernel does; the message names the kernel.
+        As for `compile_kernel`; the message names the kernel.
     """
     traced = traced or trace_loops(kernel, LayoutInference())
     try:
@@ -84,7 +84,9 @@ def compile_loops(kernel: Kernel, traced: LoopTrace | None = None) -> LoopCompil
             part = replace(statement.kernel, name=renamed[statement.kernel.name])
             parts[statement.kernel.name] = compile_kernel(part, forms=False)
     except ZeroDivisionError as error:
-        raise KernelError(kernel.where, "it divides by an expression that is zero") from error
+        raise KernelError(
+            kernel.where, "it divides by an expression that is zero", "a divisor that can differ from zero"
+        ) from error
     except GacError as error:
         if kernel.where in error.where:
             raise
@@ -97,7 +99,7 @@ def compile_loops(kernel: Kernel, traced: LoopTrace | None = None) -> LoopCompil
 
 
 def _numbered(kernel: Kernel, traced: LoopTrace) -> dict[str, str]:
-    """Names for the parts: of the kernel and their number, in the order of the text."""
+    """Return names for the parts, composed of the kernel's name and their number in the order of the text."""
     names = [statement.kernel.name for statement in computes(traced.statements)]
     return {name: f"{kernel.name}_{k}" for k, name in enumerate(names, start=1)}
 
@@ -115,7 +117,7 @@ def _procedure(
 
 
 def _places(statement: Statement) -> list[Place]:
-    """The places that a statement names, those of its loops left out."""
+    """Return the places that a statement uses, not including those in the body of a loop."""
     match statement:
         case Apply():
             own = [*statement.inputs, *statement.outputs]
@@ -139,7 +141,7 @@ def _statement(recorded: Recorded, parts: Mapping[str, Compilation], tables: Map
 
 
 def _apply(compute: Compute, part: Compilation, tables: Mapping[str, Table]) -> Apply:
-    """A part as a program of rows: the multivectors of a row are one argument or one result, all of its numbers."""
+    """Convert a part to a program of rows: all multivectors of a row form one argument or one result."""
     program = part.program
     targets = {line.target for line in program.lines}
     names = dict[str, str]()
@@ -168,7 +170,7 @@ def _apply(compute: Compute, part: Compilation, tables: Mapping[str, Table]) -> 
 
 
 def _by_place(compute: Compute) -> dict[Place, list[int]]:
-    """The rows that a part reads, and the numbers of the arguments in each."""
+    """Return the rows that a part reads, and the indices of the arguments in each."""
     found: dict[Place, list[int]] = {}
     for k, source in enumerate(compute.sources):
         found.setdefault(source.place, []).append(k)
@@ -176,13 +178,13 @@ def _by_place(compute: Compute) -> dict[Place, list[int]]:
 
 
 def _stem(place: Place, names: Sequence[str]) -> str:
-    """What a row is called in the text: as the author's function has it, where it is one multivector."""
+    """Return the name of a row in the text: for a single multivector, the name used in the author's function."""
     (first, *others) = names
     return place.table if others else first
 
 
 def _argument(stem: str, shape: tuple[int, ...], compute: Compute, sources: Sequence[int], taken: set[str]) -> Argument:
-    """A row as an argument; its components are named by their place in the row and their blades."""
+    """Return the argument for a row; its components are named by their position in the row and their blades."""
     layout = compute.sources[sources[0]].leaf.layout
     outer = shape if layout.is_scalar else shape[:-1]
     n = 1
@@ -195,7 +197,7 @@ def _argument(stem: str, shape: tuple[int, ...], compute: Compute, sources: Sequ
 
 
 def _free(name: str, taken: set[str], ending: str) -> str:
-    """A name that is not taken: the given one, or that with an ending."""
+    """Return an unused name: the given one, if necessary with a suffix."""
     if name not in taken:
         return name
     n = 1

@@ -1,4 +1,4 @@
-"""From multivector expressions to scalars: polynomials over the inputs, with some nodes kept as named results."""
+"""Lowering of multivector expressions to polynomials in the inputs, with some nodes kept as named results."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from .system import Definition, System
 
 @dataclass(frozen=True, slots=True)
 class Slot:
-    """One number that a kernel has to compute: the coefficient of a blade in one of its result expressions."""
+    """A number that a kernel computes: the coefficient of a blade in one of its result expressions."""
 
     expression: int
     blade: int
@@ -33,14 +33,14 @@ class Slot:
 
 
 def author_scalars(kernel: Kernel, expressions: Sequence[Expression]) -> list[Multivector]:
-    """The results as the author wrote them, over shared scalar expressions."""
+    """Return the results in the author's form, over shared scalar expressions."""
     graph = Graph()
     inputs = {name: graph.variable(name) for parameter in kernel.parameters for name in parameter.components}
     return evaluate(expressions, inputs, lift=graph.lift)
 
 
 def pick(values: Sequence[Multivector], slots: Iterable[Slot], graph: Graph) -> tuple[Scalar, ...]:
-    """The scalars of `slots` in results over scalar expressions."""
+    """Return the scalars of `slots` from results over scalar expressions."""
     found = []
     for slot in slots:
         value = graph.lift(values[slot.expression].terms.get(slot.blade, 0))
@@ -49,7 +49,7 @@ def pick(values: Sequence[Multivector], slots: Iterable[Slot], graph: Graph) -> 
 
 
 class Reduction(Enum):
-    """What is done with polynomials that are equal modulo the relations."""
+    """The treatment of polynomials modulo the relations."""
 
     NORMAL = "reduced"
     SPARSE = "made sparse"
@@ -57,7 +57,7 @@ class Reduction(Enum):
 
 
 class Relations:
-    """What is known to vanish, and polynomials reduced by it."""
+    """The polynomials that are known to vanish, and reduction modulo them."""
 
     def __init__(self, ring: PolynomialRing) -> None:
         self._ring = ring
@@ -66,11 +66,11 @@ class Relations:
 
     @property
     def known(self) -> bool:
-        """Whether anything is known, so that reducing could change something."""
+        """Whether there are relations, so that reduction can have an effect."""
         return bool(self._known or self._ring.atoms)
 
     def add(self, relations: Iterable[Polynomial]) -> None:
-        """More that vanishes.
+        """Add polynomials that vanish.
 
         Raises
         ------
@@ -86,7 +86,7 @@ class Relations:
                 self._known.append(relation)
 
     def reduce(self, polynomials: Sequence[Polynomial], how: Reduction) -> list[Polynomial]:
-        """Polynomials equal to the given ones, modulo those relations that share variables with them."""
+        """Reduce polynomials modulo the relations that share variables with them, directly or indirectly."""
         if how is Reduction.NONE:
             return list(polynomials)
         degree = max((polynomial.degree for polynomial in polynomials), default=0)
@@ -115,31 +115,31 @@ def _connected(polynomials: Sequence[Polynomial], relations: Sequence[Polynomial
 
 @cache
 def _relation_terms(layout: Layout, places: tuple[int, ...]) -> tuple[Mapping[Monomial, Rational], ...]:
-    """The relations of a layout whose coefficients are the given variables; the same in every lowering of a kernel."""
+    """Return the relations of a layout with the given variables as coefficients, cached over all lowerings."""
     ring = PolynomialRing()
     variables = [Polynomial(ring, {(place,): 1}) for place in places]
     return tuple(ring.lift(relation).terms for relation in layout.relations(layout.element(variables)))
 
 
 class Lowering:
-    """Polynomials of the nodes of a kernel's expressions.
+    """The polynomials of the nodes of a kernel's expressions.
 
     Parameters
     ----------
     kernel : Kernel
     expressions : sequence of Expression
     cuts : set of Expression
-        Nodes whose coefficients become names instead of being multiplied out.
+        Nodes whose coefficients are named instead of being expanded.
     reduction : Reduction
-        How polynomials are changed by what is known of the inputs.
+        The treatment of polynomials modulo the relations of the inputs.
     name_implied : bool
-        Whether coefficients that a layout implies become names instead of being multiplied out.
+        Whether coefficients that a layout implies are named instead of being expanded.
     by_squares : bool
-        Whether one coefficient of a named vector of known square is computed from the others.
+        Whether one coefficient of a named vector with a known square is computed from the others.
     budget : int
-        Largest number of terms of one polynomial.
+        Maximum number of terms of one polynomial.
     effort : int
-        Pairs of terms that may be multiplied.
+        Maximum number of pairs of terms that are multiplied.
     """
 
     def __init__(
@@ -183,9 +183,9 @@ class Lowering:
         self.values = evaluate(expressions, inputs, memory, self.ring.lift)
 
     def _named(self, stem: str, value: Multivector, square: Rational | None = None) -> Multivector:
-        """`value` with new variables for its coefficients, except those that are numbers or inputs already.
+        """Replace the coefficients of `value`, except those that are numbers or inputs, by new variables.
 
-        Of a vector whose square is known, one coefficient may be computed from the others.
+        One coefficient of a vector with a known square may be computed from the others.
         """
         reduced = self.relations.reduce(list(map(self.ring.lift, value.terms.values())), self._reduction)
         polynomials = dict(zip(value.terms, reduced, strict=True))
@@ -205,7 +205,7 @@ class Lowering:
         return Multivector(value.algebra, {blade: terms[blade] for blade in polynomials})
 
     def system(self, slots: Sequence[Slot]) -> System:
-        """What has to be computed for `slots`."""
+        """Return the system of polynomials that computes `slots`."""
         outputs = []
         for slot in slots:
             value = self.ring.lift(self.values[slot.expression].terms.get(slot.blade, 0))
@@ -218,20 +218,23 @@ _HEAVY = (
     *PRODUCTS, Operation.SANDWICH, Operation.INVERSE, Operation.NORM_SQUARED, Operation.NORM, Operation.NORMALIZE,
     Operation.DIVIDE, Operation.ADD, Operation.SUBTRACT,
 )  # fmt: skip
-"""Operations whose results are worth a name."""
+"""Operations whose results can be named."""
 
 _PLAIN = (
     Operation.ADD, Operation.SUBTRACT, Operation.NEGATE, Operation.REVERSE, Operation.GRADE, Operation.DUAL,
     Operation.UNDUAL, Operation.COEFFICIENT, Operation.ASSEMBLE,
 )  # fmt: skip
-"""Operations that move, negate and add coefficients."""
+"""Operations that only move, negate or add coefficients."""
 
 
 def stages(expressions: Sequence[Expression]) -> list[Expression]:
-    """Nodes worth naming: products and what contains them, not results themselves, nor what only moves signs."""
+    """Return the nodes that are candidates for naming.
+
+    These are intermediate products and sums. Results, and linear combinations of inputs, are not included.
+    """
     order = topological(expressions)
     used = {argument for expression in order for argument in expression.arguments}
-    linear: set[Expression] = set()  # sums of inputs cost nothing to keep inside what uses them
+    linear: set[Expression] = set()  # Sums of inputs can be expanded at no cost.
     for expression in order:
         leaf = expression.operation in (Operation.INPUT, Operation.CONSTANT)
         if leaf or (expression.operation in _PLAIN and all(argument in linear for argument in expression.arguments)):

@@ -1,9 +1,9 @@
-"""Dense products through matrices: a geometric algebra is an algebra of small matrices, which multiply in fewer steps.
+"""Dense products by matrix multiplication. Geometric algebras are isomorphic to algebras of small matrices.
 
-One level of 2 x 2 matrices (`gacompiler.structure.levels`) takes the product of two elements to eight products of
-elements of a quarter of the size instead of sixteen, for a few sums on the way in and out. Two halves take two products
-of half the size instead of four, complex numbers three. Zero squares are no obstacle: a degenerate vector stays in the
-blocks, where products that vanish are not formed.
+One level of 2 x 2 matrices (`gacompiler.structure.levels`) reduces the product of two elements to eight instead of
+sixteen products of elements of a quarter of the size, at the cost of a few sums to convert the operands and the result.
+A decomposition in two halves requires two instead of four products of half the size, and complex numbers require three.
+Degenerate vectors are kept in the blocks, where vanishing products are omitted.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from ..structure.blocks import matrix_product
 from ..structure.levels import COMPLEX, HALVES, MATRIX, Level, plans
 
 SMALLEST = 64
-"""Products of fewer pairs of blades than this are left as they are; of sandwiches half as many pairs."""
+"""Products of fewer pairs of blades than this are not changed. For sandwiches the limit is half of this."""
 HUGE = 10_000
-"""Products of more pairs of blades than this are only computed through matrices: writing them out takes seconds and
-never wins."""
+"""Products of more pairs of blades than this are only computed by matrices. Expanding them takes seconds and is never
+cheaper."""
 
 
-def ways(expressions: Sequence[Expression]) -> list[tuple[int, int]]:
-    """Numbers of plans and of levels that some product has, the large products of `expressions` taken together."""
+def plan_choices(expressions: Sequence[Expression]) -> list[tuple[int, int]]:
+    """Return the pairs of plan number and number of levels that are available for large products of `expressions`."""
     huge = has_huge_product(expressions)
     found: dict[tuple[int, int], None] = {}
     for expression in topological(expressions):
@@ -40,11 +40,14 @@ def ways(expressions: Sequence[Expression]) -> list[tuple[int, int]]:
 
 
 def evaluate_by_matrices(
-    expressions: Sequence[Expression], inputs: Mapping[str, Any], lift: Callable[[Any], Any], way: tuple[int, int]
+    expressions: Sequence[Expression], inputs: Mapping[str, Any], lift: Callable[[Any], Any], choice: tuple[int, int]
 ) -> tuple[list[Multivector], str]:
-    """As `gacompiler.frontend.expression.evaluate`, large products and sandwiches by matrices; and by which."""
+    """Evaluate expressions as `gacompiler.frontend.expression.evaluate`, with large products computed by matrices.
+
+    Return the values, and a description of the matrices. `choice` is a pair from `plan_choices`.
+    """
     memory: dict[Expression, Multivector] = {}
-    number, depth = way
+    number, depth = choice
     texts: dict[str, None] = {}
     for expression in topological(expressions):
         values = [memory[argument] for argument in expression.arguments]
@@ -62,7 +65,7 @@ def evaluate_by_matrices(
 
 
 def _possible(expression: Expression) -> Iterable[int]:
-    """The blades that a product or a sandwich can have; a unit even versor keeps the grades of what it moves."""
+    """Return the blades that a product or a sandwich can have. A unit even versor preserves grades."""
     first, x = expression.arguments
     if expression.operation is not Operation.SANDWICH or not is_unit_even_versor(first):
         return expression.blades
@@ -71,7 +74,7 @@ def _possible(expression: Expression) -> Iterable[int]:
 
 
 def _text(plan: Sequence[Level]) -> str:
-    """What the levels of a plan make of numbers, in words."""
+    """Return a description of the levels of a plan."""
     kinds = [level.kind for level in plan]
     size = 2 ** sum(kind.products is MATRIX for kind in kinds)
     parts = [f"{size} x {size} matrices"] if size > 1 else []
@@ -87,7 +90,7 @@ def _factors(operation: Operation, values: Sequence[Multivector]) -> list[Multiv
 
 
 def _large(expression: Expression) -> tuple[frozenset[int], ...]:
-    """The blades of the factors of a large product or sandwich; nothing for anything else."""
+    """Return the blades of the factors of a large product or sandwich, or an empty tuple."""
     if expression.operation not in (Operation.GEOMETRIC_PRODUCT, Operation.SANDWICH):
         return ()
     a, b = expression.arguments
@@ -98,7 +101,7 @@ def _large(expression: Expression) -> tuple[frozenset[int], ...]:
 
 
 def has_huge_product(expressions: Sequence[Expression]) -> bool:
-    """Whether some product is better not written out, because matrices will do."""
+    """Return whether some product is so large that it is only computed by matrices."""
     return any(
         expression.operation is Operation.GEOMETRIC_PRODUCT
         and len(expression.arguments[0].blades) * len(expression.arguments[1].blades) > HUGE

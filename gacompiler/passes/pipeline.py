@@ -1,7 +1,7 @@
-"""The compiler, read from top to bottom: a kernel's definition goes in, a program comes out.
+"""The compilation pipeline, from the definition of a kernel to a program.
 
-Every pass takes the record of what is known so far and returns a new one with its own field filled in; nothing is
-changed in place, so each stage can be looked at afterwards (``gac show --stage NAME``).
+Every pass takes the compilation record and returns a new record with its own field set. Nothing is modified in place,
+so that each stage can be inspected afterwards (``gac show --stage NAME``).
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from .uniform import uniform_forms
 
 
 def trace_kernel(record: Compilation) -> Compilation:
-    """Call the kernel's function on symbols: a multivector expression for each result."""
+    """Call the kernel's function on symbols to obtain a multivector expression for each result."""
     return replace(record, trace=trace(record.kernel))
 
 
 def rewrite_expressions(record: Compilation) -> Compilation:
-    """Find other ways to write the same expressions."""
+    """Find equivalent forms of the expressions."""
     assert record.trace is not None
     return replace(record, variants=rewrite(record.trace.expressions))
 
@@ -38,7 +38,7 @@ def decide_results(record: Compilation) -> Compilation:
 
 
 def find_candidates(record: Compilation) -> Compilation:
-    """Lower, factorise, share and schedule the results in many ways."""
+    """Generate candidate programs by lowering, factorising, sharing and scheduling the results."""
     assert record.trace is not None and record.variants is not None and record.decision is not None
     results = []
     for output, layout, slots in zip(record.trace.outputs, record.decision.layouts, record.decision.slots, strict=True):
@@ -49,7 +49,7 @@ def find_candidates(record: Compilation) -> Compilation:
 
 
 def choose_program(record: Compilation) -> Compilation:
-    """Keep the cheapest candidate whose error is not much larger than that of the first, the author's structure."""
+    """Select the cheapest candidate whose error is not much larger than that of the first, the author's structure."""
     gate = Gate(record.kernel, record.candidates[0].program)
     by_cost = sorted(record.candidates, key=lambda candidate: candidate.cost.total)
     best = next((candidate for candidate in by_cost if gate.accepts(candidate.program)), record.candidates[0])
@@ -60,7 +60,7 @@ def split_uniform(record: Compilation) -> Compilation:
     """Find forms for batches in which some arguments are the same for every element."""
     assert record.trace is not None and record.decision is not None and record.gate is not None
     if record.kernel.result_names:
-        return record  # scripts have many numbers as arguments, and a second is all that they may take
+        return record  # Scripts have many scalar arguments, and their compilation must take less than a second.
     slots = [slot for each in record.decision.slots for slot in each]
     forms = uniform_forms(record.kernel, record.trace.expressions, slots, record.program, record.gate)
     return replace(record, uniform=forms)
@@ -78,14 +78,14 @@ PIPELINE: tuple[Callable[[Compilation], Compilation], ...] = (
 
 
 def compile_kernel(kernel: Kernel, forms: bool = True) -> Compilation:
-    """Run the pipeline on one kernel. Messages of errors say which kernel.
+    """Run the pipeline on one kernel. Error messages name the kernel.
 
     Parameters
     ----------
     kernel : Kernel
-        Without loops.
+        A kernel without loops.
     forms : bool
-        Whether forms for uniform arguments are looked for.
+        Whether to search for forms for uniform arguments.
     """
     record = Compilation(kernel)
     try:

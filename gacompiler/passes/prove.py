@@ -1,7 +1,7 @@
-"""Proof by evaluation: a program is its author's definition, at exact points that satisfy the relations.
+"""Verification of programs against their definitions at exact random points that satisfy the relations.
 
-Two rational functions of bounded degree that agree at random points of a variety agree on it but for a chance that
-falls with every point (Schwartz 1980, Zippel 1979).
+If two rational functions of bounded degree agree at random points of a variety, they agree everywhere on it, except
+with a probability that decreases with every point (Schwartz 1980, Zippel 1979).
 """
 
 from __future__ import annotations
@@ -27,22 +27,22 @@ from .record import Compilation
 from .samples import samples, to_mpmath
 
 TOLERANCE_DIGITS = 40
-"""Agreement asked for where a value is not rational, of `DIGITS` digits computed."""
+"""Number of digits that must agree for irrational values, out of `DIGITS` computed digits."""
 EXACT_POINTS, FEW_POINTS, LONG = 5, 2, 5000
-"""Points for polynomials and fractions; fewer for programs of more than `LONG` lines."""
+"""Number of points for polynomials and fractions; fewer for programs of more than `LONG` lines."""
 BRANCH_POINTS = 60
-"""Points for kernels with branches, so that every branch is taken."""
+"""Number of points for kernels with branches, so that every branch is taken."""
 LARGE = 12
-"""Exponentials of more leave too few digits to what cancels; such points are left out where there are others."""
+"""Exponentials of larger numbers lose too many digits by cancellation. Such points are skipped if there are others."""
 QUICK_POINTS = 16
-"""The same while a script is compiled; `gac verify` takes all."""
+"""Number of points for scripts with branches during compilation; `gac verify` uses `BRANCH_POINTS`."""
 
 Reader = Callable[..., Sequence[Any]]
 
 
 @dataclass(frozen=True, slots=True)
 class Truth:
-    """Inputs of a kernel and what its author's definition gives there, in the order of the result arrays."""
+    """Inputs of a kernel and the values of its definition there, in the order of the result arrays."""
 
     inputs: tuple[tuple[Any, ...], ...]
     results: tuple[tuple[Any, ...], ...]
@@ -57,17 +57,26 @@ def truths(
     seed: int = 11,
     n: int | None = None,
 ) -> list[Truth]:
-    """Points for a kernel and what its definition gives there; points where it gives nothing are left out.
+    """Return random points of a kernel and the values of its definition there, where it is defined.
 
     Parameters
     ----------
     kernel : Kernel
     expressions : sequence of Expression
-        The definition: what the kernel's function gives on symbols.
+        The definition: the results of the kernel's function on symbols.
     result_slots : sequence of sequence of Slot
-        For each result array: which coefficient of which expression each entry is.
+        For each result array, the expression and blade of each entry.
     program : Program
-        How many points there are, `n`, depends by default on its operations and its length.
+        Its operations and length determine the default number of points.
+    seed : int
+        The seed of the random points.
+    n : int, optional
+        The number of points.
+
+    Raises
+    ------
+    ProofError
+        When the definition is undefined at all random points.
     """
     random = Random(seed)
     long = len(program.lines) > LONG
@@ -76,7 +85,7 @@ def truths(
     found: list[Truth] = []
     grows = any(line.op is Op.EXP for line in program.lines)
     for point, values in samples(kernel, expressions, random, 2 * n if grows else n, long):
-        with mpmath.workdps(DIGITS):  # even a minus sign rounds to the precision in force
+        with mpmath.workdps(DIGITS):  # In mpmath, even negation rounds to the current precision.
             results = tuple(
                 tuple(_signed(values[slot.expression].terms.get(slot.blade, 0), slot.sign) for slot in slots)
                 for slots in result_slots
@@ -105,9 +114,9 @@ def _has_branches(program: Program) -> bool:
 
 
 def disagreement(reader: Reader, known: Sequence[Truth]) -> str:
-    """How a function over any ring differs from the definition, or an empty string.
+    """Return a description of how a function over any ring differs from the definition, or an empty string.
 
-    `reader` takes one flat sequence for each argument and gives the flat results, one after the other.
+    `reader` takes one flat sequence for each argument and returns the concatenated flat results.
     """
     for number, truth in enumerate(known):
         expected = [value for result in truth.results for value in result]
@@ -116,7 +125,7 @@ def disagreement(reader: Reader, known: Sequence[Truth]) -> str:
         except (ArithmeticError, ValueError, KeyError, NameError, TypeError, IndexError, InexactError) as error:
             return f"fails at point {number}: {type(error).__name__}: {error}"
         if len(found) != len(expected):
-            return f"gives {len(found)} numbers, expected {len(expected)}"
+            return f"returns {len(found)} numbers, expected {len(expected)}"
         for k, (a, b) in enumerate(zip(found, expected, strict=True)):
             if not same(a, b):
                 return f"entry {k} at point {number} is {_short(a)}, expected {_short(b)}"
@@ -124,7 +133,7 @@ def disagreement(reader: Reader, known: Sequence[Truth]) -> str:
 
 
 def read(reader: Reader, truth: Truth) -> Sequence[Any]:
-    """What `reader` gives at a point: exactly where it can, else to `DIGITS` digits.
+    """Return the results of `reader` at a point, exactly if possible, else to `DIGITS` digits.
 
     Raises
     ------
@@ -144,9 +153,9 @@ def read(reader: Reader, truth: Truth) -> Sequence[Any]:
 
 
 def same(a: Any, b: Any, scale: Any = 0) -> bool:
-    """Whether two numbers are equal: exactly where both are rational, else to `TOLERANCE_DIGITS` digits.
+    """Return whether two numbers are equal, exactly if both are rational, else to `TOLERANCE_DIGITS` digits.
 
-    Digits are those of 1, of `b`, or of `scale`, whichever is the largest.
+    The tolerance is relative to 1 plus the larger of ``abs(b)`` and `scale`.
     """
     if isinstance(a, (int, Fraction)) and isinstance(b, (int, Fraction)):
         return a == b
@@ -160,7 +169,7 @@ def _short(value: Any) -> str:
 
 
 def program_reader(program: Program) -> Reader:
-    """A program as a function of flat sequences."""
+    """Return a program as a function of flat sequences."""
 
     tape = Tape(program)
 
@@ -173,12 +182,12 @@ def program_reader(program: Program) -> Reader:
 
 
 def prove_program(record: Compilation) -> Compilation:
-    """Compare the program that won with the author's definition.
+    """Compare the selected program with the author's definition.
 
     Raises
     ------
     ProofError
-        When they differ: a defect of the compiler, or a relation that the layouts declare and the points do not have.
+        When they differ. This is a defect of the compiler, or a declared relation that the points do not satisfy.
     """
     quick = record.kernel.result_names and _has_branches(record.program)
     assert record.trace is not None and record.decision is not None

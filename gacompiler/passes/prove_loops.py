@@ -1,7 +1,7 @@
-"""Proof of procedures: for several lengths they compute what their functions say, written out row by row.
+"""Verification of procedures against their functions with unrolled loops, for several lengths.
 
-The parts of a procedure are proved as kernels are; that loops put them together as the function does is compared here,
-in exact arithmetic, with index tables of several kinds.
+The parts of a procedure are verified like kernels. This module verifies that the loops combine them as the function
+does, in exact arithmetic, with several kinds of index tables.
 """
 
 from __future__ import annotations
@@ -25,21 +25,21 @@ from .prove import same
 from .samples import to_mpmath
 
 LENGTHS = (1, 2, 3)
-"""Lengths that are compared; every further length of a kernel is one more than the one before."""
+"""Values of the first length for which results are compared. Each further length of a kernel is one larger."""
 POINTS = 2
 STEPS = 3
-"""Steps of iterations that are compared: each is the same, and exact numbers grow with every one."""
+"""Maximum number of compared steps of an iteration. All steps are alike, and exact numbers grow in each."""
 
 Results = Sequence[tuple[str, Record]]
 
 
 def prove_procedure(kernel: Kernel, results: Results, procedure: Procedure, lengths: Sequence[int] = LENGTHS) -> None:
-    """Compare a procedure with the function of its kernel, written out for several lengths.
+    """Compare a procedure with the unrolled function of its kernel, for several lengths.
 
     Raises
     ------
     ProofError
-        When they differ, a defect of the compiler, or the function has no value at random points.
+        When they differ, which is a defect of the compiler, or when the function is undefined at random points.
     """
     difference = procedure_difference(kernel, results, procedure, lengths)
     if difference:
@@ -51,20 +51,20 @@ def prove_procedure(kernel: Kernel, results: Results, procedure: Procedure, leng
 def procedure_difference(
     kernel: Kernel, results: Results, procedure: Procedure, lengths: Sequence[int] = LENGTHS
 ) -> str:
-    """How a procedure differs from the function of its kernel, or an empty string.
+    """Return a description of how a procedure differs from the function of its kernel, or an empty string.
 
     Parameters
     ----------
     kernel : Kernel
     results : sequence of (str, Record)
-        The tables of results, as `frontend.loop_trace.LoopTrace` has them.
+        The tables of results, as in `frontend.loop_trace.LoopTrace`.
     procedure : Procedure
     lengths : sequence of int
 
     Raises
     ------
     ProofError
-        When the function has no value at random points.
+        When the function is undefined at random points.
     """
     random = Random(5)
     limited = replace(procedure, body=_limited(procedure.body))
@@ -77,7 +77,7 @@ def procedure_difference(
 
 
 def _limited(body: Sequence[Statement]) -> tuple[Statement, ...]:
-    """Statements with at most `STEPS` steps of each iteration."""
+    """Limit each iteration to at most `STEPS` steps."""
     found = list[Statement]()
     for statement in body:
         if isinstance(statement, Repeat):
@@ -91,7 +91,7 @@ def _limited(body: Sequence[Statement]) -> tuple[Statement, ...]:
 
 
 def _difference(case: Case, results: Results, procedure: Procedure, random: Random) -> str:
-    """How results differ at some points, or an empty string."""
+    """Return a description of how results differ at some points, or an empty string."""
     points = list(case.points(case.expressions(STEPS), random, POINTS))
     if not points:
         raise ProofError(
@@ -117,7 +117,7 @@ def _difference(case: Case, results: Results, procedure: Procedure, random: Rand
 def exact_results(
     procedure: Procedure, lengths: Mapping[str, int], arguments: Mapping[str, Any], inexact: bool = False
 ) -> dict[str, list[list[Any]]]:
-    """What a procedure gives on numbers: exactly where its functions allow, and not `inexact`; else to `DIGITS` digits.
+    """Return the results of a procedure on numbers, exactly if possible, else (or if `inexact`) to `DIGITS` digits.
 
     Raises
     ------

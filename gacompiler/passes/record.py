@@ -1,4 +1,4 @@
-"""All that is known of a kernel while it is compiled: one record, filled in from pass to pass."""
+"""The record of the compilation of a kernel, which the passes fill in."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .search import Candidate
 
 @dataclass(frozen=True, slots=True)
 class Compilation:
-    """The stages of one kernel; a field is empty until its pass has run."""
+    """The stages of the compilation of one kernel. A field is empty until its pass has run."""
 
     kernel: Kernel
     trace: Trace | None = None
@@ -24,21 +24,21 @@ class Compilation:
     decision: Decision | None = None
     candidates: tuple[Candidate, ...] = ()
     limits: tuple[str, ...] = ()
-    """Where the search for candidates stopped short."""
+    """Descriptions of the limits at which the search for candidates stopped."""
     gate: Gate | None = None
-    """What any program of this kernel is measured by."""
+    """The accuracy criterion for programs of this kernel."""
     best: Candidate | None = None
     uniform: tuple[Uniform, ...] = ()
     """Forms for batches in which some arguments are the same for every element."""
 
     @property
     def program(self) -> Program:
-        """The program that won."""
+        """The selected program."""
         assert self.best is not None
         return self.best.program
 
     @property
     def cost(self) -> Cost:
-        """Its cost."""
+        """The cost of the selected program."""
         assert self.best is not None
         return self.best.cost

@@ -1,7 +1,7 @@
-"""Results from results: a result is expressed by others where polynomial division makes it cheaper.
+"""Resubstitution: results are expressed in terms of other results if polynomial division makes them cheaper.
 
-The plane through three points has its offset as the inner product of its normal with one of them. Nobody has to know
-that: the offset's polynomial is divided by those of the normal, and what remains is zero.
+For example, the offset of the plane through three points is the inner product of its normal with one of the points.
+This is found by dividing the polynomial of the offset by those of the normal, with remainder zero.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ from ..rings.sparse import weight
 from .system import Definition, System
 
 TERM_LIMIT = 400
-"""Systems with more terms than this are left alone."""
+"""Systems with more terms than this are not changed."""
 STEPS = 200
-"""Largest number of quotient terms."""
+"""Maximum number of division steps."""
 
 
 def resubstitute(system: System) -> System | None:
-    """`system` with its most expensive results divided by the others, or None where that saves nothing."""
+    """Divide the most expensive results of `system` by the others. Return None if this saves nothing."""
     if len(system.outputs) < 2 or sum(len(p.terms) for p in system.outputs) > TERM_LIMIT:
         return None
     ring = system.ring
@@ -56,7 +56,7 @@ def resubstitute(system: System) -> System | None:
 
 
 def _divide(polynomial: Polynomial, divisors: Sequence[Polynomial]) -> tuple[list[Polynomial], Polynomial] | None:
-    """Quotients and remainder, when writing them costs less than the polynomial."""
+    """Return the quotients and the remainder if they cost less than the polynomial, else None."""
     leads = [(divisor.leading, divisor) for divisor in divisors]
     rest = dict(polynomial.terms)
     remainder: dict[Monomial, Rational] = {}

@@ -1,8 +1,8 @@
-"""Other ways to write the same multivector expression. Each rule holds exactly; cost decides later which one is used.
+"""Rewriting of multivector expressions to equivalent forms. Every rule is exact; the cheapest form is selected later.
 
-The rules look at the whole expression, where one product's code could not: ``m * p * ~m`` is a sandwich, a sandwich
-by a product is two sandwiches, and a unit even versor ``m`` commutes with every product, so that
-``(m >> a) & (m >> b)`` is ``m >> (a & b)`` and drops out of scalars.
+The rules apply to whole expressions rather than to single products. For example, ``m * p * ~m`` is a sandwich, and a
+sandwich with a product is two nested sandwiches. Products are equivariant under a unit even versor ``m``, so that
+``(m >> a) & (m >> b)`` is ``m >> (a & b)``, and scalars are invariant.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _EQUIVARIANT_ALONE = (
 
 
 def recognise_sandwich(expression: Expression) -> Expression | None:
-    """``m * x * ~m`` is ``sandwich(m, x)`` for even `m`."""
+    """Replace ``m * x * ~m`` by ``sandwich(m, x)`` for even `m`."""
     if expression.operation is not Operation.GEOMETRIC_PRODUCT:
         return None
     left, right = expression.arguments
@@ -47,14 +47,14 @@ def recognise_sandwich(expression: Expression) -> Expression | None:
 
 
 def divide_by_reversing(expression: Expression) -> Expression | None:
-    """The inverse of a unit element is its reverse."""
+    """Replace the inverse of a unit element by its reverse."""
     if expression.operation is Operation.INVERSE and is_unit(expression.arguments[0]):
         return ~expression.arguments[0]
     return None
 
 
 def spell_out_inverse(expression: Expression) -> Expression | None:
-    """An inverse as a product of conjugates, so that what they share can be named."""
+    """Express an inverse by a product of conjugates, so that common parts can be named."""
     if expression.operation is not Operation.INVERSE:
         return None
     x = expression.arguments[0]
@@ -68,7 +68,7 @@ def spell_out_inverse(expression: Expression) -> Expression | None:
 
 
 def split_sandwich(expression: Expression) -> Expression | None:
-    """``sandwich(a b, x)`` is ``sandwich(a, sandwich(b, x))``, where `a` and `b` are even or odd."""
+    """Replace ``sandwich(a b, x)`` by ``sandwich(a, sandwich(b, x))`` if each of `a` and `b` is even or odd."""
     if expression.operation is not Operation.SANDWICH:
         return None
     versor, x = expression.arguments
@@ -81,7 +81,7 @@ def split_sandwich(expression: Expression) -> Expression | None:
 
 
 def split_conjugation(expression: Expression) -> Expression | None:
-    """``(a b) x f(a b)`` is ``a (b x f(b)) f(a)`` where `f` reverses the order of products: quaternions one by one."""
+    """Replace ``(a b) x f(a b)`` by ``a (b x f(b)) f(a)`` for an antiautomorphism `f`, for example for quaternions."""
     if (
         expression.operation is not Operation.GEOMETRIC_PRODUCT
         or expression.arguments[0].operation is not Operation.GEOMETRIC_PRODUCT
@@ -100,7 +100,7 @@ def split_conjugation(expression: Expression) -> Expression | None:
 
 
 def join_sandwich(expression: Expression) -> Expression | None:
-    """``sandwich(a, sandwich(b, x))`` is ``sandwich(a b, x)`` for even `a` and `b`."""
+    """Replace ``sandwich(a, sandwich(b, x))`` by ``sandwich(a b, x)`` for even `a` and `b`."""
     if expression.operation is not Operation.SANDWICH or expression.arguments[1].operation is not Operation.SANDWICH:
         return None
     a, (b, x) = expression.arguments[0], expression.arguments[1].arguments
@@ -108,7 +108,7 @@ def join_sandwich(expression: Expression) -> Expression | None:
 
 
 def pull_out_versor(expression: Expression) -> Expression | None:
-    """An equivariant operation on things moved by the same unit even versor is the moved operation on the things."""
+    """Apply an equivariant operation before the common unit even versor that transforms its operands."""
     if expression.operation in _EQUIVARIANT_ALONE and expression.arguments[0].operation is Operation.SANDWICH:
         versor, x = expression.arguments[0].arguments
         if is_unit_even_versor(versor):
@@ -123,7 +123,7 @@ def pull_out_versor(expression: Expression) -> Expression | None:
 
 
 def drop_versor(expression: Expression) -> Expression | None:
-    """A unit even versor leaves scalars and pseudoscalars as they are."""
+    """Remove a unit even versor that is applied to scalars and pseudoscalars, which are invariant."""
     if expression.operation is not Operation.SANDWICH:
         return None
     versor, x = expression.arguments
@@ -131,8 +131,8 @@ def drop_versor(expression: Expression) -> Expression | None:
     return x if x.blades <= invariant and is_unit_even_versor(versor) else None
 
 
-def leave_out_what_commutes(expression: Expression) -> Expression | None:
-    """Scalars and pseudoscalars commute with even elements: a unit one moves the rest of an input alone."""
+def separate_invariant_grades(expression: Expression) -> Expression | None:
+    """Apply a unit even element only to the grades of an input other than scalar and pseudoscalar, which commute."""
     if expression.operation is not Operation.SANDWICH or expression.arguments[1].operation is not Operation.INPUT:
         return None
     versor, x = expression.arguments
@@ -145,20 +145,20 @@ def leave_out_what_commutes(expression: Expression) -> Expression | None:
 
 
 def sandwich_as_difference(expression: Expression) -> Expression | None:
-    """``m x ~m = x m ~m + (m x - x m) ~m`` for even `m`: what commutes with `x` is not multiplied out."""
+    """Apply ``m x ~m = x m ~m + (m x - x m) ~m`` for even `m`, so that parts that commute with `x` are not expanded."""
     if expression.operation is not Operation.SANDWICH:
         return None
     versor, x = expression.arguments
-    if parity(versor) != 0 or x in (versor, ~versor):  # of which the first term is a sandwich again
+    if parity(versor) != 0 or x in (versor, ~versor):  # For these the first term would be a sandwich again.
         return None
     rest = 2 * (node(Operation.COMMUTATOR, versor, x) * ~versor)
-    if is_unit_even_versor(versor):  # which keeps grades: what the product has of others vanishes
+    if is_unit_even_versor(versor):  # It preserves grades, so other grades of the product vanish.
         rest = rest.grade(*sorted({blade.bit_count() for blade in x.blades}))
     return (x if is_unit(versor) else x * (versor * ~versor)) + rest
 
 
 def sandwich_of_difference(expression: Expression) -> Expression | None:
-    """The sandwich that `sandwich_as_difference` turns into `expression`, if there is one."""
+    """Return the sandwich that `sandwich_as_difference` rewrites to `expression`, or None."""
     part = expression
     if part.operation is Operation.ADD and part.arguments[1].operation is Operation.GRADE:
         part = node(Operation.ADD, part.arguments[0], part.arguments[1].arguments[0])
@@ -176,10 +176,10 @@ def sandwich_of_difference(expression: Expression) -> Expression | None:
 
 
 def reflection_as_difference(expression: Expression) -> Expression | None:
-    """``v x^ v = v**2 x - 2 v ^ (v . x) = 2 v . (v ^ x) - v**2 x`` for a vector `v`, where ``x^`` is `x` involuted.
+    """Apply ``v x^ v = v**2 x - 2 v ^ (v . x) = 2 v . (v ^ x) - v**2 x`` for a vector `v` and the involution ``x^``.
 
-    The geometric product of a vector is a contraction and an outer product, and either of the two annihilates itself;
-    the one with fewer blades is computed. That holds in every metric, for a `v` of any square and any `x`.
+    The geometric product with a vector is the sum of a contraction and an outer product, and each of these vanishes if
+    it is applied twice. The form with fewer blades is used. The identity holds in every metric, for all `v` and `x`.
     """
     reflection = _reflection(expression)
     if reflection is None:
@@ -193,7 +193,7 @@ def reflection_as_difference(expression: Expression) -> Expression | None:
 
 
 def _reflection(expression: Expression) -> tuple[Expression, Expression] | None:
-    """The vector and what it reflects, of ``sandwich(v, x)`` and of ``v y v``, where `x` is `y` involuted."""
+    """Return `v` and `x` for ``sandwich(v, x)`` or ``v y v``, where `x` is the grade involution of `y`, or None."""
     if expression.operation is Operation.SANDWICH and is_vector(expression.arguments[0]):
         return expression.arguments[0], expression.arguments[1]
     if expression.operation is not Operation.GEOMETRIC_PRODUCT:
@@ -212,7 +212,7 @@ def _reflection(expression: Expression) -> tuple[Expression, Expression] | None:
 
 RECOGNISE: tuple[Rule, ...] = (recognise_sandwich, divide_by_reversing)
 SPELL_OUT: tuple[Rule, ...] = (*RECOGNISE, spell_out_inverse)
-PULL_OUT: tuple[Rule, ...] = (*RECOGNISE, pull_out_versor, drop_versor, leave_out_what_commutes)
+PULL_OUT: tuple[Rule, ...] = (*RECOGNISE, pull_out_versor, drop_versor, separate_invariant_grades)
 SPLIT: tuple[Rule, ...] = (*PULL_OUT, split_sandwich, split_conjugation)
 COMBINE: tuple[Rule, ...] = (*PULL_OUT, join_sandwich)
 
@@ -230,11 +230,12 @@ STRATEGIES: dict[str, tuple[tuple[Rule, ...], ...]] = {
     "sandwiches as differences": ((*SPLIT, *DIFFERENCES),),
     "pulled out, as differences": (SPLIT, DIFFERENCES),
 }
-"""Rules that are applied together, and after them others: a sandwich that has become a sum is not pulled out."""
+"""Phases of rules by name. Rules of a phase are applied together; a sandwich that has become a sum in one phase is no
+longer recognised by the rules for sandwiches."""
 
 
 def rewrite(expressions: tuple[Expression, ...]) -> dict[str, tuple[Expression, ...]]:
-    """The different results of every strategy, by its name; the author's own form is the first."""
+    """Return the distinct results of all strategies by name, starting with the author's own form."""
     found: dict[str, tuple[Expression, ...]] = {}
     for name, phases in STRATEGIES.items():
         result = expressions
@@ -247,7 +248,7 @@ def rewrite(expressions: tuple[Expression, ...]) -> dict[str, tuple[Expression, 
 
 
 def _everywhere(expression: Expression, rules: tuple[Rule, ...], memory: dict[Expression, Expression]) -> Expression:
-    """Apply `rules` from the leaves up until none applies."""
+    """Apply `rules` bottom-up until none applies."""
     for each in topological([expression], memory):
         arguments = tuple(memory[argument] for argument in each.arguments)
         current = each

@@ -1,4 +1,4 @@
-"""Random inputs of a kernel that satisfy what its layouts say, and what its author's definition gives there."""
+"""Random inputs of a kernel that satisfy the relations of its layouts, and the values of its definition there."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from ..frontend.kernel import Kernel
 from ..rings.points import DIGITS, point
 
 SPREADS = (Fraction(1), Fraction(1, 256), Fraction(1), Fraction(1, 2**30))
-"""Sizes of free coefficients, and distances of versors from 1: ordinary points, and points close to where formulas
-change. Definitions with a bounded domain (a velocity below 1) are met by the small ones."""
+"""Sizes of free coefficients and distances of versors from 1, for ordinary points and for points close to branches.
+Small values also satisfy definitions with a bounded domain (such as a velocity below 1)."""
 
 
 def sample(
     kernel: Kernel, random: Random, *, spread: Fraction = Fraction(1), near_one: bool = False, whole: bool = False
 ) -> dict[str, Any]:
-    """A random value of every input component that satisfies the relations of the layouts."""
+    """Return random values of all input components that satisfy the relations of the layouts."""
     values: dict[str, Any] = {}
-    taken: set[int] = set()  # equal versors would hide what depends on how they differ
+    taken: set[int] = set()  # Versors are distinct, so that dependence on their difference is visible.
     for parameter in kernel.parameters:
         step = parameter.layout.size
         for start in range(0, len(parameter.components), step):
@@ -39,7 +39,10 @@ def sample(
 def samples(
     kernel: Kernel, expressions: Sequence[Expression], random: Random, n: int, whole: bool = False
 ) -> Iterator[tuple[dict[str, Any], list[Multivector]]]:
-    """Up to `n` points where the definition has a value, with that value; `SPREADS` in turn, or whole numbers."""
+    """Yield up to `n` points at which the definition is defined, with its values.
+
+    The spreads are those of `SPREADS` in turn. If `whole` is true, coefficients are integers.
+    """
     found = 0
     for spread, _ in zip(cycle(SPREADS), range(8 * n), strict=False):
         inputs = sample(kernel, random, spread=spread, whole=whole)
@@ -59,7 +62,7 @@ def _is_real(value: Any) -> bool:
 
 
 def meaning(expressions: Sequence[Expression], inputs: Mapping[str, Any]) -> list[Multivector]:
-    """The author's definition at a point: exact where the functions in it allow, else to `DIGITS` digits."""
+    """Evaluate the author's definition at a point, exactly if possible, else to `DIGITS` digits."""
     if all(isinstance(value, (int, Fraction)) for value in inputs.values()):
         try:
             return evaluate(expressions, inputs)
@@ -70,5 +73,5 @@ def meaning(expressions: Sequence[Expression], inputs: Mapping[str, Any]) -> lis
 
 
 def to_mpmath(value: Any) -> Any:
-    """A number of any kind as an mpmath number at the current precision."""
+    """Convert a number to an mpmath number at the current precision."""
     return mpmath.mpf(value.numerator) / value.denominator if isinstance(value, (int, Fraction)) else mpmath.mpf(value)

@@ -1,4 +1,4 @@
-"""From shared scalar expressions to a program: which line comes when, and what it is called."""
+"""Scheduling of shared scalar expressions: the order and the names of the lines of a program."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from ..ir.verify import verify
 def schedule(
     name: str, arguments: tuple[Argument, ...], results: tuple[tuple[str, tuple[int, ...], tuple[Scalar, ...]], ...]
 ) -> Program:
-    """Lines in the order in which the results first need them, depth first, so that values live briefly.
+    """Order lines depth first, as the results need them, so that lifetimes of values are short.
 
-    Of two operands the one with more work below it comes first.
+    The operand with the larger subexpression is scheduled first.
     """
     order: list[Scalar] = []
     size: dict[Scalar, int] = {}

@@ -1,9 +1,14 @@
-"""Candidates compete: several ways to compute the same numbers, the cheapest wins.
+"""Search for candidate programs that compute the same numbers, of which the cheapest is selected.
 
-The families are the author's own structure; and, for every rewriting of the expression, every choice of named
-intermediate results, with and without reduction modulo the relations, in differences where the numbers allow it, the
-factorised polynomials; and the cheapest of all these with one division where they have several by one number. The
-order of candidates is fixed, and the first of the cheapest is taken.
+There are the following families of candidates:
+
+- the structure of every form of the expression, starting with the author's own, directly and with large products
+  computed by matrices;
+- for every form, factorised polynomials for several choices of named intermediate results, with and without reduction
+  modulo the relations, and in terms of differences of inputs if possible;
+- the cheapest of these with a single division for each divisor.
+
+The order of candidates is deterministic. The first of the cheapest candidates is selected.
 """
 
 from __future__ import annotations
@@ -23,7 +28,7 @@ from ..rings.polynomial import Polynomial, total_terms
 from .divide import divide_once
 from .factor import Policy
 from .lower import Lowering, Reduction, Slot, pick, stages
-from .matrices import evaluate_by_matrices, has_huge_product, ways
+from .matrices import evaluate_by_matrices, has_huge_product, plan_choices
 from .resubstitute import resubstitute
 from .schedule import schedule
 from .share import share
@@ -32,19 +37,20 @@ from .squares import square_of
 from .system import System
 
 SMALL = 60
-"""Polynomials up to this many terms are always multiplied out, whatever the best cost."""
+"""Polynomials with up to this number of terms are always expanded, regardless of the best cost."""
 LARGEST = 1_500
-"""Polynomials with more terms than this are never multiplied out to be factorised."""
+"""Polynomials with more terms than this are never expanded for factorisation."""
 HOPELESS = 3
-"""Systems with more terms than this many times the best cost so far are not factorised: they do not catch up, and
-the time grows with the square of a sum's terms."""
+"""Systems with more terms than this multiple of the best cost so far are not factorised. They are unlikely to become
+cheapest, and the time grows with the square of the number of terms of a sum."""
 FIRST_EFFORT, MORE_EFFORT = 14_000, 8_000
-"""Pairs of terms that may be looked at while comparing systems, and while refining the best two under `POLICIES`."""
+"""Maximum number of pairs of terms for comparing systems, and for refining the best systems under `POLICIES`."""
 LOWERING = 10_000
-"""Pairs of terms that may be multiplied while one choice of named results is multiplied out. The best ones of all
-known kernels take 2 200 at most."""
+"""Maximum number of pairs of terms that are multiplied to expand one choice of named results. The best choices of all
+known kernels require at most 2 200."""
 ALL_LOWERING = 300_000
-"""Pairs of terms that may be multiplied in all; the best choices of all known kernels come before that."""
+"""Maximum total number of pairs of terms that are multiplied. The best choices of all known kernels are found within
+this limit."""
 POLICIES = (
     Policy(split_numbers=True, long_sums_first=True),
     Policy(prefer_products=True, split_numbers=True, long_sums_first=True),
@@ -53,25 +59,27 @@ POLICIES = (
     Policy(prefer_products=True, split_numbers=True),
 )
 DIVIDED = 3
-"""So many of the cheapest are tried with fewer divisions."""
+"""Number of cheapest candidates for which fewer divisions are tried."""
 STAGE_LIMIT = 3
-"""With more stages than this, not all sets of them are tried, but all, all but one, single ones and none; with many
-more, only all: sets with many named results come first, because their systems are small."""
+"""Up to this number of stages, all subsets are tried. For up to six stages, the sets of all, all but one, single and no
+stages are tried, and for more, only the set of all stages. Large sets come first, because their systems are small."""
 
 
 Steps = tuple[str, ...]
-Way = tuple[Reduction, bool, bool]
-"""How to lower: the reduction, whether implied coefficients are named, whether squares are used."""
+Method = tuple[Reduction, bool, bool]
+"""A lowering method: the reduction, whether implied coefficients are named, and whether squares are used."""
 
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """One way to compute a kernel.
+    """A candidate program for a kernel.
 
     Attributes
     ----------
     steps : tuple of str
-        What was done, the rewriting first; what is not said was not done.
+        The transformations that were applied, starting with the rewriting.
+    program : Program
+    cost : Cost
     """
 
     steps: tuple[str, ...]
@@ -88,13 +96,13 @@ ResultShape = tuple[str, tuple[int, ...], tuple[Slot, ...]]
 
 
 class Search:
-    """Tries the families on one kernel.
+    """The search for candidates for one kernel.
 
     Parameters
     ----------
     kernel : Kernel
     variants : mapping
-        Name of a rewriting -> result expressions.
+        Result expressions by the name of the rewriting.
     results : sequence of (name, shape, slots)
     """
 
@@ -111,7 +119,7 @@ class Search:
         self._arguments = tuple(Argument(p.name, p.shape, p.components) for p in kernel.parameters)
 
     def candidates(self) -> list[Candidate]:
-        """All candidates that were tried, in order."""
+        """Return all candidates in order."""
         direct = {
             name: self._candidate((name,), self._direct(variant))
             for name, variant in self._variants.items()
@@ -150,12 +158,12 @@ class Search:
 
     @property
     def limits(self) -> tuple[str, ...]:
-        """Where the search stopped short, for readers."""
+        """Human-readable descriptions of the limits that the search reached."""
         texts = (
-            (self._too_large, "choices of named results were too large to be multiplied out"),
+            (self._too_large, "choices of named results were too large to be expanded"),
             (self._left, "systems of polynomials were too large to be factorised"),
         )
-        return tuple(f"{count} {text}; cheaper forms may exist there" for count, text in texts if count)
+        return tuple(f"{count} {text}; cheaper forms may exist" for count, text in texts if count)
 
     def _candidate(self, steps: Steps, scalars: Sequence[Scalar]) -> Candidate:
         todo = iter(scalars)
@@ -168,12 +176,12 @@ class Search:
         return pick(evaluate(expressions, self._inputs(graph), lift=graph.lift), self._slots, graph)
 
     def _by_matrices(self) -> Iterator[Candidate]:
-        """The author's structure with its large products through matrices, by one level, two, and so on."""
+        """Yield the author's structure with its large products computed by matrices, for all plans and depths."""
         name = "sandwiches recognised" if "sandwiches recognised" in self._variants else next(iter(self._variants))
         expressions = self._variants[name]
-        for way in ways(expressions):
+        for choice in plan_choices(expressions):
             graph = Graph()
-            values, how = evaluate_by_matrices(expressions, self._inputs(graph), graph.lift, way)
+            values, how = evaluate_by_matrices(expressions, self._inputs(graph), graph.lift, choice)
             yield self._candidate((name, how), pick(values, self._slots, graph))
 
     def _inputs(self, graph: Graph) -> dict[str, Scalar]:
@@ -184,39 +192,42 @@ class Search:
         return self._candidate((*steps, "factorised", *choices), share(system, policy))
 
     def _systems(self, names: Sequence[str]) -> Iterator[tuple[Steps, System]]:
-        """Different systems that are small enough to catch up with the best so far, the simplest rewriting first."""
+        """Yield distinct systems that are small enough to compete with the best so far, simplest rewriting first."""
         seen: set[tuple[object, ...]] = set()
         left = ALL_LOWERING
         for name in names:
             expressions = self._variants[name]
-            ways_to_lower = self._ways(expressions)
-            too_large: list[tuple[Way, frozenset[Expression]]] = []
+            methods = self._methods(expressions)
+            too_large: list[tuple[Method, frozenset[Expression]]] = []
             for cuts in _choices_of_stages(stages(expressions)):
-                for way in ways_to_lower:
-                    if any(way == other and cuts < more for other, more in too_large):
+                for method in methods:
+                    if any(method == other and cuts < more for other, more in too_large):
                         continue
                     if left < 0:
                         self._too_large += 1
                         continue
                     try:
-                        lowering = Lowering(self._kernel, expressions, cuts, *way[:1], self._budget, LOWERING, *way[1:])
+                        reduction, *options = method
+                        lowering = Lowering(
+                            self._kernel, expressions, cuts, reduction, self._budget, LOWERING, *options
+                        )
                         system = lowering.system(self._slots)
                     except TooLargeError:
                         self._too_large += 1
-                        too_large.append((way, cuts))
+                        too_large.append((method, cuts))
                         left -= LOWERING
                         continue
                     left -= LOWERING - lowering.ring.effort
-                    if not _changes_anything(way, lowering) or _size(system) > self._budget:
+                    if not _has_effect(method, lowering) or _size(system) > self._budget:
                         continue
-                    steps = (name, f"{len(cuts)} stages", *_steps_of(way, lowering))
+                    steps = (name, f"{len(cuts)} stages", *_steps_of(method, lowering))
                     for form, each in _forms(system):
                         if _size(each) <= self._budget and each.key not in seen:
                             seen.add(each.key)
                             yield (*steps, *form), each
 
-    def _ways(self, expressions: Sequence[Expression]) -> list[Way]:
-        """Ways to lower: reductions, implied coefficients by name or not, squares used or not."""
+    def _methods(self, expressions: Sequence[Expression]) -> list[Method]:
+        """Return the lowering methods: all reductions, with and without named implied coefficients and squares."""
         named = (False, True) if self._has_implied else (False,)
         found = [(reduction, name_implied, False) for reduction in Reduction for name_implied in named]
         if any(e.operation is not Operation.INPUT and square_of(e) is not None for e in topological(expressions)):
@@ -224,20 +235,20 @@ class Search:
         return found
 
 
-def _changes_anything(way: Way, lowering: Lowering) -> bool:
-    """Whether a way to lower differs from those tried before."""
-    reduction, _, by_squares = way
+def _has_effect(method: Method, lowering: Lowering) -> bool:
+    """Return whether a lowering method differs from those tried before."""
+    reduction, _, by_squares = method
     return lowering.has_solved if by_squares else reduction is Reduction.NORMAL or lowering.relations.known
 
 
-def _steps_of(way: Way, lowering: Lowering) -> Steps:
-    reduction, name_implied, by_squares = way
+def _steps_of(method: Method, lowering: Lowering) -> Steps:
+    reduction, name_implied, by_squares = method
     chosen = ((lowering.relations.known, reduction.value), (name_implied, "implied named"), (by_squares, "by squares"))
     return tuple(step for is_done, step in chosen if is_done)
 
 
 def _forms(system: System) -> Iterator[tuple[Steps, System]]:
-    """A system, and the other forms it has."""
+    """Yield a system and its equivalent forms."""
     yield (), system
     divided = resubstitute(system)
     for how, each in (((), system), (("results by results",), divided)):
@@ -258,7 +269,7 @@ def _effort(system: System) -> int:
 
 
 def _polynomials(system: System) -> list[Polynomial]:
-    """Everything that has to be computed."""
+    """Return all polynomials that have to be computed."""
     definitions, _ = system.live()
     return [*system.outputs, *(definition.polynomial for definition in definitions)]
 

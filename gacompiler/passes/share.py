@@ -1,4 +1,4 @@
-"""From factored sums to scalar expressions, sharing what is equal and dividing once where once is enough."""
+"""Conversion of factored sums to shared scalar expressions, with a single division where one suffices."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .system import System
 
 
 def share(system: System, policy: Policy) -> tuple[Scalar, ...]:
-    """The outputs of `system` as scalar expressions over the names of its inputs."""
+    """Return the outputs of `system` as scalar expressions over the names of its inputs."""
     return _Builder(system, policy).outputs()
 
 
@@ -71,7 +71,7 @@ class _Builder:
         return self._sums[index]
 
     def _terms(self, terms: Sum) -> Scalar:
-        """Positive terms first; a sum without any is the negative of its opposite."""
+        """Return a sum with positive terms first. A sum without positive terms is computed as a negated sum."""
         ordered = sorted(terms, key=lambda cube: (-terms[cube], -len(cube), cube))
         if not ordered:
             return self._graph.constant(0)

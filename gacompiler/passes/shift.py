@@ -1,8 +1,8 @@
-"""Differences: inputs that only ever occur as differences are replaced by their differences.
+"""Replacement of inputs by their differences, if results depend only on the differences.
 
-If moving some inputs together along a constant direction changes nothing that is computed (points ``a, b, c`` by the
-same translation), one of them can be put at zero and subtracted from the others. The directions are the constant null
-vectors of the Jacobian, found by exact elimination.
+If the results do not change when some inputs are moved together along a constant direction (such as points ``a, b, c``
+by the same translation), one of the inputs can be set to zero after subtracting it from the others. The directions are
+the constant null vectors of the Jacobian. They are found by exact elimination.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from .system import Definition, System
 
 PRIME = 2**61 - 1
 VARIABLE_LIMIT = 40
-"""Kernels with more inputs are left as they are."""
+"""Kernels with more inputs are not changed."""
 
 
 def shift(system: System) -> System | None:
-    """`system` with as many of its polynomials as possible in differences, or None where none can be."""
+    """Express as many polynomials of `system` as possible by differences of inputs. Return None if there are none."""
     ring = system.ring
     definitions, atoms = system.live()
     arguments = [argument for atom in atoms for argument in ring.atom_of(atom).arguments]
@@ -32,7 +32,7 @@ def shift(system: System) -> System | None:
     changed = [p.substitute(values) if k in group else p for k, p in enumerate(polynomials)]
     rest = iter(changed[len(definitions) + len(system.outputs) :])
     renewed_atoms: dict[int, Polynomial] = {}
-    for variable in atoms:  # an atom comes after those in its arguments
+    for variable in atoms:  # An atom comes after the atoms in its arguments.
         atom = ring.atom_of(variable)
         new = [next(rest).substitute(renewed_atoms) for _ in atom.arguments]
         if any(a != b for a, b in zip(new, atom.arguments, strict=True)):
@@ -46,7 +46,10 @@ def shift(system: System) -> System | None:
 def _differences(
     system: System, used: list[int], directions: list[list[Fraction]]
 ) -> tuple[dict[int, Polynomial], list[Definition]]:
-    """What variables become when one of each direction is put at zero, and the differences that this names."""
+    """Set one variable of each direction to zero.
+
+    Return the replacements of variables, and the definitions of the differences.
+    """
     ring = system.ring
     values: dict[int, Polynomial] = {}
     added: list[Definition] = []
@@ -66,11 +69,11 @@ def _differences(
 def _invariant_group(
     polynomials: list[Polynomial], depth: Mapping[int, int]
 ) -> tuple[set[int], list[int], list[list[Fraction]]]:
-    """Polynomials that common directions leave unchanged, their variables, and the directions.
+    """Return polynomials that are invariant along common directions, their variables, and the directions.
 
-    Starts from all that have such a direction of their own that moves several variables, and drops those with the
-    fewest until a common one is left. Of the variables that a direction moves, the last one is put at zero; so those of
-    least `depth` come last, because what is computed from differences with them must not be needed for them.
+    The search starts with all polynomials that are invariant along some direction, and removes those with the fewest
+    directions until there is a common one. The last variable of a direction is later set to zero. Variables of least
+    `depth` therefore come last, so that the differences do not depend on results that are computed from them.
     """
     freedom = {k: _freedom(polynomial) for k, polynomial in enumerate(polynomials) if polynomial.degree > 1}
     group = [k for k, directions in freedom.items() if directions]
@@ -87,7 +90,7 @@ def _invariant_group(
 
 
 def _depths(system: System, definitions: Iterable[Definition]) -> dict[int, int]:
-    """How many named results lie between a named result and the inputs; inputs, at 0, are not listed."""
+    """Return the depth of each named result above the inputs; inputs have depth 0 and are not listed."""
     polynomial_of = {definition.variable: definition.polynomial for definition in definitions}
     found: dict[int, int] = {}
 
@@ -103,7 +106,10 @@ def _depths(system: System, definitions: Iterable[Definition]) -> dict[int, int]
 
 
 def _freedom(polynomial: Polynomial) -> int:
-    """Number of directions that leave one polynomial unchanged, modulo a prime: what is found is checked exactly."""
+    """Return the number of directions that leave a polynomial invariant, computed modulo a prime.
+
+    The directions are later computed exactly.
+    """
     used = [variable for variable in polynomial.variables if variable >= 0]
     return len(used) - _rank(_jacobian([polynomial], used)) if len(used) <= VARIABLE_LIMIT else 0
 
@@ -129,7 +135,7 @@ def _rank(rows: list[dict[int, Rational]]) -> int:
 
 
 def _jacobian(polynomials: list[Polynomial], variables: list[int]) -> list[dict[int, Rational]]:
-    """One sparse row for each monomial of each polynomial's derivatives: coefficients of the unknown direction."""
+    """Return one sparse row for each monomial of the derivatives of each polynomial, over the unknown direction."""
     place = {variable: k for k, variable in enumerate(variables)}
     rows: list[dict[int, Rational]] = []
     for polynomial in polynomials:
@@ -147,7 +153,7 @@ def _jacobian(polynomials: list[Polynomial], variables: list[int]) -> list[dict[
 
 
 def _null_space(rows: list[dict[int, Rational]], n: int) -> list[list[Fraction]]:
-    """Null vectors, one for each free column of the reduced row echelon form."""
+    """Return the null vectors, one for each free column of the reduced row echelon form."""
     pivots: dict[int, dict[int, Fraction]] = {}
     for given in rows:
         row = {k: Fraction(v) for k, v in given.items() if v}

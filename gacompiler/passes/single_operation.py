@@ -1,4 +1,4 @@
-"""Recognise kernels that are one operation on their arguments, by their definition and not by their name."""
+"""Recognition of kernels that consist of one operation on their arguments, based on their definition."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from .record import Compilation
 def single_operation(
     record: Compilation, operations: Mapping[int, Iterable[str]]
 ) -> tuple[str, tuple[str, ...]] | None:
-    """The operation that a kernel is, and the names of its arguments in the order of the operands.
+    """Return the operation that a kernel computes, and the names of its arguments in the order of the operands.
 
     Parameters
     ----------
     record : Compilation
-        A kernel whose expressions have been traced and rewritten.
+        The record of a kernel after tracing and rewriting.
     operations : mapping of int to iterable of str
-        By number of operands: the operations to look for, in the order in which they are tried.
+        The operations to search, in order, by number of operands.
 
     Returns
     -------
     tuple or None
-        ``("sandwich", ("m", "p"))`` for ``m * p * ~m``; None where the kernel is none of `operations`.
+        ``("sandwich", ("m", "p"))`` for ``m * p * ~m``, or None if the kernel is none of `operations`.
     """
     assert record.trace is not None and record.variants is not None
     parameters = record.kernel.parameters

@@ -1,7 +1,7 @@
-"""Vectors of a known square: one coefficient follows from the others.
+"""Computation of one coefficient of a vector with a known square from the other coefficients.
 
-A conformal point is null, and stays null however it is moved. With weight 1 its ``einf`` coefficient is then half the
-sum of the squares of the others, which is much less than what the sandwich gives for it.
+A conformal point is null, and remains null when it is moved. For weight 1, its ``einf`` coefficient is half the sum of
+the squares of the others, which is much cheaper than the expression that results from the sandwich product.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ _KEEPS_SQUARE = (Operation.REVERSE, Operation.GRADE_INVOLUTION, Operation.CLIFFO
 
 
 def square_of(expression: Expression) -> Rational | None:
-    """The number that ``x x`` is, where rules prove it to be one.
+    """Return the constant value of ``x x`` if it can be derived by rules, else None.
 
-    ``(m x ~m) (m x ~m) = m x x ~m`` for a unit `m`, so what is moved keeps its square. The involutions keep it as well.
+    For a unit `m`, ``(m x ~m) (m x ~m) = m x x ~m``, so a sandwich preserves the square. So do the involutions.
     """
     operation, arguments = expression.operation, expression.arguments
     if operation is Operation.INPUT and expression.data.layout.implied:
@@ -43,7 +43,7 @@ def square_of(expression: Expression) -> Rational | None:
 
 @cache
 def _square_in_layout(layout: Layout) -> Rational | None:
-    """The square of all elements of a layout, whatever their stored coefficients are."""
+    """Return the square of the elements of a layout if it does not depend on their stored coefficients, else None."""
     ring = PolynomialRing()
     element = layout.element([ring.variable(name) for name in layout.blades])
     values = {blade: ring.lift(value).constant_value for blade, value in (element * element).terms.items()}
@@ -55,9 +55,10 @@ def _number(terms: Mapping[int, Rational | None]) -> Rational | None:
 
 
 def solvable(algebra: Algebra, coefficients: Mapping[int, Polynomial]) -> int | None:
-    """The blade whose coefficient follows from the square of a vector, the longest where there are several.
+    """Return the blade whose coefficient can be computed from the square of a vector, or None.
 
-    Its basis vector is null and sees one other only, of which the vector has a constant amount.
+    The basis vector of this blade is null, and its inner product is nonzero with exactly one other basis vector, whose
+    coefficient in the vector must be constant. The longest coefficient is chosen if there are several.
     """
     occurring = {blade: value for blade, value in coefficients.items() if not value.is_zero}
     if any(blade.bit_count() != 1 for blade in occurring):
@@ -75,13 +76,13 @@ def _is_number(value: Polynomial | None) -> bool:
 
 
 def _partner(algebra: Algebra, blade: int) -> int | None:
-    """The only basis vector that the null vector `blade` does not annihilate."""
+    """Return the only basis vector whose inner product with the null vector `blade` is nonzero, or None."""
     seen = [k for k, value in enumerate(algebra.gram[blade.bit_length() - 1]) if value]
     return 1 << seen[0] if len(seen) == 1 and 1 << seen[0] != blade else None
 
 
 def solve(algebra: Algebra, blade: int, others: Mapping[int, Polynomial], square: Rational) -> Polynomial:
-    """The coefficient of `blade` in a vector of the given square, from the other coefficients."""
+    """Return the coefficient of `blade` in a vector of the given square, from the other coefficients."""
     partner = _partner(algebra, blade)
     assert partner is not None
     ring = others[partner].ring

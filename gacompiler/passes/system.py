@@ -1,4 +1,4 @@
-"""The form between multivectors and programs: polynomials in the inputs and in named intermediate results."""
+"""Systems of polynomials in inputs and named intermediate results, the stage between multivectors and programs."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ..rings.polynomial import Polynomial, PolynomialRing
 
 @dataclass(frozen=True, slots=True)
 class Definition:
-    """A variable of the ring that is a name for a polynomial."""
+    """A variable of the ring that represents a polynomial."""
 
     variable: int
     polynomial: Polynomial
@@ -18,14 +18,15 @@ class Definition:
 
 @dataclass(frozen=True, slots=True)
 class System:
-    """What a kernel computes.
+    """The polynomials that a kernel computes.
 
     Attributes
     ----------
     ring : PolynomialRing
-        Its first `n_inputs` variables are the kernel's inputs; its atoms are values of functions.
+        The ring. Its first `n_inputs` variables are the kernel's inputs, and its atoms are values of functions.
+    n_inputs : int
     definitions : tuple of Definition
-        Intermediate results; each uses inputs, atoms and earlier definitions.
+        Intermediate results in terms of inputs, atoms and earlier definitions.
     outputs : tuple of Polynomial
     """
 
@@ -35,7 +36,7 @@ class System:
     outputs: tuple[Polynomial, ...]
 
     def live(self) -> tuple[tuple[Definition, ...], tuple[int, ...]]:
-        """The definitions and the atoms (variables, descending) that the outputs need."""
+        """Return the definitions and the atoms (as variables, in descending order) that the outputs depend on."""
         by_variable = {definition.variable: definition for definition in self.definitions}
         needed: set[int] = set()
         todo = [variable for polynomial in self.outputs for variable in polynomial.variables]
@@ -51,7 +52,7 @@ class System:
 
     @property
     def key(self) -> tuple[object, ...]:
-        """Equal for systems that compute the same in the same way."""
+        """A key that is equal for systems with the same computation."""
         kept, atoms = self.live()
         functions = ((v, self.ring.atom_of(v)) for v in atoms)
         return (

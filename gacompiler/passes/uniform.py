@@ -1,8 +1,8 @@
-"""Batches in which some arguments are the same for every element: one motor and many points.
+"""Forms of a kernel for batches in which some arguments are the same for every element: one motor and many points.
 
-What depends on those arguments alone is prepared once. A result is a polynomial in the other arguments, and its
-coefficients are polynomials in the ones that stay the same: a motor becomes a matrix, of which each point takes nine
-products instead of twenty-one. Where that is no gain, the lines of the program that do not change are prepared.
+Values that depend only on these uniform arguments are prepared once. A result is a polynomial in the other arguments,
+and its coefficients are polynomials in the uniform ones. For example, a motor becomes a matrix, and each point requires
+nine products instead of twenty-one. If this is not cheaper, the invariant lines of the program are prepared instead.
 """
 
 from __future__ import annotations
@@ -26,31 +26,31 @@ from .share import share
 from .system import Definition, System
 
 LARGEST = 400
-"""Results with more terms than this together are not collected by their coefficients."""
+"""Maximum total number of terms of results that are collected by coefficients."""
 PREPARED = 64
-"""Numbers that may be prepared."""
+"""Maximum number of prepared values."""
 WORTH = Fraction(4, 5)
-"""A form is kept where one element costs at most this part of what it costs alone."""
+"""Maximum cost of a form per element, as a fraction of the cost of the program."""
 SMALLEST = 16
-"""Kernels that cost less than this are not worth a second form; those that cost more than `LARGEST` are left alone."""
+"""Minimum cost of a kernel to search for a second form; the maximum is `LARGEST`."""
 
 
 def uniform_forms(
     kernel: Kernel, expressions: Sequence[Expression], slots: Sequence[Slot], program: Program, gate: Gate
 ) -> tuple[Uniform, ...]:
-    """The forms that pay and are accurate, cheapest first; at most one for each argument.
+    """Return the accurate forms that reduce the cost sufficiently, cheapest first, at most as many as arguments.
 
     Parameters
     ----------
     kernel : Kernel
     expressions : sequence of Expression
-        Its results as the author wrote them.
+        The results in the author's form.
     slots : sequence of Slot
         The numbers to compute, in the order of the results.
     program : Program
         The program for one element.
     gate : Gate
-        What accepts a program as accurate.
+        The accuracy criterion.
     """
     total = cost(program).total
     if not SMALLEST <= total <= LARGEST:
@@ -71,7 +71,7 @@ def _pays(form: Uniform, total: int) -> bool:
 
 
 def _choices(program: Program) -> Iterator[tuple[str, ...]]:
-    """Which arguments may stay the same: every part of two or three, and each but one of more."""
+    """Yield the sets of uniform arguments: all proper subsets of two or three, else all but one argument."""
     names = [argument.name for argument in program.arguments]
     sizes = range(1, len(names)) if len(names) <= 3 else (len(names) - 1,)
     for size in sizes:
@@ -85,7 +85,7 @@ def _collected(
     slots: Sequence[Slot],
     same: Sequence[str],
 ) -> Iterator[Program]:
-    """Programs of the results as polynomials in the arguments that change, their coefficients named."""
+    """Yield programs of the results as polynomials in the varying arguments with named coefficients."""
     arguments = tuple(Argument(p.name, p.shape, p.components) for p in kernel.parameters)
     fixed = {component for argument in arguments if argument.name in same for component in argument.components}
     seen = set()
@@ -106,7 +106,7 @@ def _collected(
 
 
 def _by_coefficients(system: System, fixed: set[str]) -> System | None:
-    """`system` with a name for every coefficient; None where functions of changing arguments occur."""
+    """Name every coefficient of `system`. Return None if it contains functions of varying arguments."""
     ring = system.ring
     is_fixed = _Fixed(ring, system.n_inputs, fixed)
     _, atoms = system.live()
@@ -118,18 +118,21 @@ def _by_coefficients(system: System, fixed: set[str]) -> System | None:
     for output in system.outputs:
         by_monomial: dict[Monomial, dict[Monomial, Fraction | int]] = {}
         for monomial, value in output.terms.items():
-            changing = tuple(v for v in monomial if not is_fixed(v))
-            staying = tuple(v for v in monomial if is_fixed(v))
-            by_monomial.setdefault(changing, {})[staying] = value
+            varying = tuple(v for v in monomial if not is_fixed(v))
+            uniform = tuple(v for v in monomial if is_fixed(v))
+            by_monomial.setdefault(varying, {})[uniform] = value
         total = ring.constant(0)
-        for changing, terms in by_monomial.items():
-            total = total + _named(Polynomial(ring, terms), names, definitions) * Polynomial(ring, {changing: 1})
+        for varying, terms in by_monomial.items():
+            total = total + _named(Polynomial(ring, terms), names, definitions) * Polynomial(ring, {varying: 1})
         outputs.append(total)
     return System(ring, system.n_inputs, tuple(definitions), tuple(outputs))
 
 
 def _named(coefficient: Polynomial, names: dict[object, int], definitions: list[Definition]) -> Polynomial:
-    """A variable for a coefficient, or minus the variable of its opposite; numbers and variables are their own."""
+    """Return the variable of a coefficient, or the negated variable of its negative.
+
+    Numbers and single variables are returned unchanged.
+    """
     if len(coefficient.terms) == 1 and coefficient.degree <= 1:
         return coefficient
     ring = coefficient.ring
@@ -144,7 +147,7 @@ def _named(coefficient: Polynomial, names: dict[object, int], definitions: list[
 
 
 class _Fixed:
-    """Whether a variable is an input that stays the same, or a function of such."""
+    """A predicate for variables that are uniform inputs or functions of uniform inputs only."""
 
     def __init__(self, ring: PolynomialRing, n_inputs: int, fixed: set[str]) -> None:
         self._ring = ring

@@ -65,7 +65,7 @@ from gacompiler.passes.rewrite import (
     divide_by_reversing,
     drop_versor,
     join_sandwich,
-    leave_out_what_commutes,
+    separate_invariant_grades,
     pull_out_versor,
     recognise_sandwich,
     rewrite,
@@ -295,7 +295,7 @@ def test_rules_on_an_example_each() -> None:
     assert pull_out_versor(norm_squared(sandwich(M, P))) == sandwich(M, norm_squared(P))
     assert drop_versor(sandwich(M, norm_squared(P))) == norm_squared(P)
     assert drop_versor(sandwich(M, P & PLANE)) == (P & PLANE)
-    assert leave_out_what_commutes(sandwich(M, N)) == N.grade(0, 4) + sandwich(M, N.grade(2))
+    assert separate_invariant_grades(sandwich(M, N)) == N.grade(0, 4) + sandwich(M, N.grade(2))
 
 
 @pytest.mark.parametrize(
@@ -329,9 +329,9 @@ def test_rules_on_an_example_each() -> None:
         (drop_versor, sandwich(FREE, norm_squared(P)), "not unit"),
         (drop_versor, sandwich(M, P), "not invariant"),
         (drop_versor, sandwich(PLANE, norm_squared(P)), "odd and not unit"),
-        (leave_out_what_commutes, sandwich(FREE, N), "not unit"),
-        (leave_out_what_commutes, sandwich(M, P), "nothing commutes"),
-        (leave_out_what_commutes, sandwich(PLANE, N), "odd"),
+        (separate_invariant_grades, sandwich(FREE, N), "not unit"),
+        (separate_invariant_grades, sandwich(M, P), "nothing commutes"),
+        (separate_invariant_grades, sandwich(PLANE, N), "odd"),
     ],
     ids=lambda value: value if isinstance(value, str) else "",
 )

@@ -1,7 +1,7 @@
-"""Which coefficients of long scripts vanish: result by result, step by step, within bounds.
+"""Proof of vanishing and constant coefficients in long scripts, one result at a time, with bounded effort.
 
-Scripts hand values on from statement to statement. What is used more than once keeps a name, so that polynomials stay
-those of one statement; ``m p ~m`` has no vector part whatever the coefficients of ``m`` are.
+Scripts pass values from statement to statement. Values that are used more than once are named, so that polynomials are
+limited to one statement. This loses little: ``m p ~m``, for example, has no vector part for any coefficients of ``m``.
 """
 
 from __future__ import annotations
@@ -16,21 +16,21 @@ from ..frontend.kernel import Trace
 from .lower import Lowering, Slot, stages
 
 BUDGET = 2_000
-"""Terms that one polynomial may have."""
+"""Maximum number of terms of one polynomial."""
 EFFORT, WHOLE_EFFORT = 30_000, 120_000
-"""Pairs of terms that may be multiplied for one way to look at one result, and for all."""
+"""Maximum number of pairs of terms that are multiplied for one form of one result, and in total."""
 
 
-def prove_each(
+def prove_by_result(
     trace: Trace, suspected: Mapping[tuple[int, int], Any], variants: Sequence[Sequence[Expression]]
 ) -> dict[tuple[int, int], Any]:
-    """Those suspects, by expression and blade, that polynomials prove to be constant."""
+    """Return the suspected constants, by expression and blade, that polynomials prove."""
     proved: dict[tuple[int, int], Any] = {}
     left = WHOLE_EFFORT
     for k in range(len(trace.expressions)):
         written = list(dict.fromkeys(variant[k] for variant in variants))
-        ways = [(each, cuts) for each in written for cuts in (_shared(each), _vectors(each), frozenset[Expression]())]
-        for expression, cuts in ways:
+        forms = [(each, cuts) for each in written for cuts in (_shared(each), _vectors(each), frozenset[Expression]())]
+        for expression, cuts in forms:
             open_blades = [blade for j, blade in suspected if j == k and (j, blade) not in proved]
             if not open_blades or left <= 0:
                 break
@@ -50,11 +50,11 @@ def prove_each(
 
 
 def _vectors(expression: Expression) -> frozenset[Expression]:
-    """Scalars and vectors that are worth a name: no relation is lost with them, as it would be with blades."""
+    """Return the scalars and vectors to name. Unlike naming blades of higher grade, this loses no relation."""
     return frozenset(node for node in stages([expression]) if all(blade.bit_count() < 2 for blade in node.blades))
 
 
 def _shared(expression: Expression) -> frozenset[Expression]:
-    """What is worth a name and is used more than once."""
+    """Return the nodes to name that are used more than once."""
     uses = Counter(argument for node in topological([expression]) for argument in node.arguments)
     return frozenset(node for node in stages([expression]) if uses[node] > 1)
