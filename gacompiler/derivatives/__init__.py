@@ -1,15 +1,15 @@
 """Derivatives and matrices of kernels, with and without loops, as kernels.
 
-`jvp`, `vjp`, `jacobian`, `hessian_vector` and `matrix_of` give kernels, which are compiled, counted and proved like any
-other, and can be differentiated again.
+`jvp`, `vjp`, `jacobian`, `hessian_vector` and `matrix_of` return kernels. They are compiled, counted and proved like
+other kernels, and can be differentiated again.
 
-Without loops a derivative is an expression (`rules`). For a kernel with loops that defines what its derivative is: the
-derivative of the same function written out for arrays of known lengths. What is compiled comes from the statements that
-the kernel was traced to. They form a small set (a straight-line part, adding a row to another, copying, clearing,
-loops), and derivatives of them are statements of the set again, so derivatives can be differentiated. `forward` gives
-every table a second one of derivatives. `reverse` runs the loops, keeping what is overwritten, and then the transposed
-statements in reverse order. Both record statements as loop functions do (`replay`), and compiling the derivative
-compares them with the definition, as for every kernel with loops.
+Without loops, a derivative is an expression (`rules`). The derivative of a kernel with loops is defined as that of the
+unrolled function, for arrays of known lengths. It is compiled from the traced statements of the kernel. There are few
+kinds of statements (straight-line parts, addition, copying and clearing of rows, loops), and their derivatives are
+statements of the same kinds, so that derivatives can be differentiated. `forward` adds a table of derivatives to every
+table. `reverse` runs the loops while it stores values that are overwritten, and then runs the transposed statements in
+reverse order. Both record statements like loop functions do (`replay`). As for every kernel with loops, compilation
+compares the derivative with its definition.
 """
 
 from .kernels import hessian_vector as hessian_vector

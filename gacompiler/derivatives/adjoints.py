@@ -1,4 +1,4 @@
-"""The transposed derivative of one straight-line part: what its results' cotangents give to its arguments."""
+"""The transposed derivative of a straight-line part, which maps cotangents of results to those of arguments."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from .tangents import Key
 
 @dataclass(frozen=True, slots=True)
 class Weight:
-    """One number of a cotangent: coefficient `slot` of result `target`, of the derivative that comes in at `seed`."""
+    """An entry of a cotangent: coefficient `slot` of result `target`, for cotangent number `seed`."""
 
     symbol: Expression
     target: int
@@ -30,7 +30,7 @@ class Weight:
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """What coefficient `slot` of argument `source` is given, an expression of the part's symbols and of weights."""
+    """A contribution to coefficient `slot` of argument `source`, in terms of the part's symbols and the weights."""
 
     value: Expression
     source: int
@@ -47,7 +47,7 @@ class Adjoint:
     weights : tuple of Weight
     entries : tuple of Entry
     used : frozenset of int
-        The arguments of the part whose values occur.
+        The indices of the arguments whose values occur.
     """
 
     weights: tuple[Weight, ...]
@@ -56,7 +56,7 @@ class Adjoint:
 
 
 def adjoint(compute: Compute, layouts: Mapping[Key, Layout], count: int) -> Adjoint:
-    """Transpose the derivative of a part, for `count` cotangents at once."""
+    """Return the transposed derivative of a part, for `count` cotangents at once."""
     values = values_of(compute)
     weights: list[Weight] = []
     active = []
@@ -66,7 +66,7 @@ def adjoint(compute: Compute, layouts: Mapping[Key, Layout], count: int) -> Adjo
             active.append((k, layout))
             for seed in range(count):
                 for slot in range(layout.size):
-                    name = f"weight {k} {seed} {slot}"  # not the name of any parameter
+                    name = f"weight {k} {seed} {slot}"  # Contains spaces, so it differs from all parameter names.
                     symbol = Parameter(name, SCALAR).symbols()
                     weights.append(Weight(symbol, k, seed, slot))
     entries: list[Entry] = []
@@ -74,8 +74,8 @@ def adjoint(compute: Compute, layouts: Mapping[Key, Layout], count: int) -> Adjo
     for k, (symbol, source) in enumerate(zip(symbols, compute.sources, strict=True)):
         layout = layouts.get((source.place.table, source.leaf.start))
         for slot, blade in enumerate(basis(layout) if layout is not None else []):
-            slopes = without_ones(derivative([values[target] for target, _ in active], {symbol: blade}))
-            column = [x for slope, (_, own) in zip(slopes, active, strict=True) for x in _numbers(slope, own)]
+            derivatives = without_ones(derivative([values[target] for target, _ in active], {symbol: blade}))
+            column = [x for partial, (_, own) in zip(derivatives, active, strict=True) for x in _numbers(partial, own)]
             for seed in range(count):
                 own_weights = [weight.symbol for weight in weights if weight.seed == seed]
                 entries.append(Entry(weighted(own_weights, column), k, seed, slot))
@@ -84,15 +84,15 @@ def adjoint(compute: Compute, layouts: Mapping[Key, Layout], count: int) -> Adjo
     return Adjoint(tuple(weights), tuple(entries), used)
 
 
-def _numbers(slope: Expression, layout: Layout) -> list[Expression]:
-    """The coefficients of a derivative; those that its form excludes are 0, so that nothing is kept for them."""
-    blades = slope.blades
-    found = zip(layout.stored, numbers(slope, layout), strict=True)
+def _numbers(partial: Expression, layout: Layout) -> list[Expression]:
+    """Return the coefficients of a derivative, with the constant 0 for blades that do not occur."""
+    blades = partial.blades
+    found = zip(layout.stored, numbers(partial, layout), strict=True)
     return [number if slot.blade in blades else lift(0) for slot, number in found]
 
 
 def grouped(compute: Compute, found: Adjoint) -> dict[Place, list[tuple[Entry, int]]]:
-    """The entries by the place that they belong to, each with where its multivector begins."""
+    """Group the entries by place, each with the position of the first number of its multivector."""
     places: dict[Place, list[tuple[Entry, int]]] = {}
     for entry in found.entries:
         source = compute.sources[entry.source]

@@ -1,6 +1,6 @@
-"""Tables of cotangents, beside the tables of a traced kernel, and adding to them.
+"""Tables of cotangents for the tables of a traced kernel, and accumulation of cotangents.
 
-Every table that changes with the parameter has one: numbers for the coefficients of its derivatives.
+Every table that depends on the parameter has a table of cotangents, with the coefficients of its derivatives.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ class Seed(Protocol):
     """The cotangent of a result."""
 
     def numbers(self, leaf: int, layout: Layout, row: Row) -> list[list[Expression]]:
-        """For each cotangent the coefficients of `layout` of multivector number `leaf` in a row of it."""
+        """Return the coefficients of `layout` of multivector number `leaf` in a row, for each cotangent."""
 
     def table(self, layouts: Sequence[Layout]) -> Record | None:
-        """The table that holds those numbers in this order, if there is one."""
+        """Return the table that contains these numbers in this order, or None."""
 
 
 class Cotangents(Replay):
@@ -41,15 +41,15 @@ class Cotangents(Replay):
     recorder : Recorder
     traced : LoopTrace
     arguments : sequence
-        Of the traced kernel.
+        The arguments of the traced kernel.
     layouts : mapping
-        Of derivatives, see `tangents.tangent_layouts`.
+        The layouts of derivatives, see `tangents.tangent_layouts`.
     wrt : str
-        The parameter to differentiate by.
+        The parameter with respect to which the kernel is differentiated.
     seeds : mapping of str to Seed
         The cotangents of results.
     count : int
-        How many cotangents each result has.
+        The number of cotangents of each result.
     """
 
     def __init__(
@@ -97,7 +97,7 @@ class Cotangents(Replay):
         return found
 
     def _is_direct(self, name: str) -> bool:
-        """Whether the cotangent of a result is what the caller gives, and nothing is added to it."""
+        """Return whether the cotangent of a result is that given by the caller, without further contributions."""
         if name not in self._seeds or name in self._read:
             return False
         if name in self._set_once:
@@ -107,7 +107,7 @@ class Cotangents(Replay):
         return is_sum and self._seeds[name].table(layouts) is not None
 
     def _is_sole(self, place: Place) -> bool:
-        """Whether one part alone reads a table, row by row: its cotangent is set, and not added up."""
+        """Return whether only one part reads a table, row by row, so that its cotangent is set and not accumulated."""
         table = place.table
         if not isinstance(place.row, Counter) or table in self._seeds or self.old[table].lengths == ():
             return False
@@ -120,7 +120,7 @@ class Cotangents(Replay):
         )
 
     def _begin(self) -> None:
-        """Set the cotangents: those of results as given, the others to zero."""
+        """Initialise the cotangents of results to the given values, and the others to zero."""
         sole = {place.table for place in self._reads if self._is_sole(place)}
         for name, record in self._adjoints.items():
             if self._is_direct(name):
@@ -134,7 +134,10 @@ class Cotangents(Replay):
         old = self.old[name]
         if len(old.lengths) > 1:
             raise KernelError(
-                self.traced.kernel.where, f"the matrix of rows {name} is a result and read", "one of the two"
+                self.traced.kernel.where,
+                f"the matrix of rows {name} is both a result and an operand",
+                "a matrix of rows that is only a result or only an operand",
+                "use jvp(), or return a copy",
             )
 
         def assign(row: Row) -> None:
@@ -158,7 +161,7 @@ class Cotangents(Replay):
         self.recorder.compute([values[k] for k in order], [(place, Leaf(SCALAR, k)) for k in order])
 
     def gradient(self) -> list[Any]:
-        """The cotangent of the parameter, number by number."""
+        """Return the cotangent of the parameter as a list of numbers."""
         return self.held(self._adjoints[self._wrt])
 
     @contextmanager
@@ -175,7 +178,7 @@ class Cotangents(Replay):
         return self.recorder.symbol(f"{table}_adjoint", place, leaf)
 
     def _cotangent(self, target: Place) -> Place:
-        """The cotangent of a row that was added to: zero where there is no such row."""
+        """Return the cotangent of a row that is the target of an addition, or zero if the row does not exist."""
         if not isinstance(target.row, Following):
             return self.place(target, self._adjoints)
         own = self._adjoints[target.table]
@@ -184,7 +187,7 @@ class Cotangents(Replay):
         return Place(own.name, Previous(self.counters[target.row.loop], zero.name))
 
     def _add(self, source: Place, old: Place) -> None:
-        """Add a row of cotangents to that of an old place."""
+        """Add a row of cotangents to the cotangent of an old place."""
         own, start = self._adjoints[old.table], start_of(old)
         to_start = self._adjoints.get(start) if start not in self._zeros else None
         match old.row:
@@ -202,7 +205,7 @@ class Cotangents(Replay):
                 self.record(Add(source, self.place(old, self._adjoints)))
 
     def _add_before(self, source: Place, loop: str, target: Place, start: Place) -> None:
-        """Add a row to that of the row before, or to the start: the last row of the reverse loop is the first one."""
+        """Add a row to the cotangent of the previous row, or to that of the start in the last reverse iteration."""
         own = self.recorder.records[target.table]
         edges = dict(self._edges)[loop]
         is_inner = loop != self._edges[-1][0]
@@ -214,16 +217,16 @@ class Cotangents(Replay):
                 self.copy(source, single)
             source = single
         passed = self.recorder.records[source.table]
-        if is_inner:  # what an inner loop gives is added up
+        if is_inner:  # Contributions of an inner loop are accumulated.
             edges.first += self.clearing(passed, edges.depth + 1)
             edges.last.append(Add(source, target))
         else:
             self.record(Add(source, target))
-        self.clear(passed, edges.depth)  # where there are no rows
+        self.clear(passed, edges.depth)  # This value is used if there are no rows.
         edges.after.append(Add(source, start))
 
     def _add_to_start(self, source: Place, row: Parent, own: Record, start: Record) -> None:
-        """Add a row to the start where an index table names no row: times 1 there, and times 0 elsewhere."""
+        """Add a row to the start, multiplied by 1 if the index of the row is -1, and by 0 otherwise."""
         length = self._index_length(row.index)
         zeros, one = self._marks(length)
         mark = Parent(self.row(row, self.tables).index, self.counters[row.loop], one.name)  # type: ignore[union-attr]
@@ -237,7 +240,7 @@ class Cotangents(Replay):
         return next(table.lengths[0] for table in self.traced.indices if table.name == index)
 
     def _marks(self, length: str) -> tuple[Record, Record]:
-        """A table of zeros and a table of a one: a row of the first, where there is one, else the second."""
+        """Return a table of zeros with one row per index and a table with a single 1, for rows with index -1."""
         if length not in self._roots:
             leaves = (Leaf(SCALAR, 0),)
             zeros = self.new_table("zeros", self.lengths([length]), leaves, ())

@@ -1,4 +1,4 @@
-"""The directions that a Jacobian has columns for."""
+"""The tangent directions that correspond to the columns of a Jacobian."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ Tangents = Callable[[Expression, Layout], list[Expression]]
 
 
 def basis(layout: Layout) -> list[Expression]:
-    """One basis blade for each stored coefficient."""
+    """Return one basis blade for each stored coefficient."""
     return [lift(Multivector(layout.algebra, {slot.blade: slot.sign})) for slot in layout.stored]
 
 
 def coefficient_tangents(_: Expression, layout: Layout) -> list[Expression]:
-    """One basis blade for each stored coefficient, which are all that an element has.
+    """Return one basis blade for each stored coefficient of a layout without implied coefficients.
 
     Raises
     ------
@@ -29,7 +29,7 @@ def coefficient_tangents(_: Expression, layout: Layout) -> list[Expression]:
         raise KernelError(
             "jacobian()",
             f"{layout} has implied coefficients",
-            "a layout that stores what it has",
+            "a layout that stores all its coefficients",
             "rebuild the element inside the kernel",
         )
     return basis(layout)

@@ -1,4 +1,4 @@
-"""Forward mode through loops: every table that changes has a second one, of derivatives, and so has every statement."""
+"""Forward mode through loops: each table that depends on the parameter gets a table of derivatives."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .rules import derivative
 from .tangents import Key
 
 Directions = Callable[[Expression], Sequence[Expression]]
-"""The tangents of a parameter that is one multivector, as expressions of it."""
+"""A function that returns the tangents of a multivector parameter as expressions in it."""
 
 
 class Forward(Replay):
@@ -30,15 +30,15 @@ class Forward(Replay):
     recorder : Recorder
     traced : LoopTrace
     arguments : sequence
-        Of the traced kernel.
+        The arguments of the traced kernel.
     layouts : mapping
-        Of derivatives, see `tangents.tangent_layouts`.
+        The layouts of derivatives, see `tangents.tangent_layouts`.
     wrt : str
-        The parameter to differentiate by.
+        The parameter with respect to which the kernel is differentiated.
     tangents : Record or callable
-        The table of its tangents, or the tangents as expressions.
+        The table of tangents of the parameter, or a function that returns them as expressions.
     count : int
-        How many directions there are.
+        The number of directions.
     """
 
     def __init__(
@@ -70,7 +70,7 @@ class Forward(Replay):
             self.primal(statement)
 
     def _add_table(self, record: Record) -> None:
-        """A table for the derivatives of a table that changes."""
+        """Add a table for the derivatives of a table, if the table depends on the parameter."""
         leaves: list[Leaf] = []
         for direction in range(self._count):
             for own in record.leaves:
@@ -84,7 +84,7 @@ class Forward(Replay):
             self._tangents[record.name] = self.table_like(record, f"{record.name}_tangent", leaves, shape)
 
     def compute(self, compute: Compute) -> None:
-        """Record a part with the derivatives of its results."""
+        """Record a part together with the derivatives of its results."""
         symbols = self.symbols(compute)
         values = substituted(values_of(compute), symbols)
         results = list(values)
@@ -98,16 +98,16 @@ class Forward(Replay):
             for direction in range(self._count)
         ]
         for direction, tangents in enumerate(along):
-            for (place, leaf), slope in zip(compute.targets, derivative(values, tangents), strict=True):
+            for (place, leaf), partial in zip(compute.targets, derivative(values, tangents), strict=True):
                 layout = self._layouts.get((place.table, leaf.start))
                 if layout is not None:
-                    results.append(multivector(numbers(slope, layout), layout))
+                    results.append(multivector(numbers(partial, layout), layout))
                     own = self._leaves[place.table, leaf.start, direction]
                     targets.append((self.place(place, self._tangents), own))
         self.recorder.compute(results, targets)
 
     def _tangent(self, symbol: Expression, source: Source, direction: int) -> Expression | None:
-        """The derivative of what a symbol stands for; None where it does not change."""
+        """Return the derivative of the value of a symbol, or None if the value does not depend on the parameter."""
         table = source.place.table
         if table == self._wrt and self._directions is not None:
             return self._directions(symbol)[direction]
@@ -118,7 +118,7 @@ class Forward(Replay):
         return self.recorder.symbol(f"{symbol.data.name}_tangent", place, leaf, self.base + source.depth)
 
     def primal(self, statement: Recorded) -> None:
-        """Record a statement with that for derivatives."""
+        """Record a statement together with the corresponding statement for derivatives."""
         super().primal(statement)
         tangents = self._tangents
         match statement:
@@ -134,7 +134,7 @@ class Forward(Replay):
                 self.clear(tangents[table])
 
     def _move_directions(self, statement: Add | Copy) -> None:
-        """Record that the tangents of the parameter are copied, or added to a row; they are in no table."""
+        """Record copying or addition of the tangents of the parameter, which are not stored in a table."""
         source, target = statement.source, statement.target
         own = self._tangents[target.table]
         place = self.place(target, self._tangents)
@@ -154,14 +154,14 @@ class Forward(Replay):
         if isinstance(statement, Add):
             self.record(Add(place, self.place(target, self._tangents)))
 
-    def slopes(self) -> list[list[list[Any]]]:
-        """For each result and direction, the derivatives of its multivectors; None for those that do not change."""
+    def derivatives(self) -> list[list[list[Any]]]:
+        """Return the derivatives of the multivectors of each result along each direction; None for constants."""
         return [
-            [self._slopes(name, record, direction) for direction in range(self._count)]
+            [self._derivatives(name, record, direction) for direction in range(self._count)]
             for name, record in self.traced.results
         ]
 
-    def _slopes(self, name: str, record: Record, direction: int) -> list[Any]:
+    def _derivatives(self, name: str, record: Record, direction: int) -> list[Any]:
         if name not in self._tangents:
             return [None] * len(record.leaves)
         own = self._tangents[name]
@@ -171,7 +171,7 @@ class Forward(Replay):
 
 
 def shape_of(record: Record, size: int) -> tuple[int, ...]:
-    """The shape of rows of `size` numbers that stand for those of a table: the same where they are as many."""
+    """Return the shape of rows of derivatives: that of the table if the size is the same, else flat."""
     if size == record.table.size:
         return record.shape
     return () if size == 1 else (size,)

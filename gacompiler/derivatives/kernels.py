@@ -1,13 +1,13 @@
-"""Derivatives and matrices of kernels, as kernels: they are compiled, counted and proved like any other.
+"""Derivatives and matrices of kernels, as kernels. They are compiled, counted and proved like other kernels.
 
-Every product is bilinear, so the derivative of an expression along a tangent is again an expression, by the product
-rule, and nothing is said here about coefficients or metrics. A column of a Jacobian is the derivative along a basis
-blade; for a versor, along a bivector times the versor, which stays on the manifold.
+Every product is bilinear. By the product rule, the derivative of an expression along a tangent is therefore an
+expression that does not depend on coefficients or the metric. A column of a Jacobian is the derivative along a basis
+blade or, for versors, along the product of a bivector and the versor, which is tangent to the manifold of versors.
 
-At the switch of a `select` the derivative is that of the side taken; of ``abs`` at zero that of the negative side,
-of ``minimum`` and ``maximum`` at equal arguments that of the second. Where a function has no finite derivative there is
-no finite number: that of ``sqrt`` at zero is infinite, or not a number where the argument's derivative vanishes too,
-and so is that of `norm` where the norm is zero.
+The derivative of `select` is that of the selected operand. The derivative of ``abs`` at zero is that of the negative
+side, and the derivative of ``minimum`` and ``maximum`` at equal arguments is that of the second argument. The
+derivative of ``sqrt`` at zero is infinite, or NaN if the derivative of its argument vanishes as well. The same holds
+for `norm` where the norm is zero.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ from .rules import derivative
 
 
 def _one_result(d: Differentiated) -> Layout:
-    """The layout of the one result that a kernel has."""
+    """Return the layout of the only result of a kernel."""
     if len(d.results) != 1 or outer_of(d.results[0]):
         raise KernelError(d.kernel.where, "several results", "one multivector or scalar to differentiate")
     return layout_of_type(d.results[0])
@@ -54,7 +54,7 @@ def _one_result(d: Differentiated) -> Layout:
 def _check_one(d: Differentiated) -> None:
     if d.parameter.outer_shape:
         raise KernelError(
-            d.kernel.where, f"{d.parameter.name} is an array", "one multivector or scalar to differentiate by"
+            d.kernel.where, f"{d.parameter.name} is an array", "a parameter that is one multivector or scalar"
         )
 
 
@@ -62,35 +62,35 @@ def _check_stored(d: Differentiated, where: str) -> None:
     layout = d.parameter.layout
     if d.loops is not None and layout.implied:
         raise KernelError(
-            where, f"{layout} has implied coefficients", "a layout that stores what it has",
+            where, f"{layout} has implied coefficients", "a layout that stores all its coefficients",
             "rebuild the element inside the kernel",
         )  # fmt: skip
 
 
 def jacobian(definition: Kernel, wrt: str, tangent: str = "coefficients") -> Kernel:
-    """A kernel that gives the value of `definition` and its Jacobian with respect to one parameter.
+    """Return a kernel that computes the value of `definition` and its Jacobian with respect to one parameter.
 
     Parameters
     ----------
     definition : Kernel
-        With one result.
+        A kernel with one result.
     wrt : str
-        Name of a parameter.
+        The name of a parameter.
     tangent : {"coefficients", "left", "right"}
-        Derivatives by each stored coefficient; or along ``B m`` or ``m B`` for each basis bivector `B`, which stays on
-        the manifold of versors. A motor ``exp(B) m`` has the left Jacobian's columns as derivatives at ``B = 0``.
+        The directions of the derivatives. ``"coefficients"`` are the stored coefficients. ``"left"`` and ``"right"``
+        are ``B m`` and ``m B`` for each basis bivector `B`, which are tangent to the manifold of versors. The columns
+        of the left Jacobian are the derivatives for ``exp(B) m`` at ``B = 0``.
 
     Returns
     -------
     Kernel
-        Named ``<name>_jacobian_<wrt>``, with results ``out`` and the matrix, one row for each coefficient of the value.
-        If the result is an array of rows, there is a matrix for each row of it; if the parameter is one, there is a
-        matrix for each row of the parameter.
+        A kernel named ``<name>_jacobian_<wrt>``. Its results are ``out`` and the matrix, with one row for each
+        coefficient of the value. If the result or the parameter is an array of rows, there is a matrix for each row.
 
     Raises
     ------
     KernelError
-        When both the result and the parameter have named lengths: use `jvp` or `vjp`.
+        When both the result and the parameter have named lengths. In this case, use `jvp` or `vjp`.
     """
     if tangent not in KINDS:
         raise KernelError("jacobian()", f"tangent {tangent!r}", "one of " + ", ".join(KINDS))
@@ -115,7 +115,7 @@ def jacobian(definition: Kernel, wrt: str, tangent: str = "coefficients") -> Ker
         ]
         entries = [
             [column[row] for column in matrix] for row in range(layout.size) for matrix in matrices
-        ]  # of row 0 those of all matrices, then of row 1
+        ]  # Row 0 of all matrices, then row 1 of all matrices, and so on.
         flat: list[Any] = []
         for of_row in parts(entries, len(matrices)):
             for places in zip(*of_row, strict=True):
@@ -127,15 +127,16 @@ def jacobian(definition: Kernel, wrt: str, tangent: str = "coefficients") -> Ker
             return tuple((loops.matrices if own_lengths else loops.columns)(d, arguments, kind))
         return tuple(d.with_variables(arguments, derived))
 
-    summary = f"Value and Jacobian of `{definition.name}` by {wrt} ({tangent})."
+    summary = f"Return the value of `{definition.name}` and its Jacobian with respect to {wrt} ({tangent})."
     matrix = type_of(SCALAR, lengths or own_lengths, (layout.size, len(sample)))
     return Kernel(f"{definition.name}_jacobian_{wrt}", function, definition.parameters, (d.results[0], matrix), summary)
 
 
 def matrix_of(definition: Kernel, wrt: str) -> Kernel:
-    """A kernel that gives the matrix of `definition`, which must be linear in the parameter `wrt`.
+    """Return a kernel that computes the matrix of `definition`, which must be linear in the parameter `wrt`.
 
-    ``f(..., x, ...)`` is the matrix times the stored coefficients of `x`; the parameter itself is no longer one.
+    ``f(..., x, ...)`` is the matrix times the stored coefficients of `x`. The returned kernel has all parameters of
+    `definition` except `wrt`.
 
     Raises
     ------
@@ -143,7 +144,7 @@ def matrix_of(definition: Kernel, wrt: str) -> Kernel:
         When the result is not linear in `wrt`.
     """
     if definition.has_loops:
-        raise KernelError(definition.where, "matrix_of() of a kernel with loops", "a kernel without", "use jacobian()")
+        raise KernelError(definition.where, "matrix_of() of a kernel with loops", "no loops", "use jacobian()")
     d = differentiated(definition, wrt)
     _check_one(d)
     layout, parameter, place = _one_result(d), d.parameter, d.place
@@ -160,16 +161,16 @@ def matrix_of(definition: Kernel, wrt: str) -> Kernel:
             columns.append(numbers(column, layout))
         return tuple(tuple(column[row] for column in columns) for row in range(layout.size))
 
-    summary = f"Matrix of `{definition.name}` as a linear map of {wrt}."
+    summary = f"Return the matrix of `{definition.name}` as a linear map of {wrt}."
     matrix = ArrayOf(SCALAR, (layout.size, parameter.layout.size))
     return Kernel(f"{definition.name}_matrix", function, others, matrix, summary)
 
 
 def jvp(definition: Kernel, wrt: str) -> Kernel:
-    """A kernel that gives the values of `definition` and their derivatives along a tangent of the parameter `wrt`.
+    """Return a kernel that computes the values of `definition` and their derivatives along a tangent of `wrt`.
 
-    The tangent is a further parameter ``<wrt>_tangent``, of the same coefficients and without relations. The results
-    are those of `definition`, and then their derivatives in the same order.
+    The tangent is an additional parameter ``<wrt>_tangent`` with the same coefficients and without relations. The
+    results are those of `definition`, followed by their derivatives in the same order.
     """
     d = differentiated(definition, wrt)
     _check_stored(d, "jvp()")
@@ -183,27 +184,28 @@ def jvp(definition: Kernel, wrt: str) -> Kernel:
         def derived(given: list[Any], variables: list[Expression]) -> list[Any]:
             values = d.values(given)
             tangents = dict(zip(variables, map(lift, elements(along)), strict=True))
-            slopes = []
+            derivatives = []
             for value, result in zip(values, d.results, strict=True):
                 layout = layout_of_type(result)
                 found = derivative(elements(value), tangents)
-                slopes.append(over(value, [multivector(numbers(slope, layout), free(layout)) for slope in found]))
-            return [*values, *slopes]
+                derivatives.append(over(value, [multivector(numbers(each, layout), free(layout)) for each in found]))
+            return [*values, *derivatives]
 
         return tuple(d.with_variables(own, derived))
 
-    summary = f"Value of `{definition.name}` and its derivative along {tangent.name}."
+    summary = f"Return the value of `{definition.name}` and its derivative along {tangent.name}."
     results = (*d.results, *map(tangent_type, d.results))
     return Kernel(f"{definition.name}_jvp_{wrt}", function, (*definition.parameters, tangent), results, summary)
 
 
 def vjp(definition: Kernel, wrt: str) -> Kernel:
-    """A kernel that gives the values of `definition` and the gradient of their product with a cotangent.
+    """Return a kernel that computes the values of `definition` and the gradient of their product with a cotangent.
 
-    The cotangent is a further parameter ``cotangent`` with the result's coefficients, or one for each result,
-    ``cotangent_0`` and so on; the gradient is an array of one number for each stored coefficient of `wrt`: the
-    transposed Jacobian times the cotangent. No metric takes part. By an array of numbers the gradient is an array of
-    the same shape. A loop is run once and its transpose once, whatever the length is.
+    The cotangent is an additional parameter ``cotangent`` with the coefficients of the result. For several results,
+    there are parameters ``cotangent_0``, ``cotangent_1`` and so on. The gradient is the transposed Jacobian times the
+    cotangent, an array of one number for each stored coefficient of `wrt`. It does not involve the metric. The gradient
+    with respect to an array of numbers has the shape of the array. Every loop and its transpose run once, independently
+    of the length.
     """
     d = differentiated(definition, wrt)
     _check_stored(d, "vjp()")
@@ -231,7 +233,10 @@ def vjp(definition: Kernel, wrt: str) -> Kernel:
 
         return tuple(d.with_variables(own, derived))
 
-    summary = f"Value of `{definition.name}` and the gradient by {wrt} of its product with the cotangent."
+    summary = (
+        f"Return the value of `{definition.name}` and the gradient of its product with the cotangent "
+        f"with respect to {wrt}."
+    )
     return Kernel(
         f"{definition.name}_vjp_{wrt}", function, (*definition.parameters, *cotangents), (*d.results, type_), summary
     )
@@ -245,7 +250,10 @@ def _gradient(
     weights: Sequence[Sequence[Expression]],
     shape: tuple[int, ...],
 ) -> Any:
-    """The derivatives of ``weights . values`` by every stored coefficient of a parameter, in its structure."""
+    """Return the derivatives of ``weights . values`` with respect to all stored coefficients of a parameter.
+
+    The result has the structure of the parameter.
+    """
     flat = [
         (e, layout_of_type(result)) for value, result in zip(values, d.results, strict=True) for e in elements(value)
     ]
@@ -254,8 +262,8 @@ def _gradient(
     for variable in variables:
         entries = []
         for t in coefficient_tangents(variable, d.parameter.layout):
-            slopes = derivative([element for element, _ in flat], {variable: t})
-            column = [x for slope, (_, layout) in zip(slopes, flat, strict=True) for x in numbers(slope, layout)]
+            derivatives = derivative([element for element, _ in flat], {variable: t})
+            column = [x for each, (_, layout) in zip(derivatives, flat, strict=True) for x in numbers(each, layout)]
             entries.append(weighted(of_weights, column))
         found.append(entries)
     remaining = iter(found)
@@ -270,22 +278,23 @@ def _gradient(
 
 
 def hessian_vector(definition: Kernel, wrt: str) -> Kernel:
-    """A kernel that gives value, gradient, and the Hessian times a tangent, of a scalar `definition`.
+    """Return a kernel that computes the value, the gradient, and the Hessian times a tangent, of a scalar `definition`.
 
     Parameters
     ----------
     definition : Kernel
-        With one result. If that is no scalar, what is differentiated is its product with a cotangent, as in `vjp`.
+        A kernel with one result. If the result is not a scalar, its product with a cotangent is differentiated, as in
+        `vjp`.
     wrt : str
-        Name of a parameter. Its coefficients are differentiated by as if they were free; no metric takes part.
+        The name of a parameter. Its coefficients are treated as independent variables. The metric is not involved.
 
     Returns
     -------
     Kernel
-        Named ``<name>_hessian_vector_<wrt>``. Its parameters are those of `definition`, then ``cotangent`` unless the
-        result is a scalar, then ``<wrt>_tangent``, both without relations. Its results are the value of `definition`,
-        the gradient, and the derivative of the gradient along the tangent: arrays of one number for each stored
-        coefficient of `wrt`.
+        A kernel named ``<name>_hessian_vector_<wrt>``. Its parameters are those of `definition`, then ``cotangent``
+        unless the result is a scalar, then ``<wrt>_tangent``, both without relations. Its results are the value of
+        `definition`, the gradient, and the derivative of the gradient along the tangent. The latter two are arrays of
+        one number for each stored coefficient of `wrt`.
     """
     d = differentiated(definition, wrt)
     _one_result(d)
@@ -297,8 +306,8 @@ def hessian_vector(definition: Kernel, wrt: str) -> Kernel:
 
     def function(*arguments: Any) -> Any:
         *given, last = arguments
-        value, slope, _, second = along.function(*given, *([lift(1)] if is_scalar else []), last)
-        return value, slope, second
+        value, first, _, second = along.function(*given, *([lift(1)] if is_scalar else []), last)
+        return value, first, second
 
     of = f"`{definition.name}`" if is_scalar else f"the product of `{definition.name}` with the cotangent"
     return Kernel(
@@ -306,5 +315,5 @@ def hessian_vector(definition: Kernel, wrt: str) -> Kernel:
         function,
         (*own, *further),
         (d.results[0], gradient.returns[-1], gradient.returns[-1]),  # type: ignore[index]
-        f"Value, gradient by {wrt}, and Hessian times {wrt}_tangent, of {of}.",
+        f"Return value, gradient with respect to {wrt}, and Hessian times {wrt}_tangent, of {of}.",
     )

@@ -1,4 +1,4 @@
-"""Derivatives of kernels with loops, recorded by the recorder of the kernel that they become."""
+"""Derivatives of kernels with loops. They are recorded by the recorder of the resulting kernel."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from .tangents import Key, tangent_layouts
 
 
 def is_recorded(d: Differentiated, arguments: Sequence[Any]) -> bool:
-    """Whether a kernel is called on arrays whose lengths are not known."""
+    """Return whether a kernel with loops is called on arrays of unknown lengths."""
     return d.loops is not None and any(isinstance(leaf, Rows) for leaf in leaves_of(tuple(arguments)))
 
 
@@ -41,7 +41,7 @@ def _seeds(d: Differentiated, layout: Layout) -> dict[Key, Layout]:
 
 
 def _sample(d: Differentiated, tangents: Tangents) -> tuple[list[Expression], Layout]:
-    """Tangents of a parameter, and the layout that holds them."""
+    """Return the tangents of a parameter and the layout that holds them."""
     layout = d.parameter.layout
     sample = tangents(Parameter(d.parameter.name, layout).symbols(), layout)
     blades = {blade for tangent in sample for blade in tangent.blades}
@@ -51,55 +51,55 @@ def _sample(d: Differentiated, tangents: Tangents) -> tuple[list[Expression], La
 
 
 def forward(d: Differentiated, arguments: Sequence[Any], tangent: Parameter, along: Any) -> list[Any]:
-    """The values of a kernel with loops, and their derivatives along a tangent."""
+    """Return the values of a kernel with loops and their derivatives along a tangent."""
     recorder, traced = current(), _traced(d)
     layouts = tangent_layouts(traced, _seeds(d, tangent.layout), recorder.inference)
     table = bound_argument(recorder, tangent, along)
     run = Forward(recorder, traced, arguments, layouts, d.parameter.name, table)
     values = run.values()
-    slopes = []
-    for value, given, (along_it,) in zip(values, d.results, run.slopes(), strict=True):
+    derivatives = []
+    for value, given, (along_it,) in zip(values, d.results, run.derivatives(), strict=True):
         leaves = [
-            _projected(slope, value_leaf, layout_of_type(given))
-            for slope, value_leaf in zip(along_it, leaves_of(value), strict=True)
+            _projected(partial, value_leaf, layout_of_type(given))
+            for partial, value_leaf in zip(along_it, leaves_of(value), strict=True)
         ]
-        slopes.append(nested(leaves, outer_of(given)))
-    return [*values, *slopes]
+        derivatives.append(nested(leaves, outer_of(given)))
+    return [*values, *derivatives]
 
 
-def _projected(slope: Any, value: Any, layout: Layout) -> Any:
-    """A derivative as the coefficients of `layout`; zeros where there is none."""
+def _projected(partial: Any, value: Any, layout: Layout) -> Any:
+    """Return the coefficients of `layout` of a derivative, or zeros if the derivative is None."""
 
     def projected(found: Any) -> Expression:
         return multivector(numbers(lift(found), layout), free(layout))
 
     if isinstance(value, Rows):
-        if slope is None:
+        if partial is None:
             (zeros,) = current().tables(["zeros"], value.lengths, [free(layout)])
             current().append(Clear(zeros.table))
             return zeros
-        return slope if slope.leaf.layout == free(layout) else each(projected, slope)
-    return projected(0 if slope is None else slope)
+        return partial if partial.leaf.layout == free(layout) else each(projected, partial)
+    return projected(0 if partial is None else partial)
 
 
 def columns(d: Differentiated, arguments: Sequence[Any], tangents: Tangents) -> list[Any]:
-    """The value of a kernel with loops, and its Jacobian by a parameter without named lengths."""
+    """Return the value of a kernel with loops and its Jacobian with respect to a parameter without named lengths."""
     recorder, traced = current(), _traced(d)
     layout = d.parameter.layout
     sample, of_tangents = _sample(d, tangents)
     layouts = tangent_layouts(traced, _seeds(d, of_tangents), recorder.inference)
     directions: Directions = lambda symbol: tangents(symbol, layout)  # noqa: E731
     run = Forward(recorder, traced, arguments, layouts, d.parameter.name, directions, len(sample))
-    (value,), (slopes,) = run.values(), run.slopes()
+    (value,), (derivatives,) = run.values(), run.derivatives()
     own = layout_of_type(d.results[0])
-    present = [k for k, (slope,) in enumerate(slopes) if slope is not None]
+    present = [k for k, (partial,) in enumerate(derivatives) if partial is not None]
 
     def entries(*found: Any) -> tuple[tuple[Any, ...], ...]:
         by = dict(zip(present, found, strict=True))
         matrix = [numbers(lift(by.get(k, 0)), own) for k in range(len(sample))]
         return tuple(zip(*matrix, strict=True))
 
-    given = [slopes[k][0] for k in present]
+    given = [derivatives[k][0] for k in present]
     if not lengths_of(d.results[0]):
         return [value, entries(*given)]
     return [value, each(entries, *given) if given else each(lambda row: entries(), value)]
@@ -107,19 +107,19 @@ def columns(d: Differentiated, arguments: Sequence[Any], tangents: Tangents) -> 
 
 @dataclass(frozen=True, slots=True)
 class _Cotangent:
-    """The cotangent of a result, in a table of the caller."""
+    """The cotangent of a result in a table that is given by the caller."""
 
     recorder: Recorder
     record: Record
 
     def numbers(self, leaf: int, layout: Layout, row: Row) -> list[list[Expression]]:
-        """For the one cotangent the coefficients of `layout`."""
+        """Return the coefficients of `layout` of the cotangent."""
         own = self.record.leaves[leaf]
         symbol = self.recorder.symbol(self.record.name, Place(self.record.name, row), own)
         return [_in_layout(numbers(symbol, own.layout), own.layout, layout)]
 
     def table(self, layouts: Sequence[Layout]) -> Record | None:
-        """The table, if it holds what is asked for."""
+        """Return the table if it contains the requested coefficients, else None."""
         own = [[(slot.blade, slot.sign) for slot in leaf.layout.stored] for leaf in self.record.leaves]
         return self.record if own == [[(s.blade, s.sign) for s in layout.stored] for layout in layouts] else None
 
@@ -131,17 +131,17 @@ class _Units:
     layout: Layout
 
     def numbers(self, leaf: int, layout: Layout, row: Row) -> list[list[Expression]]:
-        """The rows of the unit matrix."""
+        """Return the rows of the identity matrix."""
         size = self.layout.size
         return [_in_layout([lift(int(k == seed)) for k in range(size)], self.layout, layout) for seed in range(size)]
 
     def table(self, layouts: Sequence[Layout]) -> Record | None:
-        """There is none."""
+        """Return None, since unit cotangents are not stored in a table."""
         return None
 
 
 def _in_layout(given: Sequence[Expression], own: Layout, wanted: Layout) -> list[Expression]:
-    """Coefficients of one layout as those of another; 0 for those that it has not."""
+    """Convert the coefficients of one layout to another layout, with 0 for missing coefficients."""
     by = {slot.blade: value if slot.sign > 0 else -value for slot, value in zip(own.stored, given, strict=True)}
     found = [(slot.sign, by.get(slot.blade, lift(0))) for slot in wanted.stored]
     return [value if sign > 0 else -value for sign, value in found]
@@ -150,7 +150,7 @@ def _in_layout(given: Sequence[Expression], own: Layout, wanted: Layout) -> list
 def reverse(
     d: Differentiated, arguments: Sequence[Any], cotangents: Sequence[tuple[Parameter, Any]], shape: tuple[int, ...]
 ) -> list[Any]:
-    """The values of a kernel with loops, and the gradient of their product with cotangents."""
+    """Return the values of a kernel with loops and the gradient of their product with cotangents."""
     recorder, traced = current(), _traced(d)
     layouts = tangent_layouts(traced, _seeds(d, free(d.parameter.layout)), recorder.inference)
     seeds = {
@@ -162,7 +162,7 @@ def reverse(
 
 
 def matrices(d: Differentiated, arguments: Sequence[Any], tangents: Tangents) -> list[Any]:
-    """The value of a kernel with loops, and for each row of an array the Jacobian by it."""
+    """Return the value of a kernel with loops and its Jacobians with respect to the rows of an array."""
     recorder, traced = current(), _traced(d)
     layout, own = d.parameter.layout, layout_of_type(d.results[0])
     if d.parameter.outer_shape or len(lengths_of(d.parameter.type)) > 1:

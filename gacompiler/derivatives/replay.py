@@ -1,7 +1,7 @@
-"""Recording the statements of one traced kernel again, inside another: what derivatives of kernels with loops add to.
+"""Replay of the statements of a traced kernel inside another kernel, on which derivatives of loops are based.
 
-A kernel with loops is differentiated by its statements (`frontend.loop_trace.LoopTrace`). They are recorded a second
-time, by the same recorder that loop functions use, with new tables; derivatives record further statements between them.
+A kernel with loops is differentiated statement by statement (`frontend.loop_trace.LoopTrace`). The statements are
+recorded again with new tables, by the recorder of loop functions. Derivatives add further statements between them.
 """
 
 from __future__ import annotations
@@ -41,9 +41,9 @@ from ..ir.procedure import (
 
 @dataclass(slots=True)
 class Edges:
-    """Statements right after a loop, and at the beginning and the end of each row.
+    """Statements immediately after a loop, and at the beginning and the end of its body.
 
-    What is recorded at `depth` while the loop is open comes before it.
+    Statements that are recorded at `depth` while the loop is open precede the loop.
     """
 
     depth: int
@@ -53,9 +53,9 @@ class Edges:
 
 
 class Replay:
-    """A traced kernel while its statements are recorded again.
+    """A traced kernel whose statements are recorded again.
 
-    Names of the traced kernel are called old here.
+    Names, places and tables of the traced kernel are called old.
     """
 
     def __init__(self, recorder: Recorder, traced: LoopTrace, arguments: Sequence[Any]) -> None:
@@ -77,7 +77,7 @@ class Replay:
                 self.tables[record.name] = self.table_like(record, record.name, record.leaves, record.shape)
 
     def _bound(self, parameter: Parameter, argument: Any) -> Record:
-        """The table that holds an argument; a copy where it is computed, or part of a table."""
+        """Return the table that holds an argument, or a copy if the argument is computed or part of a table."""
         bound = bound_argument(self.recorder, parameter, argument)
         if isinstance(parameter.type, RowsOf):
             self._lengths.update(zip(parameter.type.lengths, bound.lengths, strict=True))
@@ -86,15 +86,15 @@ class Replay:
     # Tables.
 
     def lengths(self, lengths: Sequence[str]) -> tuple[str, ...]:
-        """What old lengths are called here."""
+        """Return the new names of old lengths."""
         return tuple(self._lengths[name] for name in lengths)
 
     def table_like(self, record: Record, stem: str, leaves: Sequence[Leaf], shape: tuple[int, ...]) -> Record:
-        """A new table with as many rows as an old one."""
+        """Return a new table with the number of rows of an old one."""
         return self.new_table(stem, self.lengths(record.lengths), leaves, shape)
 
     def new_table(self, stem: str, lengths: tuple[str, ...], leaves: Sequence[Leaf], shape: tuple[int, ...]) -> Record:
-        """A new table for intermediate values."""
+        """Return a new table for intermediate values."""
         scope = self.recorder.scopes[self.base].number
         name = self.recorder.unique(stem)
         return self.recorder.add(Record(name, lengths, tuple(leaves), Storage.WORK, shape, scope=scope))
@@ -102,7 +102,7 @@ class Replay:
     # Rows.
 
     def row(self, row: Row, tables: Mapping[str, Record]) -> Row:
-        """An old row; the table in place of its start is taken from `tables`."""
+        """Return the new row for an old one; the table of its start is taken from `tables`."""
         match row:
             case None:
                 return None
@@ -116,12 +116,12 @@ class Replay:
                 return replace(row, loop=self.counters[row.loop])
 
     def place(self, place: Place, tables: Mapping[str, Record] | None = None) -> Place:
-        """An old place, in the table that stands in `tables` for the old one."""
+        """Return the new place for an old one, in the table that `tables` assigns to the old table."""
         tables = self.tables if tables is None else tables
         return Place(tables[place.table].name, self.row(place.row, tables))
 
     def through(self, parent: Parent) -> Through:
-        """The row that an index table names, without a row for where it names none."""
+        """Return the row given by the index table of a parent, without a start row."""
         return Through((self._indices[parent.index],), self.counters[parent.loop])
 
     # Statements.
@@ -131,7 +131,7 @@ class Replay:
         self.recorder.append(statement)
 
     def clear(self, record: Record, depth: int | None = None) -> None:
-        """Set a table to zero, in the innermost scope or in one further out."""
+        """Set a table to zero, in the innermost scope or in the scope at `depth`."""
         depth = self.recorder.depth if depth is None else depth
         if record.lengths:
             self.recorder.scopes[depth].statements.append(Clear(record.name))
@@ -140,7 +140,7 @@ class Replay:
             self.recorder.compute([lift(0)] * len(targets), targets, depth)
 
     def clearing(self, record: Record, depth: int) -> list[Recorded]:
-        """The statements that set a table to zero, for a place that is not the end of a scope."""
+        """Return the statements that set a table to zero, without appending them to the scope at `depth`."""
         scope = self.recorder.scopes[depth]
         kept, scope.statements = scope.statements, []
         self.clear(record, depth)
@@ -148,7 +148,11 @@ class Replay:
         return found
 
     def copy(self, source: Place, target: Place) -> None:
-        """Copy a row; by a part, if that is to a variable of emitted text, which would change with the table."""
+        """Copy a row.
+
+        A copy of a row of a table to a single row is recorded as a part, since a plain copy could become an alias of
+        the original row in emitted text.
+        """
         old, new = self.recorder.records[source.table], self.recorder.records[target.table]
         if source.row is None or new.lengths or not new.shape:
             self.record(Copy(source, target))
@@ -170,14 +174,14 @@ class Replay:
             statements += edges.after
 
     def symbols(self, compute: Compute) -> dict[Expression, Expression]:
-        """New symbols in place of those that a part is computed from."""
+        """Return the new symbols for the inputs of a part, by old symbol."""
         return {
             symbol: self.symbol(symbol, source)
             for symbol, source in zip(compute.kernel.function.symbols, compute.sources, strict=True)  # type: ignore[attr-defined]
         }
 
     def symbol(self, symbol: Expression, source: Source) -> Expression:
-        """A new symbol in place of one whose value is at an old source."""
+        """Return a new symbol for one whose value is at an old source."""
         return self.recorder.symbol(symbol.data.name, self.place(source.place), source.leaf, self.base + source.depth)
 
     def compute(self, compute: Compute) -> None:
@@ -212,23 +216,23 @@ class Replay:
     # Results.
 
     def value(self, old: Record, record: Record) -> Any:
-        """What a table that stands for the result `old` holds: arrays of rows or expressions, in nested tuples."""
+        """Return the contents of the table for the result `old`: arrays of rows or expressions, in nested tuples."""
         outer = old.shape if old.leaves[0].layout.is_scalar else old.shape[:-1]
         return nested(self.held(record), outer)
 
     def held(self, record: Record) -> list[Any]:
-        """The arrays of rows, or the expressions, in a table."""
+        """Return the arrays of rows, or the expressions, in a table."""
         if record.lengths:
             return [Rows(record.name, record.lengths, leaf) for leaf in record.leaves]
         return [self.recorder.symbol(record.name, Place(record.name), leaf) for leaf in record.leaves]
 
     def values(self) -> list[Any]:
-        """The results of the kernel."""
+        """Return the results of the kernel."""
         return [self.value(record, self.tables[name]) for name, record in self.traced.results]
 
 
 def bound_argument(recorder: Recorder, parameter: Parameter, argument: Any) -> Record:
-    """The table that holds an argument of a kernel, as a parameter declares it; a copy where there is none."""
+    """Return the table that holds an argument as declared by a parameter, or a copy if there is no such table."""
     given = leaves_of(argument)
     layout = parameter.layout
     leaves = tuple(Leaf(layout, k * layout.size) for k in range(len(given)))
@@ -246,17 +250,19 @@ def bound_argument(recorder: Recorder, parameter: Parameter, argument: Any) -> R
 
 
 def _bound_rows(recorder: Recorder, parameter: Parameter, given: Sequence[Rows], leaves: tuple[Leaf, ...]) -> Record:
-    """The table that holds arrays of rows; a copy unless they are all of one."""
+    """Return the table that consists of given arrays of rows, or a copy if there is no such table."""
     record = recorder.records[recorder.check_rows(given[0]).table]
     whole = [Rows(record.name, record.lengths, leaf) for leaf in leaves]
     if record.leaves == leaves and list(given) == whole:
         return record
     if any(len(rows.lengths) > 1 and not rows.through for rows in given):
-        raise KernelError(f"a derivative by {parameter.name}", "part of a matrix of rows", "all of it")
+        raise KernelError(
+            f"a derivative with respect to {parameter.name}", "part of a matrix of rows", "the whole matrix"
+        )
     if any(rows.leaf.layout != parameter.layout for rows in given):
         raise KernelError(
             f"argument {parameter.name}", f"rows of {', '.join(str(rows.leaf.layout) for rows in given)}",
-            f"rows of {parameter.layout}", "return that layout from the loop that makes them",
+            f"rows of {parameter.layout}", "return that layout from the loop that creates them",
         )  # fmt: skip
     length = given[0].length
     copied = recorder.packed(parameter.name, (length,), [parameter.layout] * len(given), parameter.outer_shape)
@@ -268,16 +274,16 @@ def _bound_rows(recorder: Recorder, parameter: Parameter, given: Sequence[Rows],
     return recorder.records[copied[0].table]
 
 
-# What statements read and write.
+# Places that statements read and write.
 
 
 def values_of(compute: Compute) -> list[Expression]:
-    """The expressions of a part, in its own symbols."""
+    """Return the expressions of a part in terms of its own symbols."""
     return list(compute.kernel.function.value)  # type: ignore[attr-defined]
 
 
 def flattened(statements: Sequence[Any]) -> Iterator[Any]:
-    """All statements, those in loops after the loop."""
+    """Yield all statements recursively; the body of a loop follows the loop."""
     for statement in statements:
         yield statement
         if isinstance(statement, (Loop, Repeat)):
@@ -285,7 +291,7 @@ def flattened(statements: Sequence[Any]) -> Iterator[Any]:
 
 
 def reads_of(statement: Any) -> list[Place]:
-    """The places that one statement reads, without those that it adds to."""
+    """Return the places that one statement reads, not including the targets of additions."""
     match statement:
         case Compute():
             own = [source.place for source in statement.sources]
@@ -297,7 +303,7 @@ def reads_of(statement: Any) -> list[Place]:
 
 
 def writes_of(statement: Any) -> list[Place]:
-    """The places that one statement writes or adds to; of a cleared table its only row."""
+    """Return the places that one statement writes or adds to; for a cleared table, its only row."""
     match statement:
         case Compute():
             return list(dict.fromkeys(place for place, _ in statement.targets))
@@ -312,10 +318,10 @@ def writes_of(statement: Any) -> list[Place]:
 
 
 def start_of(place: Place) -> str:
-    """The table that a place refers to where there is no row; empty for others."""
+    """Return the name of the table that a place refers to if its row does not exist, or an empty string."""
     return place.row.start if isinstance(place.row, (Previous, Parent)) else ""
 
 
 def written(statements: Sequence[Any]) -> set[str]:
-    """The tables that statements write or add to."""
+    """Return the tables that statements write or add to."""
     return {place.table for each in flattened(statements) for place in writes_of(each)}

@@ -1,4 +1,4 @@
-"""What a kernel takes and gives, as derivatives need it: types of results, and the multivectors in values."""
+"""Types of parameters and results for derivatives, and access to the multivectors in values."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ Type = Layout | ArrayOf | RowsOf
 
 @dataclass(frozen=True, slots=True)
 class Differentiated:
-    """A kernel that is differentiated, traced once.
+    """A kernel that is differentiated with respect to one parameter, traced once.
 
     Attributes
     ----------
     kernel : Kernel
     place : int
-        Of the parameter to differentiate by.
+        The position of the parameter.
     parameter : Parameter
     results : tuple of types
     loops : LoopTrace or None
-        For a kernel with loops, its statements.
+        The statements of a kernel with loops.
     """
 
     kernel: Kernel
@@ -45,7 +45,7 @@ class Differentiated:
     loops: LoopTrace | None
 
     def values(self, arguments: Sequence[Any]) -> list[Any]:
-        """The results for arguments without loops: expressions, or nested tuples of them or of arrays of them."""
+        """Return the results for arguments without loops: expressions, or nested tuples of expressions or arrays."""
         value = self.kernel.function(*arguments)
         pinned = self.kernel.returns
         is_one = not isinstance(value, tuple) or isinstance(pinned, (ArrayOf, RowsOf))
@@ -55,7 +55,10 @@ class Differentiated:
     def with_variables(
         self, arguments: Sequence[Any], derived: Callable[[list[Any], list[Expression]], list[Any]]
     ) -> list[Any]:
-        """What `derived` makes of the arguments and the elements of the parameter, which it is given as symbols."""
+        """Call `derived` with the arguments and with symbols for the elements of the parameter.
+
+        The symbols are replaced by the elements in the returned values.
+        """
         given = elements(arguments[self.place])
         others = [e for k, a in enumerate(arguments) if k != self.place for e in elements(a)]
         if _are_symbols(given) and not any(e in given for e in others):
@@ -73,12 +76,12 @@ def _are_symbols(given: Sequence[Any]) -> bool:
 
 
 def differentiated(definition: Kernel, wrt: str) -> Differentiated:
-    """Trace a kernel to differentiate it by one parameter.
+    """Trace a kernel to differentiate it with respect to one parameter.
 
     Raises
     ------
     KernelError
-        When it has no such parameter, or that is an index table.
+        When it has no such parameter, or the parameter is an index table.
     """
     place, parameter = parameter_of(definition, wrt)
     if not definition.has_loops:
@@ -93,12 +96,12 @@ def differentiated(definition: Kernel, wrt: str) -> Differentiated:
 
 
 def parameter_of(definition: Kernel, wrt: str) -> tuple[int, Parameter]:
-    """The parameter of that name, and its place.
+    """Return the position of the parameter with a name, and the parameter.
 
     Raises
     ------
     KernelError
-        When there is none, or it is an index table.
+        When there is no such parameter, or it is an index table.
     """
     for k, parameter in enumerate(definition.parameters):
         if parameter.name == wrt:
@@ -123,42 +126,42 @@ _TANGENT = "_TANGENT"
 
 
 def type_of(layout: Layout, lengths: tuple[str, ...] = (), outer: tuple[int, ...] = (), shared: bool = False) -> Type:
-    """The type of multivectors over named lengths and a shape."""
+    """Return the type of multivectors over named lengths and a shape."""
     if lengths:
         return RowsOf(layout, lengths, outer, shared)
     return ArrayOf(layout, outer) if outer else layout
 
 
 def layout_of_type(given: Type) -> Layout:
-    """The layout of each element."""
+    """Return the layout of each element."""
     return given if isinstance(given, Layout) else given.layout
 
 
 def lengths_of(given: Type | IndexOf) -> tuple[str, ...]:
-    """The named lengths."""
+    """Return the named lengths."""
     return given.lengths if isinstance(given, RowsOf) else ()
 
 
 def outer_of(given: Type) -> tuple[int, ...]:
-    """The shape of an element, or of a row, without the blade axis."""
+    """Return the shape of an element, or of a row, without the blade axis."""
     return () if isinstance(given, Layout) else given.shape
 
 
 def free(layout: Layout) -> Layout:
-    """The stored coefficients of a layout alone: what its tangents have."""
+    """Return the layout of tangents: the stored coefficients without relations."""
     if layout.is_scalar or layout.name.endswith(_TANGENT):
         return layout
     return layout.algebra.layout(layout.name + _TANGENT, " ".join(layout.blades))
 
 
 def tangent_type(given: Type) -> Type:
-    """The type of tangents: the same shape of free coefficients."""
+    """Return the type of tangents: the same shape with free coefficients."""
     shared = isinstance(given, RowsOf) and given.shared
     return type_of(free(layout_of_type(given)), lengths_of(given), outer_of(given), shared)
 
 
 def gradient_type(parameter: Parameter) -> Type:
-    """The type of gradients: one number for each stored coefficient; arrays of numbers keep their shape."""
+    """Return the type of gradients: one number for each stored coefficient; arrays of numbers keep their shape."""
     given: Any = parameter.type
     layout, lengths = parameter.layout, lengths_of(given)
     size = () if lengths and layout.is_scalar else (layout.size,)
@@ -166,7 +169,7 @@ def gradient_type(parameter: Parameter) -> Type:
 
 
 def unused(definition: Kernel, name: str) -> str:
-    """A name that no parameter of the kernel has."""
+    """Return a name that no parameter of the kernel has, by adding a number to `name` if necessary."""
     taken = {parameter.name for parameter in definition.parameters}
     names = (name if k == 1 else f"{name}_{k}" for k in range(1, len(taken) + 2))
     return next(each for each in names if each not in taken)
@@ -176,7 +179,7 @@ def unused(definition: Kernel, name: str) -> str:
 
 
 def elements(structure: Any) -> list[Any]:
-    """The multivectors in a value, those of an array one after the other."""
+    """Return the multivectors in a value, including the elements of arrays."""
     found: list[Any] = []
     for leaf in leaves_of(structure):
         found += leaf.elements if isinstance(leaf, Unrolled) else [leaf]
@@ -184,7 +187,7 @@ def elements(structure: Any) -> list[Any]:
 
 
 def over(structure: Any, given: Any) -> Any:
-    """A value of the same structure with other multivectors."""
+    """Return a value of the same structure with other multivectors."""
     remaining = iter(given)
 
     def leaf_of(leaf: Any) -> Any:
@@ -199,26 +202,26 @@ def over(structure: Any, given: Any) -> Any:
 
 
 def numbers(value: Expression, layout: Layout) -> list[Expression]:
-    """The stored coefficients of a multivector, as scalar expressions."""
+    """Return the stored coefficients of a multivector as scalar expressions."""
     if value.algebra == SCALARS:
         return [value if slot.blade == 0 else lift(0) for slot in layout.stored]
     return [Expression(Operation.COEFFICIENT, (value,), (slot.sign, slot.blade), SCALARS) for slot in layout.stored]
 
 
 def multivector(given: Sequence[Expression], layout: Layout) -> Expression:
-    """The multivector with these stored coefficients."""
+    """Return the multivector with the given stored coefficients."""
     if layout.is_scalar:
         return given[0]
     return lift(assemble(layout.algebra, dict(zip(layout.blades, given, strict=True))))
 
 
 def weighted(weights: Sequence[Expression], values: Sequence[Expression]) -> Expression:
-    """The sum of products, zeros left out."""
+    """Return the sum of products, without zero terms."""
     pairs = [(w, v) for w, v in zip(weights, values, strict=True) if not is_zero(v) and not is_zero(w)]
     return added([v if w == lift(1) else w * v for w, v in pairs])
 
 
 def parts(flat: Sequence[Any], size: int) -> Iterator[tuple[Any, ...]]:
-    """Runs of `size` that follow each other."""
+    """Yield consecutive parts of length `size`."""
     for k in range(0, len(flat), size):
         yield tuple(flat[k : k + size])

@@ -1,12 +1,13 @@
-"""Reverse mode through loops: the statements are recorded, and then their transposes in reverse order.
+"""Reverse mode through loops: the statements are recorded, followed by their transposes in reverse order.
 
-Every table that changes with the parameter has a second one, of cotangents (`cotangents`). The transpose of a part
-reads the cotangents of what the part writes, and adds to those of what it reads. Adding a row to another one,
-transposed, adds the other way round. A loop runs the transposes of its statements over the rows in reverse order.
+Every table that depends on the parameter has a table of cotangents (`cotangents`). The transpose of a part reads the
+cotangents of the values that the part writes, and adds to the cotangents of the values that it reads. The transpose of
+an addition of rows is an addition in the opposite direction. The transpose of a loop runs the transposes of its
+statements over the rows in reverse order.
 
-Values that are overwritten are kept for each row of their loop (`stored`). Where a loop contains loops, one value for
-each row of the outer loop is kept, and the transposed outer loop runs the inner loops once more before it runs their
-transposes. So the number of operations is proportional to that of the kernel.
+Values that are overwritten are stored for each row of their loop (`stored`). If a loop contains loops, one value is
+stored for each row of the outer loop, and the transposed outer loop runs the inner loops again before it runs their
+transposes. The number of operations is therefore proportional to that of the kernel.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ from .stored import Position, carried, has_loops, only_added, reads_within
 from .tangents import Key
 
 Backward = Callable[[], None]
-"""Records the transpose of a statement."""
+"""A function that records the transpose of a statement."""
 
 
 class Reverse(Cotangents):
@@ -42,15 +43,15 @@ class Reverse(Cotangents):
     recorder : Recorder
     traced : LoopTrace
     arguments : sequence
-        Of the traced kernel.
+        The arguments of the traced kernel.
     layouts : mapping
-        Of derivatives, see `tangents.tangent_layouts`.
+        The layouts of derivatives, see `tangents.tangent_layouts`.
     wrt : str
-        The parameter to differentiate by.
+        The parameter with respect to which the kernel is differentiated.
     seeds : mapping of str to Seed
         The cotangents of results.
     count : int
-        How many cotangents each result has.
+        The number of cotangents of each result.
     """
 
     def __init__(
@@ -74,11 +75,11 @@ class Reverse(Cotangents):
             run()
 
     def values(self) -> list[Any]:
-        """The results of the kernel, as they were before loops were run once more."""
+        """Return the results of the kernel from before loops were run again."""
         return [self.value(record, self._results[name]) for name, record in self.traced.results]
 
     def _kept_result(self, record: Record) -> Record:
-        """The table of a result; a copy of a row that loops change."""
+        """Return the table of a result, or a copy of a single row that loops modify."""
         table = self.tables[record.name]
         if record.lengths or record.name in self._set_once:
             return table
@@ -86,22 +87,22 @@ class Reverse(Cotangents):
         self.copy(Place(table.name), Place(kept.name))
         return kept
 
-    # Forward, keeping what is needed.
+    # Forward sweep, which stores the values that the reverse sweep needs.
 
     def place(self, place: Place, tables: Mapping[str, Record] | None = None) -> Place:
-        """An old place; what was kept in place of it, where that is needed again."""
+        """Return the new place for an old one, or the place of its stored copy if there is one."""
         if tables is None and place in self._saved:
             kept, loop = self._saved[place]
             return Place(kept.name, Counter(self.counters[loop]))
         return super().place(place, tables)
 
     def primal(self, statement: Recorded) -> None:
-        """Record an old statement, without sums that outlive the loop that is run once more."""
+        """Record an old statement, except for additions to sums that outlive a loop that is run again."""
         if not (isinstance(statement, Add) and statement.target.table in self._skipped):
             super().primal(statement)
 
     def _sweep(self, body: Sequence[Any], loop: Loop | None, after: Sequence[Any]) -> list[Backward]:
-        """Record statements, and give their transposes, in the order of the statements."""
+        """Record statements, and return their transposes in the order of the statements."""
         found: list[Backward] = []
         for number, statement in enumerate(body):
             position = Position(body, number, loop, after)
@@ -127,8 +128,8 @@ class Reverse(Cotangents):
         changing = {table for table, _ in self._layouts}
         if written(statement.body) & changing:
             raise KernelError(
-                self.traced.kernel.where, f"the reverse mode through iterate(), which changes with {self._wrt}",
-                "loops over arrays, which run as often as arrays are long", "use jvp(), or fold() over an array",
+                self.traced.kernel.where, f"the reverse mode through iterate(), which depends on {self._wrt}",
+                "loops over arrays, whose number of steps is the length", "use jvp(), or fold() over an array",
             )  # fmt: skip
 
     def _part(self, compute: Compute) -> Adjoint:
@@ -138,7 +139,7 @@ class Reverse(Cotangents):
         return self._parts[name]
 
     def _copied(self, place: Place, loop: Loop | None) -> Record:
-        """Copy a row, for each row of a loop if one is given."""
+        """Store a copy of a row, or one copy for each row of a loop if a loop is given."""
         old = self.old[place.table]
         lengths = self.lengths([loop.length]) if loop is not None else ()
         kept = self.new_table(f"{place.table}_kept", lengths, old.leaves, old.shape)
@@ -147,7 +148,7 @@ class Reverse(Cotangents):
         return kept
 
     def _kept(self, compute: Compute, position: Position) -> dict[Place, tuple[Record, str]]:
-        """Copies of what the transpose of a part needs and cannot read any more."""
+        """Return copies of the values that the transpose of a part needs and that are overwritten before it runs."""
         found: dict[Place, tuple[Record, str]] = {}
         for k in sorted(self._part(compute).used):
             place = compute.sources[k].place
@@ -164,7 +165,7 @@ class Reverse(Cotangents):
         return self._outer_loop(loop, after) if has_loops(loop.body) else self._inner_loop(loop, after)
 
     def _inner_loop(self, loop: Loop, after: Sequence[Any]) -> Backward:
-        """A loop without loops in it: values are kept for each row."""
+        """Record a loop that contains no loops. Values are stored for each row."""
         with self.loop(loop, loop.reverse):
             inner = self._sweep(loop.body, loop, after)
 
@@ -176,7 +177,7 @@ class Reverse(Cotangents):
         return backward
 
     def _outer_loop(self, loop: Loop, after: Sequence[Any]) -> Backward:
-        """A loop with loops in it: what each row begins with is kept, and the transposed loop runs the row again."""
+        """Record a loop that contains loops. The transposed loop runs each row again from stored initial values."""
         passed: dict[str, Record] = {}
         saved: dict[Place, tuple[Record, str]] = {}
         with self.loop(loop, loop.reverse):
@@ -212,7 +213,7 @@ class Reverse(Cotangents):
 
         return backward
 
-    # Backward.
+    # Reverse sweep.
 
     def _transposed(self, compute: Compute, kept: Mapping[Place, tuple[Record, str]], position: Position) -> Backward:
         part, places = self._part(compute), grouped(compute, self._part(compute))
@@ -254,7 +255,7 @@ class Reverse(Cotangents):
         return backward
 
     def _is_first(self, position: Position) -> bool:
-        """Whether nothing can have used what the statement writes before."""
+        """Return whether no preceding statement uses the tables that the statement writes."""
         return (
             position.loop is None
             and len(self.recorder.scopes) == self.base + 1
@@ -269,9 +270,12 @@ class Reverse(Cotangents):
         )
 
     def _target(self, place: Place, is_set: bool, further: list[tuple[Place, Place]]) -> tuple[Place | None, Place]:
-        """Where what a row is given is written, and what it is added to, if that can be done at once."""
-        is_inner = len(self._edges) > 1 and not is_set  # sums that outlive a loop are not to be sums again in it
-        # Rows that index tables name are in no order, which a loop that reads sums of them would need.
+        """Return the place to add to (or None) and the place to write, for a contribution to the cotangent of a row.
+
+        A contribution that cannot be added directly is written to a new single row and appended to `further`.
+        """
+        is_inner = len(self._edges) > 1 and not is_set  # Sums that outlive a loop are not accumulated inside it.
+        # Rows addressed by index tables are in arbitrary order, so they cannot be accumulated directly.
         is_scattered = any(p.table == place.table and isinstance(p.row, Through) for p in self._reads) and not is_set
         if (place.row is None or isinstance(place.row, Counter)) and not is_inner and not is_scattered:
             own = self.place(place, self._adjoints)
@@ -284,7 +288,7 @@ class Reverse(Cotangents):
     def _values(
         self, compute: Compute, part: Adjoint, kept: Mapping[Place, tuple[Record, str]]
     ) -> dict[Expression, Expression]:
-        """Symbols for the values that a transpose reads."""
+        """Return the symbols for the values that a transpose reads."""
         found: dict[Expression, Expression] = {}
         symbols: tuple[Expression, ...] = compute.kernel.function.symbols  # type: ignore[attr-defined]
         for k in sorted(part.used):
@@ -298,7 +302,7 @@ class Reverse(Cotangents):
         return found
 
     def _weights(self, compute: Compute, part: Adjoint) -> dict[Expression, Expression]:
-        """The cotangents of what a part writes, in place of the symbols for them."""
+        """Return the cotangents of the values that a part writes, by the symbols that represent them."""
         found: dict[Expression, Expression] = {}
         given: dict[int, list[list[Expression]]] = {}
         for weight in part.weights:
@@ -340,7 +344,7 @@ class Reverse(Cotangents):
         return backward
 
     def _zero(self, place: Place, position: Position) -> Backward:
-        """What a table held before it was cleared is given nothing."""
+        """Return the transpose of clearing a table, which sets its cotangent to zero."""
         is_first = self._is_first(position)
 
         def backward() -> None:

@@ -1,7 +1,7 @@
 """Derivatives of expressions along tangents of inputs.
 
-Every product is bilinear, so the derivative of an expression along a tangent is again an expression, by the product
-rule, and nothing is said here about coefficients or metrics.
+Every product is bilinear. By the product rule, the derivative of an expression along a tangent is therefore an
+expression that does not depend on coefficients or the metric.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from ..frontend.expression import Expression, lift, node, topological
 
 
 def derivative(expressions: Sequence[Expression], tangents: Mapping[Expression, Expression]) -> list[Expression]:
-    """Derivatives of expressions along `tangents` (input node -> its tangent); other inputs are held."""
+    """Return the derivatives of expressions along `tangents`, by input node; other inputs are constant."""
     zero = lift(0)
     found: dict[Expression, Expression] = {}
     for expression in topological(expressions):
@@ -30,12 +30,12 @@ def derivative(expressions: Sequence[Expression], tangents: Mapping[Expression, 
 
 
 def is_zero(expression: Expression) -> bool:
-    """Whether an expression is the constant zero."""
+    """Return whether an expression is the constant zero."""
     return expression.operation is Operation.CONSTANT and not expression.data.terms
 
 
 def added(parts: Sequence[Expression]) -> Expression:
-    """The sum of expressions, zeros left out."""
+    """Return the sum of expressions, without zero terms."""
     kept = [part for part in parts if not is_zero(part)]
     total = kept[0] if kept else lift(0)
     for part in kept[1:]:
@@ -44,7 +44,7 @@ def added(parts: Sequence[Expression]) -> Expression:
 
 
 def without_ones(expressions: Sequence[Expression]) -> list[Expression]:
-    """Expressions without products by the number 1, which derivatives along basis blades have."""
+    """Remove products with the number 1, which occur in derivatives along basis blades."""
     one = lift(1)
     found: dict[Expression, Expression] = {}
     for each in topological(expressions):
@@ -58,7 +58,7 @@ def without_ones(expressions: Sequence[Expression]) -> list[Expression]:
 
 
 def _rule(expression: Expression, d: list[Expression]) -> Expression:
-    """The derivative of one node, given those of its arguments."""
+    """Return the derivative of one node from the derivatives of its arguments."""
     if all(map(is_zero, d)):
         return lift(0)
     operation, x = expression.operation, expression.arguments
@@ -113,13 +113,13 @@ def _own_rule(expression: Expression, d: list[Expression]) -> Expression:
             return node(Operation.SCALAR_PRODUCT, d[0], ~x[0]) + node(Operation.SCALAR_PRODUCT, x[0], ~d[0])
         case Operation.NORM:
             square = node(Operation.NORM_SQUARED, x[0])
-            slope = _rule(square, d)
+            square_derivative = _rule(square, d)
             signs = norm_signs(x[0].algebra, x[0].blades)
             if signs.both:
-                slope = node(Operation.SELECT, square > 0, slope, -slope)
+                square_derivative = node(Operation.SELECT, square > 0, square_derivative, -square_derivative)
             elif signs.negative:
-                slope = -slope
-            return half * slope / value
+                square_derivative = -square_derivative
+            return half * square_derivative / value
         case Operation.NORMALIZE:
             size = node(Operation.NORM, x[0])
             return d[0] / size - value * _rule(size, d) / size
@@ -159,10 +159,11 @@ def _sandwich_rule(v: Expression, x: Expression, dv: Expression, dx: Expression)
 
 
 def _adjugate(a: Expression) -> Expression:
-    """The gradient of the determinant: ``scalar_product(adjugate, da)`` is its derivative, singular elements included.
+    """Return the gradient of the determinant, whose derivative is ``scalar_product(adjugate, da)``.
 
-    By the recursion that gives the determinant in more than `SMALL_DIMENSION` dimensions; in fewer it is a product of
-    conjugates already, with a derivative by the product rule.
+    It is also valid for singular elements. It is computed by the recursion for the determinant in more than
+    `SMALL_DIMENSION` dimensions. In fewer dimensions, the determinant is a product of conjugates, and its derivative
+    follows from the product rule.
     """
     size = 2 ** ((a.algebra.dimension + 1) // 2)
     power = adjugate = a

@@ -1,4 +1,4 @@
-"""Which values the reverse mode has to keep: those that are overwritten before the reverse loops need them."""
+"""Analysis of the values that the reverse mode stores, because they are overwritten before the reverse sweep."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from .replay import flattened, reads_of, start_of, writes_of, written
 
 @dataclass(frozen=True, slots=True)
 class Position:
-    """Where a statement stands.
+    """The position of a statement.
 
     Attributes
     ----------
     body : sequence of statements
-        Those of the innermost loop, or of the kernel.
+        The statements of the innermost loop, or of the kernel.
     number : int
-        Of the statement in `body`.
+        The index of the statement in `body`.
     loop : Loop or None
-        The loop of the body, where a value can be kept for each row of it.
+        The loop with this body, if values can be stored for each of its rows.
     after : sequence of statements
-        What runs after that loop, before the reverse loops.
+        The statements between that loop and the reverse sweep.
     """
 
     body: Sequence[Any]
@@ -32,7 +32,7 @@ class Position:
     after: Sequence[Any] = ()
 
     def changes(self, place: Place) -> bool:
-        """Whether a place that the statement reads may hold something else in the reverse loops, or be out of reach."""
+        """Return whether a place that the statement reads may be overwritten or inaccessible in the reverse sweep."""
         tables = {place.table, start_of(place)} - {""}
         if self.loop is None:
             return bool(tables & written(self.body[self.number :]))
@@ -45,7 +45,7 @@ class Position:
         return True
 
     def _is_written_once(self, place: Place) -> bool:
-        """Whether a row of the loop is written in its turn only, and before the statement where that reads it."""
+        """Return whether each row is written only in its own iteration, and before the statement reads it."""
         assert self.loop is not None
         for k, statement in enumerate(self.body):
             for each in flattened([statement]):
@@ -60,24 +60,24 @@ class Position:
 
 
 def has_loops(body: Sequence[Any]) -> bool:
-    """Whether there are loops among some statements."""
+    """Return whether some of the statements are loops."""
     return any(isinstance(statement, Loop) for statement in body)
 
 
 def reads_within(statement: Any) -> Iterator[Place]:
-    """The places that a statement and those in it read."""
+    """Yield the places that a statement and the statements in its body read."""
     for each in flattened([statement]):
         yield from reads_of(each)
 
 
 def carried(body: Sequence[Any]) -> dict[str, Place]:
-    """The tables that the statements of a loop read before they write them, and then write: what rows pass on."""
+    """Return the tables that carry values between iterations: those read before they are written in a loop body."""
     seen: dict[str, Place | None] = {}
     writes = written(body)
     for each in flattened(body):
         for place in reads_of(each):
             start = start_of(place)
-            found = Place(start) if start else place  # rows before the own one were written by the same loop
+            found = Place(start) if start else place  # The same loop has written the preceding rows.
             if found.table in writes:
                 seen.setdefault(found.table, found)
         for place in writes_of(each):
@@ -86,7 +86,7 @@ def carried(body: Sequence[Any]) -> dict[str, Place]:
 
 
 def only_added(body: Sequence[Any]) -> set[str]:
-    """The tables that statements add to and do not set: what they add up outlives them."""
+    """Return the tables that statements add to but do not set, so that the sums outlive them."""
     adds, sets = set[str](), set[str]()
     for each in flattened(body):
         (adds if isinstance(each, Add) else sets).update(place.table for place in writes_of(each))
@@ -94,7 +94,7 @@ def only_added(body: Sequence[Any]) -> set[str]:
 
 
 def set_once(statements: Sequence[Any]) -> set[str]:
-    """The tables of which every row is set by one statement, once."""
+    """Return the tables in which every row is set exactly once, by a single statement."""
     found: dict[str, list[bool]] = {}
 
     def visit(body: Sequence[Any], loops: tuple[str, ...]) -> None:

@@ -1,8 +1,9 @@
-"""Which values of a kernel with loops change with a parameter, and which coefficients their derivatives have.
+"""Analysis of the values of a kernel with loops that depend on a parameter, and of the layouts of their derivatives.
 
-A fixed point: a value changes if it is computed from one that does. The derivative of a unit motor is no unit motor,
-and the constant weight of a moved point changes if the motor stops being one. So the coefficients of derivatives are
-found from the expressions for them, and not from the layouts of values.
+A value depends on the parameter if it is computed from a value that does; the analysis iterates to a fixed point. The
+derivative of a unit motor is not a unit motor, and the constant weight of a moved point can have a nonzero derivative
+if the motor is varied freely. The coefficients of derivatives are therefore determined from their expressions, and not
+from the layouts of values.
 """
 
 from __future__ import annotations
@@ -23,17 +24,17 @@ from .results import free
 from .rules import derivative, is_zero
 
 Key = tuple[str, int]
-"""A table, and where in its rows a multivector begins."""
+"""A table, and the position of the first number of a multivector in its rows."""
 
 
 def tangent_layouts(traced: LoopTrace, seeds: Mapping[Key, Layout], inference: Inference) -> dict[Key, Layout]:
-    """The layouts of derivatives, of everything in a traced kernel that changes with the seeds.
+    """Return the layouts of the derivatives of all values in a traced kernel that depend on the parameter.
 
     Parameters
     ----------
     traced : LoopTrace
     seeds : mapping
-        The layouts of the tangents of the parameter to differentiate by.
+        The layouts of the tangents of the parameter.
     inference : Inference
     """
     return _Tangents(traced, seeds, inference).found()
@@ -47,7 +48,7 @@ class _Tangents:
         self._known: dict[tuple[str, tuple[Layout | None, ...]], list[Layout | None]] = {}
 
     def found(self) -> dict[Key, Layout]:
-        """Repeat until nothing changes: coefficients are only added."""
+        """Iterate to the fixed point. Coefficients are only added, so the iteration terminates."""
         statements = list(flattened(self._traced.statements))
         while True:
             before = dict(self._found)
@@ -69,13 +70,13 @@ class _Tangents:
             return
         known = compute.kernel.name, layouts
         if known not in self._known:
-            self._known[known] = self._slopes(compute, layouts)
+            self._known[known] = self._derivatives(compute, layouts)
         for (place, leaf), layout in zip(compute.targets, self._known[known], strict=True):
             if layout is not None:
                 self._join((place.table, leaf.start), leaf.layout, layout)
 
-    def _slopes(self, compute: Compute, layouts: Sequence[Layout | None]) -> list[Layout | None]:
-        """Layouts that hold the derivatives of the results of a part; None for those that do not change."""
+    def _derivatives(self, compute: Compute, layouts: Sequence[Layout | None]) -> list[Layout | None]:
+        """Return the layouts of the derivatives of the results of a part; None for constant results."""
         symbols: tuple[Expression, ...] = compute.kernel.function.symbols  # type: ignore[attr-defined]
         further, tangents = [], {}
         for k, (symbol, layout) in enumerate(zip(symbols, layouts, strict=True)):
@@ -83,17 +84,17 @@ class _Tangents:
                 parameter = Parameter(f"tangent_{k}_of_{symbol.data.name}", layout)
                 further.append(parameter)
                 tangents[symbol] = parameter.symbols()
-        slopes = derivative(values_of(compute), tangents)
-        changing = [slope for slope in slopes if not is_zero(slope)]
+        derivatives = derivative(values_of(compute), tangents)
+        changing = [partial for partial in derivatives if not is_zero(partial)]
         if not changing:
-            return [None] * len(slopes)
+            return [None] * len(derivatives)
         function = Traced((*symbols, *tangents.values()), tuple(changing))
         kernel = Kernel("tangent", function, (*compute.kernel.parameters, *further), None, "")
         found = iter(self._inference.layouts(kernel))
-        return [None if is_zero(slope) else next(found) for slope in slopes]
+        return [None if is_zero(partial) else next(found) for partial in derivatives]
 
     def _join(self, key: Key, own: Layout, layout: Layout) -> None:
-        """Let the derivative of a multivector of layout `own` have the coefficients of `layout` too."""
+        """Add the coefficients of `layout` to the derivative of a multivector of layout `own`."""
         known = self._found.get(key)
         blades = set(layout.support) | set(known.support if known else ())
         if known is not None and blades == set(known.support):
@@ -101,7 +102,7 @@ class _Tangents:
         self._found[key] = _free_layout(own, layout, blades)
 
     def _connect(self, first: str, second: str, both: bool) -> None:
-        """Rows that are copied or added to each other have derivatives of the same coefficients."""
+        """Give the derivatives of rows that are copied or added to each other the same coefficients."""
         a, b = self._records[first], self._records[second]
         if [leaf.start for leaf in a.leaves] != [leaf.start for leaf in b.leaves]:
             if both or self._changes(a):
@@ -115,7 +116,7 @@ class _Tangents:
                     self._join((target.name, other.start), other.layout, layout)
 
     def _connect_numbers(self, *records: Record) -> None:
-        """The same for rows that divide the same numbers in another way: all of them have a derivative."""
+        """Give all multivectors derivatives if rows that are copied or added divide the same numbers differently."""
         if any(map(self._changes, records)):
             for record in records:
                 for leaf in record.leaves:

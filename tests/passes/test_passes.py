@@ -65,10 +65,10 @@ from gacompiler.passes.rewrite import (
     divide_by_reversing,
     drop_versor,
     join_sandwich,
-    separate_invariant_grades,
     pull_out_versor,
     recognise_sandwich,
     rewrite,
+    separate_invariant_grades,
     split_sandwich,
 )
 from gacompiler.passes.samples import meaning, sample, to_mpmath
