@@ -1,7 +1,8 @@
 """Exponential, logarithm, root, power and interpolation of scalars, numbers and versors, from products and `select`.
 
-Nothing here computes: the functions write the closed forms of `gacompiler.frontend.exponentials` and
-`gacompiler.frontend.logarithms` with the operations of the kernel language, so derivatives and proofs need no more.
+The functions build expressions and compute nothing themselves. They write the closed forms of
+`gacompiler.frontend.exponentials` and `gacompiler.frontend.logarithms` with the operations of the kernel language, so
+derivatives and proofs need no rules for them.
 """
 
 from __future__ import annotations
@@ -20,25 +21,30 @@ from .squares import blades_of, form_of
 
 
 def exp(a: Any) -> Any:
-    """The exponential of a scalar, a bivector, or any other multivector.
+    """Compute the exponential of a scalar, a bivector, or any other multivector.
 
     Parameters
     ----------
     a : scalar or multivector
-        A bivector over up to five basis vectors, in any metric: the even versor that moves by ``exp(a) x exp(-a)``.
-        Anything whose square is a scalar (complex and other numbers, quaternions). A scalar part is a factor.
+        A closed form is used for a bivector over up to five basis vectors, in any metric, and for any multivector whose
+        square is a scalar (complex and other numbers, quaternions). A scalar part contributes a factor.
+
+    Returns
+    -------
+    scalar or multivector
+        For a bivector, the even versor that moves `x` to ``exp(a) x exp(-a)``.
 
     Notes
     -----
-    These are closed forms, exact to a few units of the last place of the largest coefficient, near 0 and at full turns
-    as well. The square of `a` must not overflow, and a boost is limited by the exponential.
+    The closed forms are accurate to a few units in the last place of the largest coefficient, also near 0 and at full
+    rotations. The square of `a` must not overflow, and a boost is limited by the range of the exponential.
 
-    All else, bivectors over six and more basis vectors among them, goes by Taylor's polynomial and squarings in more
-    than double precision (`gacompiler.frontend.scaling`), some fifty products. The error is at most 3e-14 of the
-    largest coefficient where the root of the sum of squared coefficients is up to 1000, as measured by
-    ``tests/frontend/test_large_exponentials.py``. Above 1024 the result may be not a
-    number, and far above it always is; so it is, or infinite, where a coefficient is above all doubles, as of a boost
-    by 710. It is never finite and wrong.
+    Every other argument, including bivectors over six or more basis vectors, is evaluated by scaling and squaring of a
+    Taylor polynomial in more than double precision (`gacompiler.frontend.scaling`), with about fifty products. The
+    error is at most 3e-14 of the largest coefficient where the root of the sum of squared coefficients is up to 1000,
+    as measured by ``tests/frontend/test_large_exponentials.py``. Above 1024 the result may be NaN, and far above it
+    always is. The result is also NaN or infinite if a coefficient overflows, for example for a boost by 710. It is
+    never finite and wrong.
     """
     if _is_scalar(a):
         return scalar.exp(a)
@@ -49,15 +55,15 @@ def exp(a: Any) -> Any:
 
 
 def log(a: Any, *, unit: bool | None = None, along: Any = None) -> Any:
-    """The logarithm of a scalar, a unit versor or a number.
+    """Compute the logarithm of a scalar, a unit versor or a number.
 
     Parameters
     ----------
     a : scalar or multivector
-        An even versor over up to five basis vectors, or scalar plus a part whose square is a scalar.
+        An even versor over up to five basis vectors, or a scalar plus a part whose square is a scalar.
     unit : bool, optional
-        Whether `a` is a unit versor; by default, whether its layout and the operations on it say so. With a part of
-        grade 4 it must be one.
+        Whether `a` is a unit versor. By default this is inferred from its layout and the operations on it. With a part
+        of grade 4, `a` must be a unit versor.
     along : multivector, optional
         An element with the square -1 along which the angle of a negative number is taken; by default, the first blade
         of `a` with a negative square.
@@ -65,22 +71,22 @@ def log(a: Any, *, unit: bool | None = None, along: Any = None) -> Any:
     Returns
     -------
     scalar or multivector
-        Of a unit versor, the bivector of least angles whose exponential is `a` or ``-a``, which move alike: angles
-        of its commuting parts are in [0, pi/2], so those of the motion are in [0, pi]. Else the principal logarithm:
-        half the logarithm of the norm squared, and the angle in [0, pi] along the other part.
-
-    Notes
-    -----
-    Where a scalar part is 0, at half turns, the two signs are equally near and the result jumps. With angles only, and
-    in metrics with one sign against all others (Minkowski's, conformal ones), every unit versor has a logarithm; not
-    so a unit versor that is a blade of grade 4, a half turn in two planes at once, for which no pair of planes is
-    nearer than another. Where squares have two signs each there are versors without a logarithm, as there are double
-    numbers without; the result is then not a number.
+        For a unit versor, the bivector with the smallest angles whose exponential is `a` or ``-a``; both represent the
+        same motion. The angles of its commuting parts are in [0, pi/2], and those of the motion in [0, pi]. Otherwise
+        the principal logarithm: half the logarithm of the squared norm, and the angle in [0, pi] along the other part.
 
     Raises
     ------
     KernelError
-        When `a` is neither, by its blades.
+        If the blades of `a` are those of neither a versor nor a number.
+
+    Notes
+    -----
+    Where the scalar part is 0, that is, at rotations by pi, both signs are equally near and the result is
+    discontinuous. In definite metrics, and in metrics with one sign against all others (Minkowski, conformal), every
+    unit versor has a logarithm, with one exception: a unit versor that is a blade of grade 4, a rotation by pi in two
+    planes at once, for which the pair of planes is not unique. In metrics with at least two squares of each sign, some
+    versors have no logarithm, and neither do some double numbers; the result is then NaN.
     """
     if _is_scalar(a):
         return scalar.log(a)
@@ -88,7 +94,7 @@ def log(a: Any, *, unit: bool | None = None, along: Any = None) -> Any:
 
 
 def sqrt(a: Any, *, unit: bool | None = None, along: Any = None) -> Any:
-    """The square root of a scalar, a unit versor or a number.
+    """Compute the square root of a scalar, a unit versor or a number.
 
     Parameters
     ----------
@@ -99,8 +105,8 @@ def sqrt(a: Any, *, unit: bool | None = None, along: Any = None) -> Any:
     Returns
     -------
     scalar or multivector
-        Of a unit versor, the one half way to it or to ``-a``: ``exp(log(a) / 2)``, without angles. Else the root
-        with a scalar part that is not negative.
+        For a unit versor, the versor half way from 1 to `a` or ``-a``: ``exp(log(a) / 2)``, computed without angles.
+        Otherwise the root with a non-negative scalar part.
     """
     if _is_scalar(a):
         return scalar.sqrt(a)
@@ -108,7 +114,9 @@ def sqrt(a: Any, *, unit: bool | None = None, along: Any = None) -> Any:
 
 
 def power(a: Any, t: Any, *, unit: bool | None = None, along: Any = None) -> Any:
-    """``exp(t log(a))``: of a unit versor, the part `t` of the shorter way to it.
+    """Compute the power ``exp(t log(a))``.
+
+    For a unit versor this is the versor at the fraction `t` of the shorter path from 1 to `a` or ``-a``.
 
     Parameters
     ----------
@@ -120,9 +128,9 @@ def power(a: Any, t: Any, *, unit: bool | None = None, along: Any = None) -> Any
 
     Notes
     -----
-    Of rotations in space, screws (also of the plane) and quaternions this takes one angle, and large powers are as
-    exact as the sine of so large an angle; everything else goes through both functions. Close to no turn at all, first
-    derivatives in double precision have errors of up to 3e-7 (1 + t) of the largest one.
+    Powers of rotations in space, screw motions (also of the plane) and quaternions need a single angle, and large
+    powers are as accurate as the sine of that large angle. All other powers are computed by `log` and `exp`. Close to
+    the identity, first derivatives in double precision have errors of up to 3e-7 (1 + t) of the largest one.
     """
     found = None
     if not _is_scalar(a):
@@ -131,22 +139,24 @@ def power(a: Any, t: Any, *, unit: bool | None = None, along: Any = None) -> Any
 
 
 def interpolate(a: Any, b: Any, t: Any, *, unit: bool | None = None) -> Any:
-    """The unit versor at the part `t` of the way from `a` to `b` or ``-b``, whichever is nearer: ``a (~a b)**t``.
+    """Interpolate between two unit versors along the shorter path: ``a (~a b)**t``.
 
     Parameters
     ----------
     a, b : multivector
-        Unit versors; `b` moves from where `a` does by a motion that has a logarithm (see `log`).
+        Unit versors. The motion between them, ``~a b``, must have a logarithm (see `log`).
     t : scalar
-        0 gives `a`, 1 gives `b` or ``-b``; any other number is on the same way, which goes at constant speed.
+        0 gives `a` and 1 gives `b` or ``-b``, whichever is nearer. Any other number gives a point of the same path,
+        which is traversed at constant speed.
     unit : bool, optional
-        As in `log`, of both.
+        Whether `a` and `b` are unit versors, as in `log`.
 
     Notes
     -----
-    Of rotations in space and of screw motions this is a sum of `a` and `b` (Shoemake's slerp; with dual numbers,
-    Kavan's ScLERP), a third to a half of the operations of the ratio's power. It is as exact between `a` and `b`; far
-    beyond them, errors grow as the square of `t`, and where `a` and `b` are not quite unit, the result is as wrong.
+    For rotations in space and screw motions the result is a linear combination of `a` and `b` (Shoemake's slerp; with
+    dual numbers, Kavan's ScLERP), which takes a third to a half of the operations of the power of ``~a b``. It is as
+    accurate between `a` and `b`. Far beyond them, errors grow as the square of `t`. Deviations of `a` and `b` from unit
+    norm carry over to the result.
     """
     ratio = ~a * b
     found = None if _is_scalar(ratio) or not _is_versor(ratio, unit) else weights(ratio, t)

@@ -1,4 +1,4 @@
-"""Declaring kernels: names, layouts, results. No work is done before a kernel is compiled."""
+"""Declaration of kernels: names, layouts and results. No work is done before a kernel is compiled."""
 
 from __future__ import annotations
 
@@ -26,11 +26,12 @@ from .traced import Traced
 
 @dataclass(frozen=True, slots=True)
 class Kernel(Immutable):
-    """A definition: call it on expressions or multivectors to use it inside another kernel.
+    """The definition of a kernel. Call it on expressions or multivectors to use it inside another kernel.
 
-    Kernels can be pickled. One that a module has by the name of its function comes back as that object. Any other (of a
-    lambda, made inside a function, a derivative) comes back with its traced expressions in place of the function, which
-    give the same kernel; kernels with loops have none, and are pickled by name only.
+    Kernels can be pickled. A kernel that is an attribute of its module under the name of its function is unpickled as
+    that object. Any other kernel (of a lambda, defined inside a function, or a derivative) is pickled with its traced
+    expressions in place of the function, which define the same kernel. Kernels with loops have no such expressions and
+    are pickled by name only.
     """
 
     name: str
@@ -39,20 +40,20 @@ class Kernel(Immutable):
     returns: Type | tuple[Type | None, ...] | None
     summary: str
     result_names: tuple[str, ...] = ()
-    """Names of the results, where they are to come as a named tuple that holds every coefficient but zeros."""
+    """Names of the results. If given, the results are a named tuple that holds every coefficient except zeros."""
 
     def __call__(self, *arguments: Any) -> Any:
         return self.function(*arguments)
 
     def traced(self) -> Kernel:
-        """This kernel with its expressions in place of the function."""
+        """Return this kernel with its traced expressions in place of the function."""
         if isinstance(self.function, Traced):
             return self
         symbols = tuple(parameter.symbols() for parameter in self.parameters)
         return replace(self, function=Traced(symbols, self.function(*symbols)))
 
     def documented(self, summary: str) -> Kernel:
-        """This kernel with another docstring, for one of a family whose own does not say all."""
+        """Return this kernel with another docstring, for a member of a family whose shared docstring is incomplete."""
         return replace(self, summary=inspect.cleandoc(summary))
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -62,7 +63,8 @@ class Kernel(Immutable):
         if self.has_loops:
             if _found(module, name) is not self:
                 raise KernelError(
-                    self.where, "it contains loops, and its module does not have it by the name of its function",
+                    self.where,
+                    "a kernel with loops that is not an attribute of its module under the name of its function",
                     "a kernel that is defined in a module, outside of functions",
                 )  # fmt: skip
             return _restored, (module, name, None)
@@ -73,7 +75,7 @@ class Kernel(Immutable):
 
     @property
     def has_loops(self) -> bool:
-        """Whether it takes arrays whose lengths are known only when it runs."""
+        """Whether the kernel takes arrays whose lengths are known only when it runs."""
         return any(parameter.has_rows for parameter in self.parameters)
 
     @property
@@ -82,7 +84,7 @@ class Kernel(Immutable):
         return _where(self.function, self.name)
 
     def place_of(self, error: BaseException) -> str:
-        """The last line of the author's file that led to an error, and the kernel; empty where there is no file."""
+        """Return the last line of the author's file that led to an error, and the kernel; empty without a file."""
         code = getattr(self.function, "__code__", None)
         if code is None or code.co_filename == "<string>":
             return ""
@@ -95,7 +97,7 @@ class Kernel(Immutable):
 
 
 def _found(module: str, name: str) -> Any:
-    """What a module of this process has by a name, if anything."""
+    """Return the object of this name in a module of this process, or None."""
     value: Any = sys.modules.get(module)
     for part in name.split("."):
         value = getattr(value, part, None)
@@ -103,7 +105,7 @@ def _found(module: str, name: str) -> Any:
 
 
 def _restored(module: str, name: str, traced: Kernel | None) -> Kernel:
-    """The kernel of that name; `traced` where the program that runs here is another one and has no such kernel."""
+    """Return the kernel of that name, or `traced` if this process runs another program, without such a kernel."""
     if traced is None:
         importlib.import_module(module)
     found = _found(module, name)
@@ -118,7 +120,7 @@ def _restored(module: str, name: str, traced: Kernel | None) -> Kernel:
 
 @dataclass(frozen=True, slots=True)
 class Output:
-    """One result of a traced kernel: expressions in C order over the outer shape, and the layout asked for."""
+    """One result of a traced kernel: expressions in C order over the outer shape, and the requested layout."""
 
     name: str
     outer_shape: tuple[int, ...]
@@ -128,26 +130,32 @@ class Output:
 
 @dataclass(frozen=True, slots=True)
 class Trace:
-    """A kernel called once on symbols."""
+    """The result of calling a kernel once on symbols."""
 
     kernel: Kernel
     outputs: tuple[Output, ...]
 
     @property
     def expressions(self) -> tuple[Expression, ...]:
-        """All output expressions in order."""
+        """The expressions of all outputs, in order."""
         return tuple(expression for output in self.outputs for expression in output.expressions)
 
 
 def kernel(*, returns: Any = None, **parameters: Any) -> Callable[[Callable[..., Any]], Kernel]:
-    """Declare the function below as a kernel.
+    """Declare the decorated function as a kernel.
 
     Parameters
     ----------
     returns : Layout, ArrayOf or tuple of these, optional
-        Pins the layout of the result; otherwise it is inferred. A result that does not fit is an error.
+        The layout of the result; inferred by default. A result that does not fit raises an error at compilation.
     **parameters : Layout, ArrayOf or tuple of equal layouts
         The type of each parameter of the function, by name.
+
+    Raises
+    ------
+    KernelError
+        If the names of the types are not those of the parameters, a type is not a layout or array, two parameters have
+        an entry of the same name, or the function has no name that generated functions can have.
 
     Examples
     --------
@@ -188,20 +196,20 @@ def kernel(*, returns: Any = None, **parameters: Any) -> Callable[[Callable[...,
 
 
 def _name_of(function: Callable[..., Any]) -> str:
-    """The name of a kernel's function, which functions in C and Python are to have."""
+    """Return the name of a kernel's function, which the generated functions in C and Python will have."""
     name = getattr(function, "__name__", None)
     if not isinstance(name, str):
         raise KernelError("kernel", f"an object of type {type(function).__name__}", "a function with a name")
     if not name.isidentifier() or iskeyword(name):
         raise KernelError(
-            _where(function, name), "no name for a function", "letters, digits and _, and no word of the language",
+            _where(function, name), "not a valid function name", "letters, digits and _, and no keyword of Python",
             "define it with def, or set its __name__",
         )  # fmt: skip
     return name
 
 
 def _where(function: Callable[..., Any], name: str) -> str:
-    """File and line of a function, for messages."""
+    """Return the file and line of a function, for messages."""
     code = getattr(function, "__code__", None)
     return f"{code.co_filename}:{code.co_firstlineno}: kernel {name}" if code else f"kernel {name}"
 
@@ -221,7 +229,13 @@ def _type(where: str, name: str, given: Any) -> Type:
 
 
 def trace(definition: Kernel) -> Trace:
-    """Call the function of a kernel without loops on symbols."""
+    """Call the function of a kernel without loops on symbols.
+
+    Raises
+    ------
+    GacError
+        If the function raises an error, or its results do not match `returns`.
+    """
     if definition.has_loops:
         raise KernelError(definition.where, "it contains loops over arrays of any length", "a kernel without loops")
     value = _called(definition, [parameter.symbols() for parameter in definition.parameters])
@@ -245,12 +259,12 @@ def trace(definition: Kernel) -> Trace:
 
 
 def _called(definition: Kernel, symbols: list[Any]) -> Any:
-    """What the author's function returns; its errors say where they were raised.
+    """Call the author's function on symbols, and add the place to any error that it raises.
 
     Raises
     ------
     GacError
-        As the function raises it, and a `KernelError` for every other error.
+        The error that the function raises; a `KernelError` in place of any other exception.
     """
     try:
         return definition.function(*symbols)
@@ -265,7 +279,7 @@ def _called(definition: Kernel, symbols: list[Any]) -> Any:
 
 
 def _result_names(definition: Kernel, n: int) -> list[str]:
-    """Names of several results; those given, unless an argument has one."""
+    """Return the names of several results: the given ones, with a suffix where an argument has the same name."""
     taken = {parameter.name for parameter in definition.parameters}
     given = definition.result_names
     return [f"{name}_out" if name in taken else name for name in given] if given else [f"out_{k}" for k in range(n)]
@@ -292,7 +306,7 @@ def _flatten(definition: Kernel, name: str, value: Any, shape: tuple[int, ...]) 
 
 
 def _check_inputs(definition: Kernel, outputs: tuple[Output, ...]) -> None:
-    """Refuse inputs that belong to another kernel: they would be undefined here."""
+    """Raise an error for inputs that belong to another kernel, which would be undefined here."""
     own: Mapping[str, str] = {c: p.name for p in definition.parameters for c in p.components}
     todo = [expression for output in outputs for expression in output.expressions]
     seen: set[Expression] = set()

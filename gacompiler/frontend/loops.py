@@ -1,11 +1,12 @@
 """Loops in kernels: `fold`, `scan`, `each`, `total`, `accumulate`, `gather`, `scatter`, `iterate` and `least`.
 
 Every function takes a body, a Python function of one row, and arrays of rows (`frontend.rows`). Bodies are traced like
-kernels; they may use values from outside, whose computation is moved out of the loop. Values may be tuples and named
-tuples of multivectors, and arrays tuples of arrays; the result has the structure of what the body returns.
+kernels. They may use values from outside the loop; computations of those values are moved out of the loop. Values may
+be tuples and named tuples of multivectors, and arrays may be tuples of arrays. The result has the structure of the
+value that the body returns.
 
-Where the arrays have a known length, the same functions write out every row: that defines what the loops compute. They
-are in one file because most of it is their documentation.
+For arrays of known length, the same functions unroll the loop over every row. The unrolled form is the definition of
+what the loops compute. The functions share one file because most of it is their documentation.
 """
 
 from __future__ import annotations
@@ -58,27 +59,27 @@ from .unrolled import (
 
 
 def fold(body: Callable[..., Any], start: Any, *rows: Any, reverse: bool = False) -> Any:
-    """Carry a value over the rows of arrays.
+    """Reduce the rows of arrays to one value, carried from row to row.
 
     Parameters
     ----------
     body : callable
         ``body(carry, *row)`` returns the next carry.
     start : expression, number or nested tuple of them
-        The first carry.
-    *rows : arrays of one length
+        The initial carry.
+    *rows : arrays of equal length
     reverse : bool
-        Whether the last row comes first.
+        Whether to iterate from the last row to the first.
 
     Returns
     -------
     expression or nested tuple
-        The last carry; `start` for arrays without rows.
+        The final carry; `start` for arrays without rows.
 
     Raises
     ------
     KernelError
-        When the arrays have different lengths, or the carry changes its structure.
+        If the arrays have different lengths, or the structure of the carry changes.
 
     Examples
     --------
@@ -104,19 +105,20 @@ def fold(body: Callable[..., Any], start: Any, *rows: Any, reverse: bool = False
 
 
 def scan(body: Callable[..., Any], start: Any, *rows: Any, parents: Any = None, reverse: bool = False) -> Any:
-    """Carry a value over the rows of arrays, and keep it for every row.
+    """Carry a value over the rows of arrays, and return the carry of every row.
 
     Parameters
     ----------
     body : callable
         ``body(carry, *row)`` returns the carry of the row.
     start : expression, number or nested tuple of them
-        The carry before the first row, and of rows without a parent.
-    *rows : arrays of one length
+        The carry before the first row, and for rows without a parent.
+    *rows : arrays of equal length
     parents : index table, optional
-        The row whose carry the body is given, an earlier one, or -1 for `start`; by default the row before.
+        For each row, the earlier row whose carry is passed to the body, or -1 for `start`. By default this is the
+        previous row.
     reverse : bool
-        Whether the last row comes first; not together with `parents`.
+        Whether to iterate from the last row to the first. Cannot be combined with `parents`.
 
     Returns
     -------
@@ -126,7 +128,7 @@ def scan(body: Callable[..., Any], start: Any, *rows: Any, parents: Any = None, 
     Raises
     ------
     KernelError
-        As `fold` does, and when both `parents` and `reverse` are given.
+        Under the conditions of `fold`, or if both `parents` and `reverse` are given.
     """
     checked_start("scan()", start)
     if parents is not None and reverse:
@@ -160,8 +162,8 @@ def each(body: Callable[..., Any], *rows: Any) -> Any:
     Parameters
     ----------
     body : callable
-        ``body(*row)`` returns a multivector or a nested tuple of them.
-    *rows : arrays of one length
+        ``body(*row)`` returns a multivector or a nested tuple of multivectors.
+    *rows : arrays of equal length
 
     Returns
     -------
@@ -170,7 +172,7 @@ def each(body: Callable[..., Any], *rows: Any) -> Any:
     Raises
     ------
     KernelError
-        When the arrays have different lengths.
+        If the arrays have different lengths.
     """
     if is_unrolled("each()", rows):
         return unrolled_each(body, rows)
@@ -185,17 +187,18 @@ def each(body: Callable[..., Any], *rows: Any) -> Any:
 
 
 def total(body: Callable[..., Any], *rows: Any) -> Any:
-    """Sum a function of each row: ``sum(body(*row))``, by components where it returns a nested tuple.
+    """Sum a function over the rows of arrays.
 
     Parameters
     ----------
     body : callable
-    *rows : arrays of one length
+        ``body(*row)`` returns a multivector or a nested tuple of multivectors, which is summed component by component.
+    *rows : arrays of equal length
 
     Returns
     -------
     expression or nested tuple
-        0 for arrays without rows.
+        The sum; 0 for arrays without rows.
     """
     if is_unrolled("total()", rows):
         return unrolled_total(body, rows)
@@ -214,30 +217,31 @@ def total(body: Callable[..., Any], *rows: Any) -> Any:
 
 
 def accumulate(body: Callable[..., Any], zero: Any, *rows: Any, parents: Any = None, keep: bool = False) -> Any:
-    """Sum from the last row to the first, or from the leaves of a tree to its root.
+    """Accumulate values from the last row to the first, or from the leaves of a tree to its root.
 
     Parameters
     ----------
     body : callable
-        ``body(children, *row)`` returns the value of the row, where `children` is the sum of the values of the rows
-        whose parent it is; without `parents` that is the next row.
+        ``body(children, *row)`` returns the value of the row. `children` is the sum of the values of the child rows;
+        without `parents`, the only child of a row is the next row.
     zero : 0 or nested tuple of zeros
-        The sum of no values.
-    *rows : arrays of one length
+        The empty sum.
+    *rows : arrays of equal length
     parents : index table, optional
-        The parent of each row, an earlier one, or -1.
+        The parent of each row, which is an earlier row, or -1 for no parent.
     keep : bool
-        Whether the body returns ``(value, kept)``: what is summed, and what is only kept for the row.
+        Whether the body returns a pair ``(value, kept)``: `value` is passed on to the parent, and `kept` is only
+        stored for the row.
 
     Returns
     -------
     array of rows, or nested tuple of arrays
-        The values; with `keep` a pair of the values and of what is kept.
+        The values; with `keep`, a pair of the values and the kept values.
 
     Raises
     ------
     KernelError
-        As `fold` does, and when `zero` is something else.
+        Under the conditions of `fold`, or if `zero` is not zero.
     """
     checked_start("accumulate()", zero)
     if any(_is_something(leaf) for leaf in leaves_of(zero)):
@@ -280,13 +284,23 @@ def accumulate(body: Callable[..., Any], zero: Any, *rows: Any, parents: Any = N
 
 
 def gather(rows: Any, index: Any) -> Any:
-    """The rows of an array that an index table names, as an array of the table's length.
+    """Select the rows of an array that are given by an index table.
 
     Parameters
     ----------
     rows : array of rows or nested tuple of arrays
     index : index table
-        No row of it may be -1.
+        The row to select for each row of the result. No entry may be -1.
+
+    Returns
+    -------
+    array of rows or nested tuple of arrays
+        An array of the length of `index`.
+
+    Raises
+    ------
+    KernelError
+        If `index` is not an index table into the array, or the array is itself a result of `gather`.
     """
     arrays = leaves_of(rows)
     if isinstance(index, Unrolled):
@@ -297,31 +311,35 @@ def gather(rows: Any, index: Any) -> Any:
     for array in arrays:
         if array.through or array.lengths != (index.into,):
             own = f"{', '.join(array.lengths)}, gathered already" if array.through else ", ".join(array.lengths)
-            raise KernelError("gather()", f"an array over {own}", f"one over {index.into}, as {index.name} says")
+            expected = f"one over {index.into}, to which {index.name} refers"
+            raise KernelError("gather()", f"an array over {own}", expected)
     return like(rows, [current().check_rows(array).at((index,)) for array in arrays])
 
 
 def scatter(rows: Any, index: Any, onto: Any, start: Any = None) -> Any:
-    """Sums of the rows of an array, each added to the row that an index table names.
+    """Add each row of an array to the row of the result that is given by an index table.
 
     Parameters
     ----------
     rows : array of rows or nested tuple of arrays
     index : index table, or a tuple of two
-        Rows where it is -1 are left out. Two tables name the row and the column of a matrix of rows.
+        The row of the result to add each row to; rows with the index -1 are left out. Two tables give the row and the
+        column of a matrix of rows.
     onto : array of rows, or a tuple of two
-        Arrays that have the length of the result: of each axis, where there are two.
+        An array with the length of the result; for a matrix of rows, one array for each axis.
     start : array of rows or nested tuple of arrays, optional
-        What an earlier `scatter` onto the same axes returned: the sums are added to it, and it is the result.
+        The result of an earlier `scatter` onto the same axes. The rows are added to it in place.
 
     Returns
     -------
     array of rows or nested tuple of arrays
+        The sums.
 
     Raises
     ------
     KernelError
-        When the lengths of arrays, index tables and axes do not fit, or `start` is another array.
+        If the lengths of arrays, index tables and axes do not match, or `start` is not a result of `scatter` for the
+        same axes.
     """
     tables = index if isinstance(index, tuple) else (index,)
     axes = onto if isinstance(onto, tuple) else (onto,)
@@ -358,34 +376,36 @@ def scatter(rows: Any, index: Any, onto: Any, start: Any = None) -> Any:
 
 
 def iterate(body: Callable[..., Any], start: Any, until: Callable[..., Any], at_most: int) -> Any:
-    """Repeat a step until a condition holds, or until it was done a number of times.
+    """Repeat a step until a condition holds, or a maximum number of times.
 
     Parameters
     ----------
     body : callable
         ``body(carry)`` returns the next carry; it may contain loops.
     start : expression, number or nested tuple of them
+        The initial carry.
     until : callable
-        ``until(old, new)`` is a comparison of two carries that follow each other, 1 where the iteration has converged.
+        ``until(old, new)`` compares two consecutive carries and returns 1 if the iteration has converged, else 0.
     at_most : int
-        The largest number of steps.
+        The maximum number of steps.
 
     Returns
     -------
     carry : expression or nested tuple
+        The final carry.
     converged : expression
         1 if the condition held after the last step, else 0.
     steps : expression
-        How many steps there were.
+        The number of steps taken.
 
     Raises
     ------
     KernelError
-        When `at_most` is not a positive whole number, or the carry changes its structure.
+        If `at_most` is not a positive integer, or the structure of the carry changes.
     """
     checked_start("iterate()", start)
     if not isinstance(at_most, int) or isinstance(at_most, bool) or at_most < 1:
-        raise KernelError("iterate()", f"at_most={at_most!r}", "a positive whole number")
+        raise KernelError("iterate()", f"at_most={at_most!r}", "a positive integer")
     if not is_recording():
         return unrolled_iterate(body, start, until, at_most)
     recorder = current()
@@ -412,18 +432,24 @@ def iterate(body: Callable[..., Any], start: Any, until: Callable[..., Any], at_
 
 
 def least(score: Callable[..., Any], *rows: Any) -> tuple[Any, Any]:
-    """The smallest score of the rows of arrays, and which row has it: the first of equal ones.
+    """Find the row of arrays with the smallest score.
 
     Parameters
     ----------
     score : callable
-        ``score(*row)`` returns a number.
-    *rows : arrays of one length
+        ``score(*row)`` returns a scalar.
+    *rows : arrays of equal length
 
     Returns
     -------
     score, row : expressions
-        The row is -1 for arrays without rows, and the score 0.
+        The smallest score, and the index of the first row that has it. For arrays without rows, the score is 0 and the
+        row -1.
+
+    Raises
+    ------
+    KernelError
+        If the arrays have different lengths, or a score is not a scalar.
     """
 
     def better(best: Any, *row: Any) -> Any:
@@ -438,7 +464,7 @@ def least(score: Callable[..., Any], *rows: Any) -> tuple[Any, Any]:
 
 
 class _Best(NamedTuple):
-    """What `least` carries: the smallest score, its row, and the number of the row that comes."""
+    """The carry of `least`: the smallest score so far, its row, and the index of the next row."""
 
     score: Any
     row: Any
@@ -452,7 +478,7 @@ def _check_index(where: str, index: Any, length: str, into: str) -> None:
 
 
 def _new_rows(recorder: Recorder, where: str, body: Callable[..., Any], result: Any, length: str) -> list[Rows]:
-    """New tables for what a body returns for each row, known in the scope around the loop."""
+    """Return new tables for the values that a body returns for each row, visible in the scope around the loop."""
     expressions = lifted(where, result)
     return recorder.tables(
         result_stems(body, result), (length,), recorder.layouts_of(expressions), result, outside=True
@@ -460,24 +486,24 @@ def _new_rows(recorder: Recorder, where: str, body: Callable[..., Any], result: 
 
 
 def _is_something(value: Any) -> bool:
-    """Whether a value is not zero, or not a constant."""
+    """Return whether a value is anything but a constant zero."""
     expression = lift(value)
     return not is_constant(expression) or bool(evaluate([expression], {})[0].terms)
 
 
 def _continued(recorder: Recorder, start: Any, lengths: tuple[str, ...], layouts: Sequence[Layout]) -> list[Rows]:
-    """The tables of earlier sums, to which more are added."""
+    """Return the tables of an earlier `scatter`, to which more rows are added."""
     sums = [rows for rows in leaves_of(start) if isinstance(rows, Rows)]
     found = [(rows.lengths, rows.leaf.layout, rows.through) for rows in sums]
     if found != [(lengths, layout, ()) for layout in layouts] or not all(
         recorder.records[rows.table].storage is Storage.WORK for rows in sums
     ):
-        raise KernelError("scatter()", "start is another array", "what scatter() returned for the same axes")
+        raise KernelError("scatter()", "start is another array", "a result of scatter() for the same axes")
     return sums
 
 
 def _tables_of(recorder: Recorder, sums: Sequence[Rows]) -> list[tuple[int, Record]]:
-    """The tables of some arrays, and the number of the first array in each."""
+    """Return the tables of the arrays, each with the index of its first array."""
     found: dict[str, int] = {}
     for k, rows in enumerate(sums):
         found.setdefault(rows.table, k)
@@ -485,9 +511,9 @@ def _tables_of(recorder: Recorder, sums: Sequence[Rows]) -> list[tuple[int, Reco
 
 
 def _source_of_sums(recorder: Recorder, arrays: Sequence[Rows], table: Record, counter: str) -> Place:
-    """The row that is added to a row of a table: where the arrays are, if that is alike, or a copy of them.
+    """Return the row that is added to a row of a table: the arrays' own row if it has the same structure, or a copy.
 
-    Rows that `gather` names are copied: where there is none, adding would leave it out.
+    Rows of `gather` are always copied, because an addition would skip rows with the index -1.
     """
     own = recorder.records[recorder.check_rows(arrays[0]).table]
     same_table = all(array.table == own.name and not array.through for array in arrays)
@@ -505,11 +531,11 @@ def _source_of_sums(recorder: Recorder, arrays: Sequence[Rows], table: Record, c
 
 
 def _pair(result: Any, keep: bool) -> tuple[Any, Any]:
-    """What the body of `accumulate` passes on, and what it keeps."""
+    """Return the value that the body of `accumulate` passes to the parent, and the value that it keeps."""
     if not keep:
         return result, None
     if not isinstance(result, tuple) or len(result) != 2:
-        raise KernelError("accumulate()", "the body returns no pair", "(value, kept), as keep=True says")
+        raise KernelError("accumulate()", "the body does not return a pair", "(value, kept), because of keep=True")
     return result
 
 

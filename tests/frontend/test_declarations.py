@@ -109,7 +109,7 @@ def test_names_that_functions_cannot_have() -> None:
             return x
 
         function.__name__ = name
-        with pytest.raises(KernelError, match="no name for a function"):
+        with pytest.raises(KernelError, match="not a valid function name"):
             kernel(x=SCALAR)(function)
     with pytest.raises(KernelError, match="parameters"):
         kernel(**{"a b": SCALAR})(lambda x: x)
