@@ -3,9 +3,9 @@
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from . import extras as extras  # fails with one line where packages are missing, before others are loaded
+from . import extras as extras  # fails with a one-line message if packages are missing, before others are loaded
 from . import frontend
-from . import load_time as load_time  # notes a time before the rest is loaded
+from . import load_time as load_time  # records the time before the rest is loaded
 from .algebra.algebra import Algebra as Algebra
 from .algebra.layout import SCALAR as SCALAR
 from .algebra.layout import Layout as Layout
@@ -46,7 +46,7 @@ from .frontend.roots import quadratic_roots as quadratic_roots
 from .frontend.roots import quartic_roots as quartic_roots
 
 if not TYPE_CHECKING:
-    # Type checkers read no list that is computed; to them, `as` and `*` above say what is exported.
+    # Type checkers cannot read a computed list; for them, `as` and `*` above declare what is exported.
     __all__ = sorted([
         "SCALAR", "Algebra", "Family", "Kernel", "Layout", "Multivector", "accumulate", "array", "compile",
         "cubic_roots", "each", "eigenvalues_symmetric", "eigenvectors_symmetric", "exp", "fold", "gather",
@@ -66,7 +66,7 @@ _LOADED_LATER = {"compile": "runtime", "read_cluscript": "scripts"}
 
 
 def __getattr__(name: str) -> Any:
-    """`compile`, its backends, scripts and what needs sympy are loaded when they are first asked for."""
+    """Load `compile`, its backends, scripts and the modules that need sympy on first access."""
     if name in _LOADED_LATER:
         globals()[name] = found = getattr(import_module(f"{__name__}.{_LOADED_LATER[name]}"), name)
         return found

@@ -1,4 +1,4 @@
-"""Every error this package raises on purpose: one tree, one message shape."""
+"""The exceptions of this package: one hierarchy, with messages of one form."""
 
 from __future__ import annotations
 
@@ -6,18 +6,18 @@ from typing import Self
 
 
 class GacError(Exception):
-    """An error a person can act on.
+    """Base class of the exceptions that this package raises.
 
     Parameters
     ----------
     where : str
-        The file, kernel, argument or blade at fault.
+        The location of the error: a file, kernel, argument or blade.
     found : str
         What was found there.
     expected : str, optional
-        What would have been right.
+        What was expected instead.
     remedy : str, optional
-        What to do next.
+        How to correct the error.
     """
 
     def __init__(self, where: str, found: str, expected: str = "", remedy: str = "") -> None:
@@ -30,7 +30,7 @@ class GacError(Exception):
         super().__init__(message)
 
     def at(self, place: str) -> Self:
-        """This error, after the place where it was raised: a file, a line and a kernel."""
+        """Prefix the message with the place of the error (file, line and kernel), and return the error."""
         self.where = f"{place}: {self.where}"
         self.args = (f"{place}: {self}",)
         return self
@@ -40,40 +40,40 @@ class GacError(Exception):
 
 
 class AlgebraError(GacError):
-    """A blade, metric or operation that the algebra does not have."""
+    """Raised for a blade, metric or operation that is not valid in the algebra."""
 
 
 class ZeroDivisorError(AlgebraError, ZeroDivisionError):
-    """A divisor that is exactly zero, or an element without inverse."""
+    """Raised for a divisor that is exactly zero, or an element without an inverse."""
 
 
 class LayoutError(GacError):
-    """Coefficients that a layout does not describe or cannot hold."""
+    """Raised for coefficients that do not fit a layout."""
 
 
 class KernelError(GacError):
-    """A kernel definition that cannot be compiled."""
+    """Raised for a kernel definition that cannot be compiled."""
 
 
 class SpecError(GacError):
-    """A spec file that cannot be read."""
+    """Raised for a spec file that cannot be read."""
 
 
 class InexactError(GacError):
-    """A function whose exact value is not in the ring it was asked for."""
+    """Raised for a function of exact arguments whose value is not in the ring of the arguments."""
 
 
 class TooLargeError(GacError):
-    """An expansion that outgrew its budget; callers fall back to a smaller one."""
+    """Raised for an expansion that exceeds its budget; callers fall back to a smaller one."""
 
 
 class BackendError(GacError):
-    """A target that is missing, or a compiler that failed."""
+    """Raised for a backend that is not available, or a compiler that failed."""
 
 
 class StaleError(GacError):
-    """Generated files that are not what the specs give now."""
+    """Raised for generated files that differ from the output of the current specs."""
 
 
 class ProofError(GacError):
-    """An emitted kernel that is not its author's definition."""
+    """Raised for a generated kernel that differs from its definition."""

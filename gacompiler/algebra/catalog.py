@@ -1,7 +1,7 @@
-"""The algebras people use by name, with their layouts.
+"""The predefined algebras and their layouts.
 
-Coefficients are ordered by grade and then by bitmap of the basis vectors, except where a layout has an order of its own
-that its users expect (a point is x, y, z).
+Coefficients are ordered by grade and then by the bitmap of the basis vectors, except in layouts with an established
+order (the coefficients of a point are x, y, z).
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from .multivector import Multivector
 
 @dataclass(frozen=True, slots=True)
 class HalfSquare:
-    """Half the sum of squares of the named coefficients: the einf coefficient of a conformal point."""
+    """Half the sum of the squares of the given coefficients: the einf coefficient of a conformal point."""
 
     names: tuple[str, ...]
 
@@ -28,7 +28,7 @@ class HalfSquare:
 
 
 def _conjugate_is_inverse(x: Multivector) -> Multivector:
-    """The conjugate of a complex number or a quaternion negates its vectors, which the reverse does not."""
+    """Return ``x conj(x) - 1`` with the Clifford conjugate, which negates vectors, unlike the reverse."""
     return x * clifford_conjugate(x) - 1
 
 
@@ -139,9 +139,10 @@ def _null_pairs(algebra: Algebra) -> Iterable[Layout]:
 
 
 def null_pairs(n: int, name: str | None = None) -> Algebra:
-    """G(n, n) in a basis of null pairs: ``w_i . v_j = 1`` where ``i = j``, every other inner product 0.
+    """Create G(n, n) with a basis of null pairs: ``w_i . v_i = 1``, and every other inner product is 0.
 
-    With orthonormal ``s_i**2 = 1`` and ``t_i**2 = -1``: ``w_i = (s_i + t_i) / 2`` and ``v_i = s_i - t_i``.
+    With orthonormal vectors ``s_i**2 = 1`` and ``t_i**2 = -1``, they are ``w_i = (s_i + t_i) / 2`` and
+    ``v_i = s_i - t_i``.
     """
     vectors = [f"w{i + 1}" for i in range(n)] + [f"v{i + 1}" for i in range(n)]
     gram = [[int(abs(i - j) == n) for j in range(2 * n)] for i in range(2 * n)]
@@ -149,20 +150,23 @@ def null_pairs(n: int, name: str | None = None) -> Algebra:
 
 
 def orthogonal(p: int, q: int = 0, r: int = 0, name: str | None = None) -> Algebra:
-    """G(p, q, r): ``e1 ...`` with `p` squares +1, then `q` squares -1, then `r` squares 0."""
+    """Create G(p, q, r) with an orthogonal basis ``e1 ...``: `p` vectors with square +1, `q` with -1, `r` with 0."""
     vectors = [f"e{i + 1}" for i in range(p + q + r)]
     return Algebra(name or f"G({p},{q},{r})", vectors, [1] * p + [-1] * q + [0] * r)
 
 
 def _null_gram(n: int) -> list[list[int]]:
-    """Euclidean e1..en, then the null pair e0, einf with ``einf . e0 = -1``."""
+    """Return the Gram matrix of Euclidean vectors e1..en and the null pair e0, einf with ``einf . e0 = -1``."""
     gram = [[int(i == j and i < n) for j in range(n + 2)] for i in range(n + 2)]
     gram[n][n + 1] = gram[n + 1][n] = -1
     return gram
 
 
 def _with_null_pairs(name: str, flat: str, null: str, n: int) -> Algebra:
-    """Euclidean vectors, and `n` null vectors with partners in the same order; partners have the product -1."""
+    """Create an algebra of Euclidean vectors and `n` null vectors, followed by their partners in the same order.
+
+    The inner product of partners is -1.
+    """
     first = len(flat.split())
     size = first + 2 * n
     gram = [[int(i == j and i < first) for j in range(size)] for i in range(size)]
@@ -184,8 +188,8 @@ CGA3 = Algebra("CGA3", "e1 e2 e3 e0 einf", _null_gram(3), "e0123inf", layouts=_c
 STA = Algebra("STA", "g0 g1 g2 g3", [1, -1, -1, -1], "g10 g20 g30", layouts=_sta)
 G33 = null_pairs(3)
 
-# Algebras of conics, quadrics, cyclides and cubics, as scripts of Gaalop know them. They are not in `CATALOG`: nobody
-# should list their blades.
+# Algebras of conics, quadrics, cyclides and cubics, as in Gaalop scripts. They are not in `CATALOG` because their
+# blades are too many to list.
 GAC = _with_null_pairs("GAC", "e1 e2", "e0p e0m e0c einfp einfm einfc", 3)
 QGA = _with_null_pairs("QGA", "e1 e2 e3", "e0x e0y e0z einfx einfy einfz", 3)
 DCGA = Algebra(

@@ -1,4 +1,4 @@
-"""Layouts: which coefficients of a multivector are stored, and what is known of the rest."""
+"""Layouts: which coefficients of a multivector are stored, and how the others are determined."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Implication = Callable[[Mapping[str, Coefficient]], Coefficient]
 
 @dataclass(frozen=True, slots=True)
 class Slot:
-    """One coefficient: the blade's name, its bitmap, and the sign between the two orientations."""
+    """A coefficient: the name of its blade, the bitmap, and the sign between the orientations of name and bitmap."""
 
     name: str
     blade: int
@@ -39,13 +39,13 @@ class Layout(Immutable):
     stored : tuple of Slot
         The coefficients that an array of this layout holds, in order.
     fixed : tuple of (Slot, rational)
-        Coefficients that are the same for every element: a point's weight 1.
+        Coefficients that are equal for all elements, such as the weight 1 of a point.
     implied : tuple of (Slot, callable)
-        Coefficients that are polynomials of the stored ones, as functions of the mapping name -> stored coefficient.
+        Coefficients that are polynomials in the stored ones, as functions of the mapping name -> stored coefficient.
     unit : bool
-        Whether ``x ~x = 1`` holds, every coefficient of it.
+        Whether all coefficients of ``x ~x = 1`` hold.
     user_relations : callable, optional
-        Maps an element to a multivector (or several) all of whose coefficients are zero.
+        Function of an element that returns one or more multivectors, all of whose coefficients are zero.
     """
 
     algebra: Algebra
@@ -68,7 +68,15 @@ class Layout(Immutable):
         unit: bool = False,
         relations: Relations | None = None,
     ) -> Layout:
-        """Build a layout from spelled blades, checking that no blade is named twice."""
+        """Create a layout from the names of its blades.
+
+        Raises
+        ------
+        LayoutError
+            If a blade occurs twice.
+        AlgebraError
+            If a name is not a blade of the algebra.
+        """
 
         def slot(spelling: str) -> Slot:
             sign, blade = algebra.blade(spelling)
@@ -94,7 +102,7 @@ class Layout(Immutable):
 
     @property
     def row(self) -> tuple[Any, ...]:
-        """Everything but the algebra, in the order of the attributes."""
+        """All attributes except the algebra, in order."""
         return self.name, self.stored, self.fixed, self.implied, self.unit, self.user_relations
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -115,25 +123,31 @@ class Layout(Immutable):
 
     @property
     def is_scalar(self) -> bool:
-        """Whether this is `SCALAR`, a number: arrays of numbers have no blade axis.
+        """Whether this is `SCALAR`, the layout of numbers, whose arrays have no blade axis.
 
-        A layout of the blade 1 in an algebra is one of multivectors, whose arrays have an axis of one coefficient.
+        A layout of the blade 1 in an algebra is a layout of multivectors, whose arrays have a blade axis of length 1.
         """
         return not self.algebra.dimension and not self.fixed and not self.implied and self.size == 1
 
     @property
     def support(self) -> frozenset[int]:
-        """Bitmaps of all blades an element may have."""
+        """Bitmaps of all blades that an element can have."""
         slots = (*self.stored, *(slot for slot, value in self.fixed if value), *(slot for slot, _ in self.implied))
         return frozenset(slot.blade for slot in slots)
 
     @property
     def has_relations(self) -> bool:
-        """Whether anything is known of the stored coefficients."""
+        """Whether the stored coefficients are constrained by relations."""
         return self.unit or self.user_relations is not None
 
     def element(self, coefficients: Sequence[Coefficient]) -> Multivector:
-        """The multivector with these stored coefficients, over whatever ring they live in."""
+        """Return the multivector with the given stored coefficients, over any ring.
+
+        Raises
+        ------
+        LayoutError
+            If the number of coefficients is not `size`.
+        """
         if len(coefficients) != self.size:
             raise LayoutError(
                 f"layout {self.name}", f"{len(coefficients)} coefficients", f"{self.size}: {' '.join(self.blades)}"
@@ -146,12 +160,13 @@ class Layout(Immutable):
         return Multivector(self.algebra, terms)
 
     def coefficients(self, element: Multivector) -> tuple[Coefficient, ...]:
-        """The stored coefficients of `element`.
+        """Return the stored coefficients of `element`.
 
         Raises
         ------
         LayoutError
-            When the element has a blade that this layout cannot hold, or a fixed coefficient of another value.
+            If the element has a blade that this layout cannot hold, or if a fixed or implied coefficient has another
+            value.
         """
         for blade in element.terms:
             if blade not in self.support:
@@ -176,10 +191,10 @@ class Layout(Immutable):
         return stored
 
     def relations(self, element: Multivector) -> tuple[Coefficient, ...]:
-        """Everything that is zero for an element of this layout, as coefficients of the element's ring."""
+        """Return the values of the relations at `element`, which are zero for every element of this layout."""
         zero: list[Coefficient] = []
         if self.unit:
-            # in a finite-dimensional algebra either implies the other, but not by polynomials of the same degree
+            # In a finite-dimensional algebra each implies the other, but not by polynomials of the same degree.
             zero += (element * ~element - 1).terms.values()
             zero += (~element * element - 1).terms.values()
         if self.user_relations is not None:
@@ -205,7 +220,7 @@ def _restored(algebra: Algebra, *row: Any) -> Layout:
 
 
 _PICKLED: WeakValueDictionary[tuple[Any, ...], Layout] = WeakValueDictionary()
-"""Layouts without a name in their algebra that were pickled or restored here, so that one comes back as itself."""
+"""Unnamed layouts that this process pickled or restored, so that unpickling one returns the same object."""
 
 
 def _scalar(algebra: Algebra) -> tuple[Layout]:

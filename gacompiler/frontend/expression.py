@@ -1,7 +1,8 @@
-"""Multivector expressions: what a kernel's function returns when it is called on symbols.
+"""Multivector expressions: the values that a kernel's function returns when it is called on symbols.
 
-An expression is a node with an operation, arguments and an algebra. Products, sandwiches and duals stay visible; no
-coefficient exists yet. `evaluate` gives an expression its meaning over any ring by the operations of the algebra layer.
+An expression is a node with an operation, arguments and an algebra. Products, sandwiches and duals are kept as nodes
+and are not expanded into coefficients. `evaluate` computes the value of an expression over any ring with the operations
+of the algebra layer.
 """
 
 from __future__ import annotations
@@ -24,21 +25,22 @@ from .rows import Array
 
 
 class Expression(Immutable):
-    """A multivector that is not yet computed.
+    """A symbolic multivector expression, a node of an immutable graph.
 
     Attributes
     ----------
     operation : Operation
     arguments : tuple of Expression
     data : object
-        What the operation needs besides: an input's `Input`, a constant's `Multivector`, grades, or a blade.
+        Additional data of the operation: the `Input` of an input, the `Multivector` of a constant, grades, or a blade.
     algebra : Algebra
+        The algebra of the result.
     """
 
     __slots__ = ("__weakref__", "_blades", "algebra", "arguments", "data", "operation")
 
     takes_over_multivector = True
-    __array_ufunc__ = None  # so that a number of numpy on the left leaves the operation to the expression
+    __array_ufunc__ = None  # so that a numpy number as the left operand defers to the expression
     operation: Operation
     arguments: tuple[Expression, ...]
     data: Any
@@ -48,7 +50,7 @@ class Expression(Immutable):
     def __new__(
         cls, operation: Operation, arguments: tuple[Expression, ...], data: Any, algebra: Algebra
     ) -> Expression:
-        """The one node of this content: expressions that are built alike are the same object."""
+        """Return the unique node with this content: equal expressions are the same object."""
         content = data.key if isinstance(data, Input) else data
         if isinstance(data, Multivector):
             content = tuple(sorted(data.terms.items()))
@@ -62,22 +64,22 @@ class Expression(Immutable):
 
     @property
     def blades(self) -> frozenset[int]:
-        """Bitmaps of the blades this expression can have, by its form."""
+        """Bitmaps of the blades that can occur in this expression, determined from its structure."""
         if self._blades is None:
             self._blades = _possible_blades(self)
         return self._blades
 
     @property
     def is_scalar(self) -> bool:
-        """Whether only the coefficient of 1 can occur."""
+        """Whether only the scalar part can occur."""
         return self.blades <= {0}
 
     def grade(self, *grades: int) -> Expression:
-        """The part of the given grades."""
+        """Return the part of the given grades."""
         return Expression(Operation.GRADE, (self,), grades, self.algebra)
 
     def __getitem__(self, blade: str | int) -> Expression:
-        """The coefficient of a blade, in any spelling or by bitmap, as a scalar."""
+        """Return the coefficient of a blade, given in any spelling or by bitmap, as a scalar."""
         where = self.algebra.blade(blade) if isinstance(blade, str) else (1, blade)
         return Expression(Operation.COEFFICIENT, (self,), where, SCALARS)
 
@@ -149,15 +151,15 @@ class Expression(Immutable):
     def __bool__(self) -> bool:
         raise KernelError(
             "a kernel",
-            "Python asked for the truth of an expression",
+            "an expression has no truth value",
             remedy="use select(condition, a, b) instead of if, and, or",
         )
 
     def __iter__(self) -> Iterator[Any]:
-        raise KernelError("a kernel", "an expression cannot be iterated", remedy='ask for a coefficient, x["e12"]')
+        raise KernelError("a kernel", "an expression cannot be iterated", remedy='use a coefficient, x["e12"]')
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """As rows that refer to each other by number: recursion would have a limit, and expressions have none."""
+        """Reduce to rows that refer to each other by index, because deep expressions exceed the recursion limit."""
         order = topological([self])
         places = {each: k for k, each in enumerate(order)}
         rows = [(each.operation, [places[a] for a in each.arguments], each.data, each.algebra) for each in order]
@@ -174,7 +176,7 @@ class Expression(Immutable):
 
 
 class Input:
-    """Where an input's coefficients come from: the kernel's argument, its layout, and names of the coefficients."""
+    """The origin of an input: the kernel's argument, its layout, and the names of its coefficients."""
 
     __slots__ = ("components", "layout", "name")
 
@@ -183,16 +185,16 @@ class Input:
 
     @property
     def key(self) -> tuple[Any, ...]:
-        """Equal for inputs that are the same."""
+        """Key that is equal for equal inputs."""
         return self.name, self.components, id(self.layout)
 
 
 _NODES: WeakValueDictionary[tuple[Any, ...], Expression] = WeakValueDictionary()
-"""Every expression there is; a key holds what the node keeps alive."""
+"""All expressions that are alive, by content. Keys contain ids of objects that the node keeps alive."""
 
 
 def lift(value: Any) -> Expression:
-    """`value` as an expression: numbers and multivectors become constants."""
+    """Return `value` as an expression; numbers and multivectors become constants."""
     if isinstance(value, Expression):
         return value
     if isinstance(value, Multivector):
@@ -208,7 +210,13 @@ def _int_if_whole(number: Any) -> Any:
 
 
 def node(operation: Operation, *arguments: Any) -> Expression:
-    """The expression ``operation(arguments)``; raises where the algebras differ or a scalar is needed."""
+    """Return the expression ``operation(arguments)``.
+
+    Raises
+    ------
+    KernelError
+        If the algebras of the arguments differ, or an argument that must be a scalar is not.
+    """
     lifted = tuple(lift(argument) for argument in arguments)
     algebra = SCALARS
     for argument in lifted:
@@ -218,7 +226,7 @@ def node(operation: Operation, *arguments: Any) -> Expression:
                     operation,
                     f"arguments of {algebra.name} and {argument.algebra.name}",
                     "one algebra",
-                    'carry coefficients over one by one: assemble(algebra, {"e1": x["e1"]})',
+                    'convert coefficients one by one: assemble(algebra, {"e1": x["e1"]})',
                 )
             algebra = argument.algebra
     is_scalar = operation.row.kind is Kind.SCALAR
@@ -241,10 +249,10 @@ def evaluate(
     memory: dict[Expression, Multivector] | None = None,
     lift: Callable[[Any], Any] | None = None,
 ) -> list[Multivector]:
-    """The meaning of expressions over the ring of the coefficients in `inputs` (component name -> coefficient).
+    """Evaluate expressions over the ring of the coefficients in `inputs` (component name -> coefficient).
 
-    `memory` holds values of nodes that need not be computed, and receives those that are. `lift` brings exact constants
-    into the ring, so that functions of them are taken there: the root of 2 is a number in some rings only.
+    `memory` holds the known values of nodes, and receives the values that are computed. `lift` converts exact constants
+    to the ring, so that functions of constants are evaluated there: some rings have no square root of 2.
     """
     memory = {} if memory is None else memory
 
@@ -255,7 +263,7 @@ def evaluate(
 
 
 def topological(expressions: Sequence[Expression], known: Container[Expression] = ()) -> list[Expression]:
-    """All nodes below `expressions` that are not `known`, arguments before what uses them."""
+    """Return all nodes of `expressions` that are not `known`, in topological order: arguments first."""
     order: dict[Expression, None] = {}
     stack = list(reversed(expressions))
     while stack:
@@ -277,7 +285,7 @@ def apply_operation(
     inputs: Mapping[str, Any],
     lift: Callable[[Any], Any] | None = None,
 ) -> Multivector:
-    """One node, given the values of its arguments; see `evaluate`."""
+    """Evaluate one node, given the values of its arguments; see `evaluate`."""
     value = _apply(expression, values, inputs)
     return (
         value.map(lift) if lift is not None and expression.operation in (Operation.INPUT, Operation.CONSTANT) else value
@@ -311,7 +319,7 @@ def _apply(expression: Expression, values: list[Multivector], inputs: Mapping[st
 
 
 class _Something:
-    """A coefficient of which nothing is known: the ring in which no sum cancels."""
+    """An unknown coefficient, an element of a ring in which no sum cancels."""
 
     is_zero = False
 
@@ -342,7 +350,7 @@ def _possible_blades(expression: Expression) -> frozenset[int]:
 
 
 def _powers(argument: Expression) -> frozenset[int]:
-    """Blades that polynomials in the argument and its involutions can have: those its own blades generate."""
+    """Return the blades generated by those of the argument, which polynomials in it and its involutions can have."""
     found = set(argument.blades)
     while True:
         new = {
@@ -361,7 +369,7 @@ def _restored(rows: list[tuple[Operation, list[int], Any, Algebra]]) -> Expressi
 
 
 def text_of(expression: Expression) -> str:
-    """The expression as one would type it."""
+    """Return the expression as Python source text."""
     texts: dict[Expression, str] = {}
     for each in topological([expression]):
         texts[each] = _text(each, [texts[argument] for argument in each.arguments])

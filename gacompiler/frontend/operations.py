@@ -1,7 +1,7 @@
-"""The functions that kernels are written with. On multivectors they compute; on expressions they build.
+"""The functions for writing kernels. On multivectors they compute values; on expressions they build expressions.
 
-Operators ``+ - * ^ & ~ /`` do the same as the operations of their names; everything else has its full name here, once.
-What a line here means is in the table of operations, `gacompiler.algebra.operations`.
+The operators ``+ - * ^ & ~ /`` are equivalent to the operations of their names. Every other operation has one function
+here, under its full name. The operations are defined in the table of operations, `gacompiler.algebra.operations`.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ __all__ = [
 
 
 def apply(operation: Operation, *arguments: Any) -> Any:
-    """`operation` on anything: an expression if any argument is one, else the value."""
+    """Apply `operation`: return an expression if any argument is an expression, else the value."""
     if any(isinstance(argument, Expression) for argument in arguments):
         return node(operation, *arguments)
     for argument in arguments:
@@ -79,24 +79,30 @@ equal = binary(apply, Operation.EQUAL)
 
 
 def join(a: Any, b: Any) -> Any:
-    """The smallest object that contains both, where points are pseudovectors (plane-based algebras): ``a & b``."""
+    """Compute the join ``a & b``, the smallest object that contains both.
+
+    This is the join in algebras where points are pseudovectors, such as plane-based algebras (PGA).
+    """
     return apply(Operation.REGRESSIVE_PRODUCT, a, b)
 
 
 def meet(a: Any, b: Any) -> Any:
-    """The common part of two objects, where planes are vectors (plane-based algebras): ``a ^ b``."""
+    """Compute the meet ``a ^ b``, the intersection of two objects.
+
+    This is the meet in algebras where planes are vectors, such as plane-based algebras (PGA).
+    """
     return apply(Operation.OUTER_PRODUCT, a, b)
 
 
 def sandwich(versor: Any, x: Any) -> Any:
-    """``v x ~v``; for an odd versor ``v grade_involution(x) ~v``."""
+    """Compute the sandwich product ``v x ~v``, or ``v grade_involution(x) ~v`` for an odd versor."""
     return apply(Operation.SANDWICH, versor, x)
 
 
 def determinant(a: Any) -> Any:
-    """A scalar that is zero exactly where `a` has no inverse: the determinant of its matrix (Shirokov 2021).
+    """Compute the determinant of the matrix of `a` (Shirokov 2021), a scalar.
 
-    Of degree ``2**ceil(n/2)`` in the coefficients, where `n` is the dimension of the algebra.
+    It is zero exactly if `a` has no inverse. It is a polynomial of degree ``2**ceil(n/2)`` in the coefficients, where `n` is the dimension of the algebra.
     """
     if isinstance(a, Expression) and a.algebra.dimension <= SMALL_DIMENSION:
         return conjugate_factors(a, clifford_conjugate, complete=True)[1]["1"]
@@ -104,22 +110,22 @@ def determinant(a: Any) -> Any:
 
 
 def atan2(y: Any, x: Any) -> Any:
-    """Angle of the point (x, y), in (-pi, pi]."""
+    """Compute the angle of the point (x, y), in (-pi, pi]."""
     return apply(Operation.ATAN2, y, x)
 
 
 def grade(a: Any, *grades: int) -> Any:
-    """The part of the given grades."""
+    """Return the part of the given grades."""
     return a.grade(*grades)
 
 
 def coefficient(a: Any, blade: str) -> Any:
-    """The coefficient of a blade, in any spelling."""
+    """Return the coefficient of a blade, given in any spelling."""
     return a[blade]
 
 
 def assemble(algebra: Algebra, coefficients: Mapping[str, Any]) -> Any:
-    """A multivector from scalar expressions or numbers by blade: ``assemble(PGA3, {"e12": sin(a)})``."""
+    """Create a multivector from scalar expressions or numbers by blade: ``assemble(PGA3, {"e12": sin(a)})``."""
     if not any(isinstance(value, Expression) for value in coefficients.values()):
         return algebra.multivector(coefficients)
     arguments = tuple(lift(value) for value in coefficients.values())
@@ -127,7 +133,10 @@ def assemble(algebra: Algebra, coefficients: Mapping[str, Any]) -> Any:
 
 
 def select(condition: Any, a: Any, b: Any) -> Any:
-    """`a` where the scalar `condition` is not zero, else `b`; blade by blade when they are multivectors."""
+    """Return `a` where the scalar `condition` is not zero, else `b`.
+
+    For multivectors, the selection is made for each coefficient.
+    """
     if not any(isinstance(x, Expression) for x in (condition, a, b)):
         return a if _is_true(condition) else b
     x, y = lift(a), lift(b)
@@ -146,9 +155,9 @@ def _is_true(condition: Any) -> bool:
     except TypeError as error:
         raise AlgebraError(
             "select()",
-            f"whether {condition} is not known",
-            "numbers, or parameters of a kernel",
-            "functions of formulas, such as exp, are in gacompiler.symbolic",
+            f"a condition of unknown truth value, {condition}",
+            "a number, or an expression of the parameters of a kernel",
+            "use the functions of gacompiler.symbolic for symbolic formulas",
         ) from error
 
 

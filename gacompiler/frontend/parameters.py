@@ -15,7 +15,7 @@ from .rows import IndexOf, RowsOf, nested
 
 @dataclass(frozen=True, slots=True)
 class ArrayOf:
-    """Several elements of one layout in an array of the given shape; in a kernel, nested tuples."""
+    """The type of an array of elements of one layout, of a fixed shape. In a kernel, it is given as nested tuples."""
 
     layout: Layout
     shape: tuple[int, ...]
@@ -25,21 +25,23 @@ Type = Layout | ArrayOf | RowsOf | IndexOf
 
 
 def array(layout: Layout, *shape: str | int, shared: bool = False) -> ArrayOf | RowsOf:
-    """A parameter or result that is an array of elements.
+    """Declare a parameter or result that is an array of elements.
 
     Parameters
     ----------
     layout : Layout
+        The layout of each element.
     *shape : int or str
-        ``array(SCALAR, 4, 4)`` is a matrix, ``array(POINT, 3)`` three points. Leading axes may have names of lengths
-        that are known when the kernel runs: ``array(POINT, "n")``. Such kernels contain loops.
+        ``array(SCALAR, 4, 4)`` is a matrix, ``array(POINT, 3)`` three points. Leading axes may be given by the name of
+        a length that is known only when the kernel runs: ``array(POINT, "n")``. Kernels with named lengths contain
+        loops.
     shared : bool
-        Whether all elements of a batch share the array; for arrays with a named length.
+        Whether all elements of a batch share the array. Only for arrays with a named length.
 
     Raises
     ------
     KernelError
-        When a size is not positive, a name is no identifier, or a name stands behind a size.
+        If a size is not positive, a name is not an identifier, or a name follows a size.
     """
     names = tuple(each for each in shape if isinstance(each, str))
     sizes = tuple(each for each in shape if isinstance(each, int))
@@ -48,20 +50,25 @@ def array(layout: Layout, *shape: str | int, shared: bool = False) -> ArrayOf | 
         raise KernelError(
             "array()",
             f"shape {shape}",
-            'positive sizes behind names of lengths, as in array(SCALAR, 4, 4), array(POINT, "n")',
+            'names of lengths followed by positive sizes, as in array(SCALAR, 4, 4), array(POINT, "n")',
         )
     return RowsOf(layout, names, sizes, shared) if names else ArrayOf(layout, sizes)
 
 
 def index(length: str, into: str | None = None) -> IndexOf:
-    """A parameter that is an index table: whole numbers, each the row of an array, or -1 for none.
+    """Declare a parameter that is an index table: integers, each the index of a row of an array, or -1 for no row.
 
     Parameters
     ----------
     length : str
-        The name of the table's length.
+        The name of the length of the table.
     into : str, optional
-        The length of the arrays that it refers to; by default its own.
+        The name of the length of the arrays that the table refers to; by default `length`.
+
+    Raises
+    ------
+    KernelError
+        If a name is not an identifier.
     """
     if not all(isinstance(name, str) and name.isidentifier() for name in (length, into or length)):
         raise KernelError("index()", f"lengths {length!r} and {into!r}", 'names, as in index("n", into="m")')
@@ -70,7 +77,7 @@ def index(length: str, into: str | None = None) -> IndexOf:
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """One argument of a kernel: an array of shape `shape`, blades last."""
+    """A parameter of a kernel: an array of shape `shape`, with the blade axis last."""
 
     name: str
     type: Type
@@ -84,12 +91,12 @@ class Parameter:
 
     @property
     def outer_shape(self) -> tuple[int, ...]:
-        """Shape without the blade axis, and without named lengths."""
+        """Shape without the blade axis and without named lengths."""
         return self.type.shape if isinstance(self.type, (ArrayOf, RowsOf)) else ()
 
     @property
     def has_rows(self) -> bool:
-        """Whether its length is known only when the kernel runs."""
+        """Whether the length of the array is known only when the kernel runs."""
         return isinstance(self.type, (RowsOf, IndexOf))
 
     @property
@@ -111,12 +118,12 @@ class Parameter:
         return found
 
     def symbols(self) -> Any:
-        """What the kernel's function is called with: an expression, or nested tuples of them.
+        """Return the symbols that the kernel's function is called with: an expression, or nested tuples of expressions.
 
         Raises
         ------
         KernelError
-            When its length is known only when the kernel runs.
+            If the length of the array is known only when the kernel runs.
         """
         if self.has_rows:
             raise KernelError(

@@ -1,7 +1,7 @@
-"""Arrays whose length is known only when a kernel runs: as parameters, and as values while the kernel is traced.
+"""Arrays whose length is known only when a kernel runs, as parameters and as values during tracing.
 
 ``array(PGA3.LINE, "n")`` is an array of n lines. A kernel with such a parameter contains loops (`frontend.loops`). The
-same function can be traced with arrays of known lengths, `Unrolled`, which gives an ordinary kernel without loops.
+same function can be traced with arrays of known lengths, `Unrolled`; the result is an ordinary kernel without loops.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from ..errors import KernelError
 
 @dataclass(frozen=True, slots=True)
 class RowsOf:
-    """The type of an array of rows: each row is an element of `layout`, or an array of them of the given shape.
+    """The type of an array of rows. Each row is an element of `layout`, or an array of elements of the given shape.
 
     Attributes
     ----------
@@ -27,7 +27,7 @@ class RowsOf:
     shape : tuple of int
         The shape of a row, without the blade axis.
     shared : bool
-        Whether all elements of a batch share one such array, as the configurations of a robot share its axes.
+        Whether all elements of a batch share one array, as the configurations of a robot share its axes.
     """
 
     layout: Layout
@@ -38,7 +38,7 @@ class RowsOf:
 
 @dataclass(frozen=True, slots=True)
 class IndexOf:
-    """The type of an index table: each row of length `length` is the number of a row of length `into`, or -1 for none.
+    """The type of an index table of length `length`: entries are row indices in arrays of length `into`, or -1.
 
     All elements of a batch share an index table.
     """
@@ -49,19 +49,19 @@ class IndexOf:
 
 @dataclass(frozen=True, slots=True)
 class Leaf:
-    """A multivector in a row of a table: its layout, and where its numbers begin."""
+    """A multivector in a row of a table: its layout, and the offset of its first coefficient in the row."""
 
     layout: Layout
     start: int
 
 
 class Array:
-    """What arrays of rows refuse, whatever their lengths: to be computed with as a whole."""
+    """Base class of arrays of rows, which raises an error for any arithmetic on whole arrays."""
 
     __slots__ = ()
 
     def refuse(self, *_: Any) -> NoReturn:
-        """Say that an array cannot be computed with."""
+        """Raise the error that an array cannot be used in an expression."""
         raise KernelError(
             "a kernel with loops",
             "an array of rows in an expression",
@@ -69,7 +69,7 @@ class Array:
             "use each(lambda row: ..., rows), or fold, scan or total",
         )
 
-    __array_ufunc__ = None  # so that a number of numpy on the left leaves the operation to the array
+    __array_ufunc__ = None  # so that a numpy number as the left operand defers to the array
     takes_over_multivector = True
 
     __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __truediv__ = __rtruediv__ = refuse
@@ -88,7 +88,7 @@ class Array:
 
 @dataclass(frozen=True, slots=True)
 class Index(Array):
-    """An index table while a kernel with loops is traced."""
+    """An index table during the tracing of a kernel with loops."""
 
     name: str
     length: str
@@ -97,17 +97,18 @@ class Index(Array):
 
 @dataclass(frozen=True, slots=True)
 class Rows(Array):
-    """An array over named lengths, while a kernel with loops is traced.
+    """An array over named lengths, during the tracing of a kernel with loops.
 
     Attributes
     ----------
     table : str
-        Where its numbers are.
+        The name of the table that holds the coefficients.
     lengths : tuple of str
         The names of the axes of the table.
     leaf : Leaf
+        The multivector in each row of the table.
     through : tuple of Index
-        Where not empty, row i of the array is the row of the table that these index tables name in their rows i.
+        If not empty, row i of the array is the row of the table that is given by entry i of these index tables.
     """
 
     table: str
@@ -117,35 +118,35 @@ class Rows(Array):
 
     @property
     def length(self) -> str:
-        """The length that loops over this array run over."""
+        """The name of the length of the array, over which loops iterate."""
         return self.through[0].length if self.through else self.lengths[0]
 
     def at(self, through: tuple[Index, ...]) -> Rows:
-        """The array of the rows that index tables name."""
+        """Return the array of the rows that are given by index tables."""
         return replace(self, through=through)
 
 
 @dataclass(frozen=True, slots=True)
 class Unrolled(Array):
-    """An array of known length, while a kernel is traced without loops; of numbers for an index table."""
+    """An array of known length, during tracing without loops. The elements of an index table are integers."""
 
     elements: tuple[Any, ...]
 
     @property
     def length(self) -> int:
-        """How many rows there are."""
+        """Number of rows."""
         return len(self.elements)
 
 
 def leaves_of(structure: Any) -> list[Any]:
-    """What nested tuples hold, in order."""
+    """Return the leaves of nested tuples, in order."""
     if isinstance(structure, (tuple, list)):
         return [leaf for each in structure for leaf in leaves_of(each)]
     return [structure]
 
 
 def like(structure: Any, flat: Sequence[Any]) -> Any:
-    """Nested tuples of the given structure with other leaves; named tuples keep their names."""
+    """Return nested tuples of the given structure with other leaves; the types of named tuples are kept."""
     remaining = iter(flat)
 
     def made(part: Any) -> Any:
@@ -158,7 +159,7 @@ def like(structure: Any, flat: Sequence[Any]) -> Any:
 
 
 def nested(flat: Sequence[Any], shape: tuple[int, ...]) -> Any:
-    """Nested tuples of the given shape."""
+    """Return the elements of a flat sequence as nested tuples of the given shape."""
     if not shape:
         return flat[0]
     step = prod(shape[1:])
@@ -166,21 +167,21 @@ def nested(flat: Sequence[Any], shape: tuple[int, ...]) -> Any:
 
 
 def same_structure(a: Any, b: Any) -> bool:
-    """Whether nested tuples differ in their leaves only."""
+    """Return whether nested tuples have the same structure, apart from their leaves."""
     if isinstance(a, (tuple, list)) and isinstance(b, (tuple, list)):
         return len(a) == len(b) and all(map(same_structure, a, b))
     return not isinstance(a, (tuple, list)) and not isinstance(b, (tuple, list))
 
 
 SHORTEST = 3
-"""Tuples of at least so many numbers are one array; shorter ones are results that happen to be numbers."""
+"""Minimum number of scalars in a tuple that is stored as one array; shorter tuples are stored as separate results."""
 
 
 def packing(structure: Any, layouts: Sequence[Layout]) -> list[tuple[int, tuple[int, ...]]]:
-    """How the leaves of a structure are put into tables: how many there are in each, and as an array of which shape.
+    """Return how the leaves of a structure are packed into tables: for each table, the number of leaves and the shape.
 
-    A vector of numbers, and a tuple of tuples of equal lengths of multivectors of one layout, are one table. Every
-    other multivector has a table of its own, and so have the fields of named tuples.
+    A vector of numbers is packed into one table, and so are nested tuples of equal lengths of multivectors of one
+    layout. Every other multivector, and every field of a named tuple, has its own table.
     """
     remaining = list(layouts)
 
@@ -200,7 +201,7 @@ def packing(structure: Any, layouts: Sequence[Layout]) -> list[tuple[int, tuple[
 
 
 def _array_shape(part: Any) -> tuple[int, ...]:
-    """The shape of nested tuples of equal lengths, none of them a named tuple; empty for other structures."""
+    """Return the shape of nested tuples of equal lengths without named tuples, or an empty tuple."""
 
     def shape(part: Any) -> tuple[int, ...] | None:
         if not isinstance(part, (tuple, list)):

@@ -268,11 +268,11 @@ STRANGER = other_input()
 @pytest.mark.parametrize(
     ("parameters", "function", "returns", "message"),
     [
-        ({"a": SCALAR}, lambda a: 1 if a else 2, None, "Python asked for the truth of an expression; use select("),
+        ({"a": SCALAR}, lambda a: 1 if a else 2, None, "an expression has no truth value; use select("),
         ({"a": SCALAR}, lambda a: a if a > 0 else -a, None, "use select(condition, a, b)"),
-        ({"a": SCALAR}, lambda a: max(a, 1), None, "Python asked for the truth"),
-        ({"a": SCALAR, "b": SCALAR}, lambda a, b: 0 < a < b, None, "Python asked for the truth"),
-        ({"a": VGA3.VECTOR}, lambda a: [*a], None, 'an expression cannot be iterated; ask for a coefficient, x["e12"]'),
+        ({"a": SCALAR}, lambda a: max(a, 1), None, "has no truth value"),
+        ({"a": SCALAR, "b": SCALAR}, lambda a, b: 0 < a < b, None, "has no truth value"),
+        ({"a": VGA3.VECTOR}, lambda a: [*a], None, 'an expression cannot be iterated; use a coefficient, x["e12"]'),
         ({"a": VGA3.VECTOR, "b": STA.VECTOR}, lambda a, b: a * b, None,
          "arguments of VGA3 and STA; expected one algebra"),
         ({"a": VGA3.VECTOR}, lambda a: a + STA.basis()[0], None, "arguments of VGA3 and STA"),
