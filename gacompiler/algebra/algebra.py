@@ -1,4 +1,4 @@
-"""An algebra is data: names of basis vectors and their Gram matrix."""
+"""Geometric algebras, given by the names of the basis vectors and their Gram matrix."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from .layout import Layout, Relations
 
 _ALIVE: WeakValueDictionary[tuple[Any, ...], Algebra] = WeakValueDictionary()
-"""Algebras by everything they were made of, so that one that is unpickled is the one this process has already."""
+"""Algebras by their arguments, so that unpickling returns the object that this process already has."""
 
 
 _EVERYWHERE = ("full", "even", "UNIT_EVEN")
@@ -36,23 +36,23 @@ class Algebra(Immutable):
     Parameters
     ----------
     name : str
-        How messages and generated files call it.
+        The name of the algebra in messages and generated files.
     vectors : str or sequence of str
-        Names of the basis vectors, ``"e1 e2 e3 e0"``. Their order is the order of bits in a bitmap.
+        Names of the basis vectors, ``"e1 e2 e3 e0"``. Their order is the order of the bits in a bitmap.
     gram : sequence
-        Either the squares of the vectors (an orthogonal basis) or the whole symmetric matrix of their inner products,
-        in exact rationals. Zero squares, null pairs and oblique bases are all native.
+        Either the squares of the vectors (an orthogonal basis) or the full symmetric matrix of their inner products,
+        as exact rationals. Zero squares, null pairs and oblique bases are supported without a change of basis.
     spellings : str, optional
-        Blades that are to be printed otherwise than in ascending order, ``"e01 e02 e03 e0123"``. The spelling of the
-        pseudoscalar fixes its sign.
+        Names of blades whose vectors are not in ascending order, ``"e01 e02 e03 e0123"``. The name of the pseudoscalar
+        determines its sign.
     layouts : callable, optional
-        Makes the named layouts of the algebra, which then are its attributes: ``PGA3.MOTOR``. It is called when a
-        layout is first asked for.
+        Function of the algebra that returns its named layouts, which are attributes of the algebra: ``PGA3.MOTOR``. It
+        is called on the first access to a layout.
 
     Notes
     -----
-    Algebras and layouts can be pickled at any time. Where this process, or the one that reads the pickle, has an
-    algebra of the same arguments, it is that one which comes back; so those of the catalog always are.
+    Algebras and layouts can be pickled. If the process that reads the pickle already has an algebra with the same
+    arguments, unpickling returns that object; this is always the case for the algebras of the catalog.
 
     Examples
     --------
@@ -81,7 +81,7 @@ class Algebra(Immutable):
         _ALIVE.setdefault(self._arguments, self)
 
     def __eq__(self, other: object) -> bool:
-        """Algebras are equal when their products and their duals are."""
+        """Return whether two algebras have the same basis vectors, products and duals; the names are not compared."""
         return isinstance(other, Algebra) and self._identity == other._identity
 
     def __hash__(self) -> int:
@@ -104,7 +104,7 @@ class Algebra(Immutable):
 
     @property
     def spellings(self) -> tuple[str, ...]:
-        """The blades that were asked to be printed otherwise than in ascending order."""
+        """The names of blades that are not in ascending order of the vectors."""
         return self._spellings
 
     @property
@@ -118,7 +118,7 @@ class Algebra(Immutable):
         return (1 << self.dimension) - 1
 
     def blades(self, *grades: int) -> tuple[int, ...]:
-        """Bitmaps of the basis blades of the given grades (all of them by default), by grade and then by bitmap."""
+        """Return the bitmaps of the basis blades of the given grades (by default all), by grade and then by bitmap."""
         wanted = grades or tuple(range(self.dimension + 1))
         return tuple(
             blade
@@ -127,23 +127,29 @@ class Algebra(Immutable):
         )
 
     def blade(self, spelling: str) -> tuple[int, int]:
-        """Sign and bitmap of a blade given in any spelling: ``e31``, ``e3e1``, ``e3^e1``, ``1``."""
+        """Return the sign and bitmap of a blade given in any spelling: ``e31``, ``e3e1``, ``e3^e1``, ``1``.
+
+        Raises
+        ------
+        AlgebraError
+            If the spelling is not a blade of this algebra, or is ambiguous.
+        """
         return self._names.parse(spelling)
 
     def spelling(self, blade: int) -> tuple[int, str]:
-        """Sign and printed name of a basis blade; the sign says how the name's orientation relates to the bitmap's."""
+        """Return the sign and printed name of a basis blade; the sign relates the named blade to the bitmap."""
         return self._names.spell(blade)
 
     def blade_product(self, a: int, b: int) -> Terms:
-        """Geometric product of two basis blades."""
+        """Return the geometric product of two basis blades."""
         return self._products(a, b)
 
     def product_row(self, name: str, left: int) -> Row:
-        """What is known so far of the product `name` of one basis blade with others; filled in by `product`."""
+        """Return the cached products `name` of one basis blade with others; `product` adds to the cache."""
         return self._rows.setdefault((name, left), {})
 
     def multivector(self, coefficients: Mapping[str, Coefficient]) -> Multivector:
-        """A multivector from spelled blades, ``PGA3.multivector({"e032": 1})``; any ring."""
+        """Create a multivector from coefficients by blade name, over any ring: ``PGA3.multivector({"e032": 1})``."""
         terms: dict[int, Coefficient] = {}
         for spelling, value in coefficients.items():
             sign, blade = self.blade(spelling)
@@ -152,27 +158,27 @@ class Algebra(Immutable):
         return Multivector(self, terms)
 
     def scalar(self, value: Coefficient) -> Multivector:
-        """`value` times 1."""
+        """Return `value` as a multivector of grade 0."""
         return Multivector(self, {0: value})
 
     def basis(self) -> tuple[Multivector, ...]:
-        """The basis vectors."""
+        """Return the basis vectors."""
         return tuple(Multivector(self, {1 << k: 1}) for k in range(self.dimension))
 
     @cached_property
     def pseudoscalar(self) -> Multivector:
-        """The unit pseudoscalar, oriented as its spelling says."""
+        """The unit pseudoscalar, with the orientation of its name."""
         sign, _ = self.spelling(self.everything)
         return Multivector(self, {self.everything: sign})
 
     @cached_property
     def is_degenerate(self) -> bool:
-        """Whether some vector is orthogonal to all, so that the pseudoscalar has no inverse."""
+        """Whether the metric is degenerate: some vector is orthogonal to all, and the pseudoscalar has no inverse."""
         return is_zero((self.pseudoscalar * self.pseudoscalar).scalar)
 
     @cached_property
     def null_pairs(self) -> tuple[tuple[int, int], ...]:
-        """The numbers of basis vectors that are null and orthogonal to all but one other such: e0 and einf."""
+        """Index pairs of null basis vectors that are orthogonal to all basis vectors except each other: e0 and einf."""
         partners = [[j for j, value in enumerate(row) if value] for row in self.gram]
         pairs = combinations(range(self.dimension), 2)
         return tuple((i, j) for i, j in pairs if partners[i] == [j] and partners[j] == [i])
@@ -187,7 +193,7 @@ class Algebra(Immutable):
         unit: bool = False,
         relations: Relations | None = None,
     ) -> Layout:
-        """A layout of one's own, see `gacompiler.algebra.layout.Layout`."""
+        """Create a layout of this algebra; see `gacompiler.algebra.layout.Layout` for the parameters."""
         from .layout import Layout
 
         return Layout.of(self, name, blades, fixed=fixed, implied=implied, unit=unit, relations=relations)
@@ -198,7 +204,7 @@ class Algebra(Immutable):
         return {layout.name: layout for layout in (self._make_layouts(self) if self._make_layouts else ())}
 
     def named_layout(self, name: str) -> Layout | None:
-        """The layout that is the attribute `name`, if there is one."""
+        """Return the layout that is the attribute `name`, or None."""
         if name in self.layouts:
             return self.layouts[name]
         known: Layout | None = getattr(self, name) if name in _EVERYWHERE else None
@@ -206,17 +212,17 @@ class Algebra(Immutable):
 
     @cached_property
     def full(self) -> Layout:
-        """All ``2**n`` coefficients, no relation."""
+        """The layout of all ``2**n`` coefficients, without relations."""
         return self.layout("full", self._spell(self.blades()))
 
     @cached_property
     def even(self) -> Layout:
-        """The even subalgebra, no relation."""
+        """The layout of the even subalgebra, without relations."""
         return self.layout("even", self._spell(self.blades(*range(0, self.dimension + 1, 2))))
 
     @cached_property
     def UNIT_EVEN(self) -> Layout:
-        """The even subalgebra with ``x ~x = 1``."""
+        """The layout of the elements of the even subalgebra with ``x ~x = 1``."""
         return self.layout("UNIT_EVEN", " ".join(self.even.blades), unit=True)
 
     def _spell(self, blades: Iterable[int]) -> str:
@@ -238,13 +244,13 @@ class Algebra(Immutable):
 
 @dataclass(frozen=True, slots=True)
 class LayoutTable:
-    """The layouts of an algebra as rows, for one whose function that makes them has no name in a module."""
+    """The layouts of an algebra as rows, in place of a `layouts` function that cannot be imported when unpickling."""
 
     rows: tuple[tuple[Any, ...], ...]
 
     @classmethod
     def of(cls, algebra: Algebra) -> LayoutTable:
-        """The rows of the layouts that the algebra has."""
+        """Return the table of the layouts of an algebra."""
         return cls(tuple(layout.row for layout in algebra.layouts.values()))
 
     def __call__(self, algebra: Algebra) -> Iterable[Layout]:
@@ -254,13 +260,13 @@ class LayoutTable:
 
 
 def _restored(name: str, vectors: tuple[str, ...], gram: Gram, spellings: tuple[str, ...], layouts: Any) -> Algebra:
-    # The package loads the catalog before anything can be unpickled: its algebras are found and not made again.
+    # The package loads the catalog before anything can be unpickled, so its algebras are found and not created again.
     known = _ALIVE.get((name, vectors, gram, spellings, layouts))
     return known if known is not None else Algebra(name, vectors, gram, " ".join(spellings), layouts)
 
 
 def _is_importable(function: object) -> bool:
-    """Whether another process finds `function` by its name, or it is an object that carries what it needs."""
+    """Return whether another process can import `function` by its name, or it is an object pickled by its state."""
     name = getattr(function, "__qualname__", None)
     if name is None:
         return True
@@ -269,7 +275,7 @@ def _is_importable(function: object) -> bool:
 
 
 class AlgebraErrorForAttribute(AlgebraError, AttributeError):
-    """An unknown layout, asked for as an attribute."""
+    """Raised for access to an unknown layout as an attribute."""
 
 
 def _gram(name: str, gram: Sequence[Rational] | Sequence[Sequence[Rational]], n: int) -> Gram:

@@ -1,9 +1,9 @@
 """Basis blades as bitmaps, and their exact product under any symmetric metric.
 
-Bit ``k`` of a bitmap stands for basis vector ``k``; a bitmap is the outer product of its vectors in ascending order.
-The geometric product of two such blades under a Gram matrix follows from two facts alone (Dorst, Fontijne & Mann,
+Bit ``k`` of a bitmap represents basis vector ``k``; a bitmap is the outer product of its vectors in ascending order.
+The geometric product of two basis blades under a Gram matrix follows from two facts alone (Dorst, Fontijne & Mann,
 *Geometric Algebra for Computer Science*, 2007, ch. 19): ``a B = a ^ B + a . B`` for a vector ``a``, and associativity.
-No change of basis is made, so null and oblique bases are as native as orthonormal ones.
+No change of basis is made, so null and oblique bases are supported like orthonormal ones.
 """
 
 from __future__ import annotations
@@ -17,12 +17,15 @@ Terms = Mapping[int, Rational]
 
 
 def grade(blade: int) -> int:
-    """Number of basis vectors in `blade`."""
+    """Return the grade of a basis blade, the number of its basis vectors."""
     return blade.bit_count()
 
 
 def reordering_sign(a: int, b: int) -> int:
-    """Sign of sorting the vectors of `a` followed by those of `b` into ascending order (equal ones stay put)."""
+    """Return the sign of sorting the vectors of `a` followed by those of `b` into ascending order.
+
+    The sort is stable: equal vectors are not exchanged.
+    """
     swaps = 0
     a >>= 1
     while a:
@@ -32,24 +35,24 @@ def reordering_sign(a: int, b: int) -> int:
 
 
 def outer(a: int, b: int) -> int:
-    """Sign of the outer product of two basis blades: 0 when they share a vector; the blade itself is ``a | b``."""
+    """Return the sign of the outer product of two basis blades, 0 if they share a vector; its blade is ``a | b``."""
     return 0 if a & b else reordering_sign(a, b)
 
 
 def reverse_sign(k: int) -> int:
-    """Sign of a blade of grade `k` whose vectors are taken in reversed order: ``(-1)**(k (k-1) / 2)``."""
+    """Return the sign of reversing the order of the vectors of a blade of grade `k`: ``(-1)**(k (k-1) / 2)``."""
     return -1 if k & 2 else 1
 
 
 def exact(value: Rational) -> Rational:
-    """`value` as an int when it is one, so that equal numbers look equal."""
+    """Return `value`, as an int if it is an integer, so that equal numbers have equal types."""
     return value.numerator if isinstance(value, Fraction) and value.denominator == 1 else value
 
 
 class BladeProducts:
-    """The geometric products of basis blades under one Gram matrix, computed when asked for and remembered.
+    """The geometric products of basis blades under one Gram matrix, computed on demand and cached.
 
-    Memory and time follow the pairs of blades that occur, never ``4**n``.
+    Memory and time are proportional to the number of pairs of blades that occur, not to ``4**n``.
     """
 
     def __init__(self, gram: Gram) -> None:
@@ -60,7 +63,7 @@ class BladeProducts:
         self._memory: dict[tuple[int, int], Terms] = {}
 
     def __call__(self, a: int, b: int) -> Terms:
-        """The product as a mapping from blade to coefficient, without zeros."""
+        """Return the product as a mapping from blade to coefficient, without zeros."""
         key = (a, b)
         known = self._memory.get(key)
         if known is None:
@@ -98,7 +101,7 @@ class BladeProducts:
         return terms
 
     def _contract(self, k: int, blade: int) -> list[tuple[int, Rational]]:
-        """Left contraction of basis vector `k` onto a basis blade: alternate signs along the blade."""
+        """Return the left contraction of basis vector `k` onto a basis blade; the signs alternate along the blade."""
         return [
             (blade ^ 1 << j, self._gram[k][j] * (-1 if (blade & (1 << j) - 1).bit_count() & 1 else 1))
             for j in self._partners[k]

@@ -1,4 +1,4 @@
-"""What an element is: zero, a blade, a versor, or neither."""
+"""Classification of an element as zero, a blade, a versor, or neither."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .multivector import Multivector
 
 
 class Kind(Enum):
-    """The kinds of elements, each a special case of those after it, except that a null blade is no versor."""
+    """The kinds of elements. Each is a special case of the following ones, except that a null blade is not a versor."""
 
     ZERO = "zero"
     BLADE = "blade"
@@ -23,23 +23,23 @@ class Kind(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Classification:
-    """What `classify` finds.
+    """The result of `classify`.
 
     Attributes
     ----------
     kind : Kind
-        The first that fits: `BLADE` for a number, a vector, a null blade and every other outer product of vectors;
-        `VERSOR` for a product of vectors that have inverses, when it is no blade.
+        The first kind that applies: `BLADE` for a number, a vector, a null blade and every other outer product of
+        vectors; `VERSOR` for a product of invertible vectors that is not a blade.
     grades : tuple of int
-        That occur, ascending.
+        The grades that occur, ascending.
     grade : int or None
-        Of a blade.
+        The grade of a blade; None for other elements.
     is_even, is_odd : bool
-        Whether all grades are; zero is both.
+        Whether all grades are even, or odd; zero is both.
     is_versor : bool
-        Whether it is a product of vectors that have inverses: also true of blades that are not null.
+        Whether the element is a product of invertible vectors. Also true for blades that are not null.
     is_null : bool
-        Whether ``a ~a`` has no scalar part.
+        Whether the scalar part of ``a ~a`` is zero.
     norm_squared : coefficient
         The scalar part of ``a ~a``.
     """
@@ -55,14 +55,18 @@ class Classification:
 
 
 def classify(a: Multivector, tolerance: float = TOLERANCE) -> Classification:
-    """Whether `a` is zero, a blade, a versor or neither, proved by its factors.
+    """Determine whether `a` is zero, a blade, a versor or neither, by factorizing it.
 
     Parameters
     ----------
     a : Multivector
-        Over the rationals, the reals or the complex numbers, in any metric.
+        An element over the rationals, the reals or the complex numbers, in any metric.
     tolerance : float
-        What counts as zero, of the largest coefficient, where coefficients are not exact.
+        Coefficients below this fraction of the largest coefficient count as zero, if coefficients are not exact.
+
+    Returns
+    -------
+    Classification
     """
     a = significant(a, tolerance)
     size = sum(abs(value) ** 2 for value in a.terms.values())

@@ -1,9 +1,9 @@
-"""What a coefficient must be able to do: the one place that knows the kinds of numbers a multivector can hold.
+"""Operations on coefficients, for all types of numbers that a multivector can hold.
 
-A multivector needs ``+``, ``-`` and ``*`` of its coefficients, and little else. ints and Fractions are exact;
-floats, complex numbers and numpy arrays are numeric; mpmath numbers are numeric to any precision; symbolic rings
-(`gacompiler.rings.Polynomial`, `gacompiler.ir.Scalar`) bring their own ``scalar_function``; sympy expressions work
-because they have operators.
+Coefficients need the operators ``+``, ``-`` and ``*``, and little else. Integers and Fractions are exact; floats,
+complex numbers and numpy arrays are numeric; mpmath numbers are numeric to any precision. Symbolic rings
+(`gacompiler.rings.Polynomial`, `gacompiler.ir.Scalar`) define their own ``scalar_function``. Sympy expressions can be
+used because they have these operators.
 """
 
 from __future__ import annotations
@@ -22,19 +22,19 @@ Coefficient = Any
 
 
 def is_exact(value: Coefficient) -> bool:
-    """Whether `value` is an integer or a fraction."""
+    """Return whether `value` is an integer or a fraction."""
     return isinstance(value, (int, Fraction)) and not isinstance(value, bool)
 
 
 def as_exact(value: Coefficient) -> Coefficient:
-    """A number of Python or numpy as an exact one, a float as what its shortest decimal says: 0.1 as 1/10.
+    """Convert a number of Python or numpy to an exact number.
 
-    All else is returned unchanged.
+    A float is converted by its shortest decimal representation: 0.1 becomes 1/10. Other values are returned unchanged.
 
     Raises
     ------
     InexactError
-        When it is infinite or not a number.
+        If the value is infinite or NaN.
     """
     if isinstance(value, np.integer):
         return int(value)
@@ -48,7 +48,7 @@ def as_exact(value: Coefficient) -> Coefficient:
 
 
 def is_representable(value: int | Fraction) -> bool:
-    """Whether an exact number is no larger than doubles can be, and not of thousands of digits."""
+    """Return whether an exact number is within the range of doubles and does not have thousands of digits."""
     bits = max(value.numerator.bit_length(), value.denominator.bit_length())
     return bits <= _MOST_BITS and abs(Fraction(value)) <= _LARGEST
 
@@ -58,7 +58,7 @@ _LARGEST = Fraction(sys.float_info.max)
 
 
 def is_zero(value: Coefficient) -> bool:
-    """Whether `value` is exactly zero *by its form*: a numeric array never is, so sparsity never depends on data."""
+    """Return whether `value` is exactly zero by its form. Arrays never are: sparsity must not depend on data."""
     own = getattr(value, "is_zero", None)
     if own is not None:
         return own is True
@@ -66,7 +66,7 @@ def is_zero(value: Coefficient) -> bool:
 
 
 def scale(value: Coefficient, factor: int | Fraction) -> Coefficient:
-    """`value` times an exact number, without leaving the kind of `value`."""
+    """Return `value` times an exact number, with the type of `value`."""
     if factor == 1:
         return value
     if factor == -1:
@@ -79,7 +79,13 @@ def scale(value: Coefficient, factor: int | Fraction) -> Coefficient:
 
 
 def divide(a: Coefficient, b: Coefficient) -> Coefficient:
-    """``a / b``, exact where both are."""
+    """Return ``a / b``, exact if both are exact.
+
+    Raises
+    ------
+    ZeroDivisorError
+        If both are exact and `b` is zero.
+    """
     if is_exact(b) and is_exact(a):
         if b == 0:
             raise ZeroDivisorError("division", f"{a} / 0", "a divisor other than zero")
@@ -121,7 +127,7 @@ def _exact_atan2(y: Any, x: Any) -> Fraction:
 
 _ANY: dict[str, Callable[..., Any]] = {
     "abs": abs,
-    # NaN where either is, and the second of two zeros, as the backends have it.
+    # NaN if either argument is NaN, and the second of two zeros, as in the backends.
     "minimum": lambda a, b: a if a < b or a != a else b,
     "maximum": lambda a, b: a if a > b or a != a else b,
     "less": lambda a, b: int(a < b),
@@ -163,12 +169,12 @@ ARRAY: Mapping[str, Callable[..., Any]] = {
 
 
 def scalar_function(name: str, *arguments: Coefficient) -> Coefficient:
-    """Apply the scalar function `name` in whatever ring the arguments live.
+    """Apply the scalar function `name` in the ring of the arguments.
 
     Raises
     ------
     InexactError
-        When every argument is exact and the value is not rational.
+        If all arguments are exact and the value is not rational.
     """
     for argument in arguments:
         own = getattr(argument, "scalar_function", None)

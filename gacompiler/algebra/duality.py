@@ -9,22 +9,22 @@ from .multivector import Multivector
 
 
 def dual(a: Multivector) -> Multivector:
-    """Right complement: ``b ^ dual(b) = I`` for every basis blade. Exists in every metric."""
+    """Return the right complement: ``b ^ dual(b) = I`` for every basis blade. It does not depend on the metric."""
     return a.complement(reordering_sign)
 
 
 def undual(a: Multivector) -> Multivector:
-    """Left complement, the inverse of `dual`: ``undual(b) ^ b = I`` for every basis blade."""
+    """Return the left complement, the inverse of `dual`: ``undual(b) ^ b = I`` for every basis blade."""
     return a.complement(lambda blade, other: reordering_sign(other, blade))
 
 
 def polarity(a: Multivector) -> Multivector:
-    """The metric dual ``a I**-1``.
+    """Return the metric dual ``a I**-1``.
 
     Raises
     ------
     AlgebraError
-        In a degenerate metric, where the pseudoscalar has no inverse.
+        If the metric is degenerate, so that the pseudoscalar has no inverse.
     """
     pseudoscalar = a.algebra.pseudoscalar
     square = (pseudoscalar * pseudoscalar).scalar
@@ -38,5 +38,8 @@ def polarity(a: Multivector) -> Multivector:
 
 
 def regressive_product(a: Multivector, b: Multivector) -> Multivector:
-    """``undual(dual(a) ^ dual(b))``: the meet of hyperplanes, the join where points are pseudovectors. Metric-free."""
+    """Return the regressive product ``undual(dual(a) ^ dual(b))``, which does not depend on the metric.
+
+    It is the meet in algebras where points are vectors, and the join in algebras where points are pseudovectors.
+    """
     return Multivector.__and__(a, b)

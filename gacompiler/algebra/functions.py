@@ -1,4 +1,4 @@
-"""Functions made from the table of operations, with its names and docstrings: one line for each."""
+"""Creation of functions from the table of operations, with the names and docstrings of the table."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Binary(Protocol[Given]):
 
 
 def unary(apply: Callable[..., Result], operation: Operation, name: str = "") -> Unary[Result]:
-    """The function ``a -> apply(operation, a)``, named as the operation unless a `name` is given."""
+    """Create the function ``a -> apply(operation, a)``, with the operation's name unless `name` is given."""
 
     def function(a: Any) -> Result:
         return apply(operation, a)
@@ -34,7 +34,7 @@ def unary(apply: Callable[..., Result], operation: Operation, name: str = "") ->
 
 
 def binary(apply: Callable[..., Result], operation: Operation, name: str = "") -> Binary[Result]:
-    """The function ``(a, b) -> apply(operation, a, b)``, named as the operation unless a `name` is given."""
+    """Create the function ``(a, b) -> apply(operation, a, b)``, with the operation's name unless `name` is given."""
 
     def function(a: Any, b: Any) -> Result:
         return apply(operation, a, b)
@@ -43,7 +43,7 @@ def binary(apply: Callable[..., Result], operation: Operation, name: str = "") -
 
 
 def docstring(operation: Operation) -> str:
-    """What the table says of an operation, as a docstring."""
+    """Return the docstring of an operation: its summary and details in the table."""
     row = operation.row
     return f"{row.summary}\n\n{row.details}\n" if row.details else row.summary
 

@@ -1,4 +1,4 @@
-"""What objects that never change have in common: a copy of one is the object itself."""
+"""A base class of immutable objects."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Self
 
 
 class Immutable:
-    """An object that `copy.copy` and `copy.deepcopy` need not copy."""
+    """An immutable object, which `copy.copy` and `copy.deepcopy` return unchanged."""
 
     __slots__ = ()
 

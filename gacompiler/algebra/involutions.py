@@ -1,4 +1,4 @@
-"""The three involutions, by the signs of grades in the table of operations."""
+"""The three involutions, defined by the signs of grades in the table of operations."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ from .operations import Operation
 
 
 def reverse(a: Multivector) -> Multivector:
-    """Reverse the order of vectors in every product: sign ``(-1)**(k (k - 1) / 2)``."""
+    """Reverse the order of vectors in every product: sign ``(-1)**(k (k - 1) / 2)`` of grade `k`."""
     return _signed(Operation.REVERSE, a)
 
 
 def grade_involution(a: Multivector) -> Multivector:
-    """Negate every vector: sign ``(-1)**k``."""
+    """Negate every vector: sign ``(-1)**k`` of grade `k`."""
     return _signed(Operation.GRADE_INVOLUTION, a)
 
 
 def clifford_conjugate(a: Multivector) -> Multivector:
-    """Reverse and grade involution together: sign ``(-1)**(k (k + 1) / 2)``."""
+    """Apply reverse and grade involution: sign ``(-1)**(k (k + 1) / 2)`` of grade `k`."""
     return _signed(Operation.CLIFFORD_CONJUGATE, a)
 
 

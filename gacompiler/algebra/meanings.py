@@ -1,4 +1,4 @@
-"""What every operation computes: a function on multivectors for each."""
+"""The definition of every operation, as a function of multivectors."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def _scalar(operation: Operation, *arguments: Multivector) -> Multivector:
 
 
 def _by_table() -> dict[Operation, Meaning]:
-    """Operations whose rows say what they compute."""
+    """Return the operations that are defined by their rows in the table."""
     found: dict[Operation, Meaning] = {each: partial(_scalar, each) for each in SCALAR_FUNCTIONS}
     for each in Operation:
         if each.row.grades is not None or each.row.bracket:
@@ -54,4 +54,4 @@ MEANINGS: Mapping[Operation, Meaning] = {
     Operation.NORM: versors.norm,
     Operation.NORMALIZE: versors.normalize,
 }
-"""The meaning of every operation but those that carry data."""
+"""The definitions of all operations except those that carry data."""

@@ -1,4 +1,4 @@
-"""Multivectors: a mapping from basis blade to coefficient, over any ring."""
+"""Multivectors as mappings from basis blade to coefficient, over any ring."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ if TYPE_CHECKING:
 
 
 class Multivector:
-    """An element of `algebra`, immutable.
+    """An immutable element of a geometric algebra.
 
     Parameters
     ----------
     algebra : Algebra
     terms : mapping of int to coefficient
-        Coefficient of each basis blade (a bitmap); blades that are absent have coefficient zero.
+        Coefficient of each basis blade, given by its bitmap. Missing blades have the coefficient zero.
 
     Notes
     -----
     Operators: ``+ -``, ``*`` geometric product, ``^`` outer product, ``&`` regressive product, ``~`` reverse,
-    ``/`` by a scalar, ``**`` by a natural number. Python gives ``^`` and ``&`` a lower precedence than ``+``: use
-    parentheses. Every other operation is a function, see `gacompiler.algebra.meanings`.
+    ``/`` by a scalar, ``**`` by a non-negative integer. In Python ``^`` and ``&`` have a lower precedence than ``+``:
+    use parentheses. All other operations are functions; see `gacompiler.algebra.meanings`.
     """
 
     __slots__ = ("algebra", "terms")
-    __array_ufunc__ = None  # so that an array on the left leaves the operation to the multivector
+    __array_ufunc__ = None  # so that an array as the left operand defers to the multivector
 
     algebra: Algebra
     terms: Mapping[int, Coefficient]
@@ -46,14 +46,14 @@ class Multivector:
         raise AttributeError(f"a Multivector is immutable; cannot set {name}")
 
     def __getitem__(self, blade: str | int) -> Coefficient:
-        """Coefficient of a blade, by any spelling (``"e31"``) or by bitmap."""
+        """Return the coefficient of a blade, given in any spelling (``"e31"``) or by bitmap."""
         sign, bitmap = self.algebra.blade(blade) if isinstance(blade, str) else (1, blade)
         value = self.terms.get(bitmap, 0)
         return value if sign > 0 else -value
 
     @property
     def grades(self) -> tuple[int, ...]:
-        """Grades that occur, ascending."""
+        """The grades that occur, ascending."""
         return tuple(sorted({grade(blade) for blade in self.terms}))
 
     @property
@@ -67,26 +67,26 @@ class Multivector:
         return self.terms.get(0, 0)
 
     def grade(self, *grades: int) -> Multivector:
-        """The part of the given grades."""
+        """Return the part of the given grades."""
         return self.keep(lambda blade: grade(blade) in grades)
 
     def keep(self, predicate: Callable[[int], bool]) -> Multivector:
-        """The part on the blades (bitmaps) for which `predicate` holds."""
+        """Return the part on the blades for whose bitmaps `predicate` holds."""
         return Multivector(self.algebra, {blade: value for blade, value in self.terms.items() if predicate(blade)})
 
     def map(self, function: Callable[[Coefficient], Coefficient]) -> Multivector:
-        """`function` applied to every coefficient."""
+        """Apply `function` to every coefficient."""
         return Multivector(self.algebra, {blade: function(value) for blade, value in self.terms.items()})
 
     def with_signs(self, sign_of_grade: Callable[[int], int]) -> Multivector:
-        """Every coefficient times a sign that depends on the grade: all involutions are of this form."""
+        """Multiply every coefficient by a sign that depends on the grade; all involutions are of this form."""
         return Multivector(
             self.algebra,
             {blade: value if sign_of_grade(grade(blade)) > 0 else -value for blade, value in self.terms.items()},
         )
 
     def complement(self, sign: Callable[[int, int], int]) -> Multivector:
-        """Every blade replaced by the one with all other vectors; `sign` is called with both."""
+        """Replace every blade by its complement, the blade of all other vectors; `sign` is called with both."""
         everything = self.algebra.everything
         orientation, _ = self.algebra.spelling(everything)
         terms = {}
@@ -96,11 +96,17 @@ class Multivector:
         return Multivector(self.algebra, terms)
 
     def product(self, name: str, other: Multivector) -> Multivector:
-        """The product of this name that keeps some grades of the geometric product, or a bracket of it."""
+        """Return the product `name`, which selects grades of the geometric product or is a bracket of it."""
         return Multivector(self.algebra, product(self.algebra, name, self.terms, other.terms))
 
     def lift(self, other: Any) -> Multivector:
-        """`other` as a multivector of the same algebra; anything that is not a multivector is a scalar."""
+        """Return `other` as a multivector of this algebra; a value that is not a multivector becomes a scalar.
+
+        Raises
+        ------
+        AlgebraError
+            If `other` is a multivector of another algebra.
+        """
         if isinstance(other, Multivector):
             if other.algebra != self.algebra:
                 raise AlgebraError(
@@ -161,7 +167,7 @@ class Multivector:
             raise ZeroDivisorError("division", f"{self} / 0", "a divisor other than zero")
         if any(divisor.terms):
             raise AlgebraError(
-                "division", f"divisor {divisor}", "a scalar", "multiply by inverse(divisor) on the side you mean"
+                "division", f"divisor {divisor}", "a scalar", "multiply by inverse(divisor) from the left or right"
             )
         return self.map(lambda value: divide(value, divisor.scalar))
 
@@ -171,7 +177,7 @@ class Multivector:
     def __pow__(self, exponent: int) -> Multivector:
         if not isinstance(exponent, int) or exponent < 0:
             raise AlgebraError(
-                "power", f"exponent {exponent!r}", "a natural number", "use inverse() or exp() and log()"
+                "power", f"exponent {exponent!r}", "a non-negative integer", "use inverse() or exp() and log()"
             )
         result = self.lift(1)
         for _ in range(exponent):
@@ -182,7 +188,7 @@ class Multivector:
         return self.with_signs(reverse_sign)
 
     def __eq__(self, other: object) -> bool:
-        """Exact equality of every coefficient (for exact rings)."""
+        """Return whether all coefficients are exactly equal."""
         if isinstance(other, Multivector) and other.algebra != self.algebra:
             return False
         try:
@@ -192,7 +198,7 @@ class Multivector:
         return all(bool(value == 0) for value in difference.terms.values())
 
     def __hash__(self) -> int:
-        """Equal multivectors have the same hash, and so has a number that one of them is."""
+        """Return the hash; a scalar multivector has the hash of its number."""
         return hash((self.algebra, frozenset(self.terms.items()))) if any(self.terms) else hash(self.scalar)
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -214,7 +220,7 @@ class Multivector:
 
 
 def _defers(other: object) -> bool:
-    """Expressions of the frontend take over when they meet a constant multivector."""
+    """Return whether `other` is an expression of the frontend, whose operators apply to constant multivectors."""
     return getattr(other, "takes_over_multivector", False) is True
 
 
@@ -227,7 +233,7 @@ def _bracket(text: str) -> str:
 
 
 def sum_of(algebra: Algebra, parts: Iterable[Multivector]) -> Multivector:
-    """The sum of `parts`, zero when there are none."""
+    """Return the sum of `parts`, zero for an empty iterable."""
     total = Multivector(algebra, {})
     for part in parts:
         total = total + part

@@ -1,7 +1,7 @@
-"""Names of basis blades: any spelling in, one spelling out.
+"""Names of basis blades, parsed in any spelling and printed in one.
 
-``e12`` is the outer product of ``e1`` and ``e2``; ``e21``, ``e2e1`` and ``e2^e1`` are its negative. A vector's name is
-a letter and a label; labels after one letter may be run together as long as that can be read in one way only.
+``e12`` is the outer product of ``e1`` and ``e2``; ``e21``, ``e2e1`` and ``e2^e1`` are its negative. The name of a
+vector is a letter and a label. Labels may be joined after one letter as long as the result is unambiguous.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from ..errors import AlgebraError
 
 
 class BladeNames:
-    """Reads and writes the names of one algebra's basis blades."""
+    """Parser and printer of the names of the basis blades of an algebra."""
 
     def __init__(self, algebra: str, vectors: tuple[str, ...], spellings: tuple[str, ...]) -> None:
         if len(set(vectors)) != len(vectors) or not all(name.isidentifier() for name in vectors):
@@ -31,13 +31,19 @@ class BladeNames:
             self._spelled[blade] = (sign, spelling)
 
     def parse(self, spelling: str) -> tuple[int, int]:
-        """Sign and bitmap of a spelled blade."""
+        """Return the sign and bitmap of a blade from its name.
+
+        Raises
+        ------
+        AlgebraError
+            If the name is not a blade of the algebra, is ambiguous, or contains a vector twice.
+        """
         if spelling not in self._known:
             self._known[spelling] = self._sorted(spelling, self._read(spelling))
         return self._known[spelling]
 
     def spell(self, blade: int) -> tuple[int, str]:
-        """Sign and preferred spelling of a bitmap."""
+        """Return the sign and preferred name of the blade of a bitmap."""
         if blade not in self._spelled:
             names = [name for k, name in enumerate(self._vectors) if blade >> k & 1]
             if self._run_together:
@@ -69,7 +75,7 @@ class BladeNames:
             )
         if len(readings) > 1:
             raise AlgebraError(
-                f"blade {spelling!r}", f"can be read in {len(readings)} ways in {self._algebra}", "vectors joined by ^"
+                f"blade {spelling!r}", f"ambiguous in {self._algebra}: {len(readings)} readings", "vectors joined by ^"
             )
         return readings[0]
 

@@ -1,16 +1,16 @@
-r"""The table of operations: everything that the compiler knows about an operation by its name alone.
+r"""The table of operations: the properties of every operation of the compiler.
 
-`Operation` is the closed set of what a multivector expression can consist of; every member has a `Row`. From the rows
-follow the grade rules of products, operators, functions for kernels, symbolic functions, methods of numeric objects,
-their docstrings, LaTeX and the derivatives of linear and bilinear operations.
+`Operation` is the closed set of operations in a multivector expression; every member has a `Row`. The rows determine
+the grade rules of products, operators, functions for kernels, symbolic functions, methods of numeric objects, their
+docstrings, LaTeX and the derivatives of linear and bilinear operations.
 
-A product that keeps some grades of the geometric product is added here, by one member. Type checkers and editors read
-names from the source, so the same name takes one line in each of `gacompiler.frontend.operations`,
-`gacompiler.symbolic.functions` and `gacompiler.objects.methods`; ``tests/algebra/test_operation_table.py`` names what
-is missing. An operation of another kind has a definition in `gacompiler.algebra.meanings` too.
+To add a product that selects grades of the geometric product, add one member here. Type checkers and editors read names
+from the source, so the name also needs one line in each of `gacompiler.frontend.operations`,
+`gacompiler.symbolic.functions` and `gacompiler.objects.methods`; ``tests/algebra/test_operation_table.py`` reports
+missing lines. An operation of another kind also needs a definition in `gacompiler.algebra.meanings`.
 
-LaTeX is a template of `str.format`: ``{0}`` is the first operand, in parentheses where it needs them, and
-``{plain[0]}`` the same without.
+LaTeX is a template of `str.format`: ``{0}`` is the first operand, in parentheses where needed, and ``{plain[0]}`` the
+same without parentheses.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ from enum import Enum, StrEnum
 
 
 class Kind(Enum):
-    """Which operands an operation takes, and so where users find it."""
+    """The kind of operands of an operation, which determines where it is available."""
 
     DATA = "data"
-    """With data beside its operands; made by methods of expressions."""
+    """Has data in addition to its operands; created by methods of expressions."""
     ARITHMETIC = "arithmetic"
     """Written with an operator."""
     MULTIVECTOR = "multivector"
-    """A function of multivectors: in kernels, of symbolic multivectors, and a method of numeric objects."""
+    """A function of multivectors in kernels and of symbolic multivectors, and a method of numeric objects."""
     SCALAR = "scalar"
-    """A function of scalars, in kernels; or an operator where it has one."""
+    """A function of scalars in kernels, or an operator if it has one."""
 
 
 class Derivative(Enum):
@@ -48,33 +48,33 @@ class Derivative(Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Row:
-    """What is known of one operation.
+    """The properties of an operation.
 
     Attributes
     ----------
     name : str
     kind : Kind
     operands : int
-        How many; -1 for any number.
+        Number of operands; -1 for any number.
     latex : str
-        Template, see above; empty for the name as a function.
+        Template, see above; if empty, the operation is printed as a function of its name.
     summary : str
         First line of the docstring, with operands `a` and `b`.
     details : str
         Further paragraphs of the docstring.
     grades : callable, optional
-        Of a product: whether the part of grade `r` of the geometric product of grades `p` and `q` is kept
+        For a product: whether the part of grade `r` of the geometric product of grades `p` and `q` is kept
         (Dorst, Fontijne & Mann 2007, §19.4; Hestenes & Sobczyk 1984, §1-1).
     bracket : int
-        Of a product that is half of ``a b - b a`` or ``a b + b a``: the sign in it. Otherwise 0.
+        For a product that is half of ``a b - b a`` or ``a b + b a``: the sign in it. Otherwise 0.
     signs : callable, optional
-        Of an involution: the sign of grade `k` (Dorst, Fontijne & Mann 2007, §2.9).
+        For an involution: the sign of grade `k` (Dorst, Fontijne & Mann 2007, §2.9).
     operator : str
-        How it is written in kernels, if by an operator.
+        The operator in kernels; empty if there is none.
     object_operators : tuple of str
         Further operators of numeric objects; ``()`` is the call ``a(b)``.
     is_closed : bool
-        Whether its LaTeX never needs parentheses around it.
+        Whether its LaTeX never needs enclosing parentheses.
     derivative : Derivative
     """
 
@@ -155,12 +155,12 @@ def _comparison(name: str, operator: str, latex: str, summary: str) -> Row:
 
 
 class Operation(StrEnum):
-    """The operations of multivector expressions; each is equal to its name."""
+    """The operations of multivector expressions. Each member is equal to its name as a string."""
 
     row: Row
 
     def __new__(cls, row: Row) -> Operation:
-        """The member with the name of a row."""
+        """Create the member with the name of a row."""
         member = str.__new__(cls, row.name)
         member._value_ = row.name
         member.row = row
@@ -185,7 +185,7 @@ class Operation(StrEnum):
     OUTER_PRODUCT = _product(
         "outer_product",
         r"{0} \wedge {1}",
-        "The outer product ``a ^ b``: of grades p and q, the part of grade p + q of the geometric product.",
+        "The outer product ``a ^ b``: for grades p and q, the part of grade p + q of the geometric product.",
         lambda p, q, r: r == p + q,
         operator="^",
     )
@@ -198,26 +198,26 @@ class Operation(StrEnum):
     LEFT_CONTRACTION = _product(
         "left_contraction",
         r"{0} \rfloor {1}",
-        "Of grades p and q, the part of grade q - p of the geometric product.",
+        "The left contraction: for grades p and q, the part of grade q - p of the geometric product.",
         lambda p, q, r: r == q - p,
     )
     RIGHT_CONTRACTION = _product(
         "right_contraction",
         r"{0} \lfloor {1}",
-        "Of grades p and q, the part of grade p - q of the geometric product.",
+        "The right contraction: for grades p and q, the part of grade p - q of the geometric product.",
         lambda p, q, r: r == p - q,
     )
     INNER_PRODUCT = _product(
         "inner_product",
         r"{0} \cdot {1}",
-        "Of grades p and q, the part of grade ``|p - q|`` of the geometric product, scalars included.",
+        "The inner product: for grades p and q, the part of grade ``|p - q|`` of the geometric product.",
         lambda p, q, r: r == abs(p - q),
         object_operators=("|",),
     )
     HESTENES_PRODUCT = _product(
         "hestenes_product",
         r"{0} \cdot {1}",
-        "The `inner_product`, but zero where one factor is a scalar.",
+        "The `inner_product`, except that the product with a scalar is zero.",
         lambda p, q, r: r == abs(p - q) and p != 0 and q != 0,
     )
     SCALAR_PRODUCT = _product(
@@ -231,7 +231,7 @@ class Operation(StrEnum):
     REVERSE = _linear(
         "reverse",
         r"\widetilde{{{plain[0]}}}",
-        "The reverse ``~a``: the order of vectors in every product reversed, sign ``(-1)**(k (k - 1) / 2)``.",
+        "The reverse ``~a``, with the vectors of every product in reverse order: sign ``(-1)**(k (k - 1) / 2)``.",
         lambda k: -1 if k & 2 else 1,
         operator="~",
         is_closed=True,
@@ -239,7 +239,7 @@ class Operation(StrEnum):
     GRADE_INVOLUTION = _linear(
         "grade_involution",
         r"\widehat{{{0}}}",
-        "The grade involution: every vector negated, sign ``(-1)**k``.",
+        "The grade involution, with every vector negated: sign ``(-1)**k``.",
         lambda k: -1 if k & 1 else 1,
     )
     CLIFFORD_CONJUGATE = _linear(
@@ -251,11 +251,11 @@ class Operation(StrEnum):
     DUAL = _linear(
         "dual",
         r"{{{0}}}^{{\star}}",
-        "The right complement, which needs no metric: ``b ^ dual(b) = I`` for basis blades.",
+        "The right complement: ``b ^ dual(b) = I`` for every basis blade, in any metric.",
     )
     UNDUAL = _linear("undual", r"{{{0}}}_{{\star}}", "The left complement, the inverse of `dual`.")
     POLARITY = _linear(
-        "polarity", r"{{{0}}}\,I^{{-1}}", "The metric dual ``a I**-1``; an error where the metric is degenerate."
+        "polarity", r"{{{0}}}\,I^{{-1}}", "The metric dual ``a I**-1``; an error if the metric is degenerate."
     )
 
     SANDWICH = Row(
@@ -263,34 +263,34 @@ class Operation(StrEnum):
         kind=Kind.MULTIVECTOR,
         operands=2,
         latex=r"{0}\,{1}\,\widetilde{{{plain[0]}}}",
-        summary="``a b ~a`` for an even versor `a`; for an odd one ``a grade_involution(b) ~a``.",
+        summary="The sandwich product ``a b ~a``; for an odd versor `a`, ``a grade_involution(b) ~a``.",
         object_operators=(">>", "()"),
     )
     INVERSE = _function("inverse", r"{{{0}}}^{{-1}}", "The inverse: ``b`` with ``a b = 1``.")
     DETERMINANT = _function(
         "determinant",
         r"\det({0})",
-        "A scalar that is zero exactly where `a` has no inverse: the determinant of its matrix (Shirokov 2021).",
-        "Of degree ``2**ceil(n/2)`` in the coefficients, where `n` is the dimension of the algebra.",
+        "The determinant of the matrix of `a`, a scalar that is zero exactly if `a` has no inverse (Shirokov 2021).",
+        "It has the degree ``2**ceil(n/2)`` in the coefficients, where `n` is the dimension of the algebra.",
     )
     NORM_SQUARED = _function(
-        "norm_squared", r"\lVert {plain[0]} \rVert^2", "The scalar part of ``a ~a``.", is_closed=True
+        "norm_squared", r"\lVert {plain[0]} \rVert^2", "The squared norm, the scalar part of ``a ~a``.", is_closed=True
     )
     NORM = _function(
         "norm",
         r"\lVert {plain[0]} \rVert",
-        "``sqrt(|a ~a|)``: the root of the absolute value of `norm_squared`.",
-        "The absolute value costs an operation only where squares of both signs can occur: in conformal and\n"
-        "Minkowski metrics, not in Euclidean ones, with or without null vectors.",
+        "The norm ``sqrt(|a ~a|)``, the square root of the absolute value of `norm_squared`.",
+        "The absolute value takes an operation only if squares of both signs can occur: in conformal and\n"
+        "Minkowski metrics, but not in Euclidean metrics, with or without null vectors.",
         is_closed=True,
     )
     NORMALIZE = _function(
         "normalize",
         r"\frac{{{plain[0]}}}{{\lVert {plain[0]} \rVert}}",
-        "``a / norm(a)``: then ``a ~a`` has the scalar part 1, or -1 where it was negative.",
-        "It is negative for real conformal spheres, circles, lines and planes that are outer products of\n"
-        "points, and for spacelike vectors where one square is positive. A null element has the norm 0: its\n"
-        "quotient is infinite, or not a number where a coefficient is 0 too.",
+        "The element ``a / norm(a)``, whose squared norm is 1, or -1 if that of `a` is negative.",
+        "The squared norm is negative for real conformal spheres, circles, lines and planes that are outer\n"
+        "products of points, and for spacelike vectors in a metric with one positive square. A null element has\n"
+        "the norm 0: the coefficients of its quotient are infinite, or NaN where they are 0.",
         is_closed=True,
     )
 
@@ -304,13 +304,13 @@ class Operation(StrEnum):
     ABS = _scalar("abs", 1, "Absolute value of a scalar.", r"\lvert {plain[0]} \rvert", is_closed=True)
     MINIMUM = _scalar("minimum", 2, "The smaller of two scalars.")
     MAXIMUM = _scalar("maximum", 2, "The larger of two scalars.")
-    LESS = _comparison("less", "<", "{0} < {1}", "1 where ``a < b``, else 0.")
-    LESS_EQUAL = _comparison("less_equal", "<=", r"{0} \le {1}", "1 where ``a <= b``, else 0.")
-    EQUAL = _comparison("equal", "", "{0} = {1}", "1 where two scalars are equal, else 0.")
+    LESS = _comparison("less", "<", "{0} < {1}", "1 if ``a < b``, else 0.")
+    LESS_EQUAL = _comparison("less_equal", "<=", r"{0} \le {1}", "1 if ``a <= b``, else 0.")
+    EQUAL = _comparison("equal", "", "{0} = {1}", "1 if two scalars are equal, else 0.")
     SELECT = _scalar(
         "select",
         3,
-        "The second operand where the first is not zero, else the third.",
+        "The second operand if the first is not zero, else the third.",
         r"\begin{{cases}} {plain[1]} & {plain[0]} \\ {plain[2]} & \text{{otherwise}} \end{{cases}}",
     )
 
@@ -322,4 +322,4 @@ PRODUCTS: tuple[Operation, ...] = tuple(each for each in Operation if each.row.d
 """The bilinear products of two multivectors."""
 
 SCALAR_FUNCTIONS: tuple[Operation, ...] = tuple(each for each in Operation if each.row.kind is Kind.SCALAR)
-"""What takes scalars only."""
+"""The operations that take only scalars."""

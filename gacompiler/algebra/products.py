@@ -1,7 +1,7 @@
-"""Every bilinear product by the rule in its row of the table of operations: which grades it keeps, or which bracket.
+"""The bilinear products, defined by their rows in the table of operations: by the grades they select, or a bracket.
 
-For operands of grade ``p`` and ``q`` the geometric product has parts of grade ``r``; a product is the predicate
-``(p, q, r)`` that selects them. The metric enters only through the geometric product of basis blades.
+For operands of grades ``p`` and ``q`` the geometric product has parts of grades ``r``; a product is defined by the
+predicate of ``(p, q, r)`` that selects its parts. The metric enters only through the geometric product of basis blades.
 """
 
 from __future__ import annotations
@@ -21,17 +21,17 @@ Row = dict[int, tuple[tuple[int, Rational], ...]]
 
 
 class BladeAlgebra(Protocol):
-    """What products read of an `Algebra`."""
+    """The interface of `Algebra` that products use."""
 
     def blade_product(self, a: int, b: int) -> BladeTerms:
-        """Geometric product of two basis blades."""
+        """Return the geometric product of two basis blades."""
 
     def product_row(self, name: str, left: int) -> Row:
-        """What is known so far of the product `name` of one basis blade with others; `product` adds to it."""
+        """Return the cached products `name` of one basis blade with others; `product` adds to the cache."""
 
 
 def product(algebra: BladeAlgebra, name: str, a: Terms, b: Terms) -> dict[int, Coefficient]:
-    """The terms of the product `name` of two sums of basis blades, without coefficients that are zero by form."""
+    """Return the terms of the product `name` of two sums of basis blades, without zeros (by form)."""
     result: dict[int, Coefficient] = {}
     for left, x in a.items():
         row = algebra.product_row(name, left)
@@ -49,18 +49,18 @@ def product(algebra: BladeAlgebra, name: str, a: Terms, b: Terms) -> dict[int, C
 
 
 def kept(algebra: BladeAlgebra, name: str, left: int, right: int) -> tuple[tuple[int, Rational], ...]:
-    """The terms of the geometric product of two basis blades that the product `name` keeps."""
+    """Return the terms of the geometric product of two basis blades that the product `name` keeps."""
     operation = BY_NAME[name]
     if operation is Operation.OUTER_PRODUCT:
         sign = outer(left, right)
         return ((left | right, sign),) if sign else ()
     bracket, keeps = operation.row.bracket, operation.row.grades
     if bracket:
-        # Basis blades that commute or anticommute keep all or nothing of their product.
+        # For basis blades that commute or anticommute, a bracket is the whole product or zero.
         there, back = algebra.blade_product(left, right), algebra.blade_product(right, left)
         sums = {blade: there.get(blade, 0) + bracket * back.get(blade, 0) for blade in sorted({*there, *back})}
         return tuple((blade, exact(Fraction(value) / 2)) for blade, value in sums.items() if value)
     if keeps is None:
-        raise KeyError(f"{name} is no part of the geometric product")
+        raise KeyError(f"{name} does not select parts of the geometric product")
     p, q = grade(left), grade(right)
     return tuple((blade, f) for blade, f in algebra.blade_product(left, right).items() if keeps(p, q, grade(blade)))

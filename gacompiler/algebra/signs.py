@@ -1,4 +1,4 @@
-"""Which signs a quadratic form can have: that of squared norms follows from the Gram matrix and the blades alone."""
+"""The signs that a quadratic form can have; those of squared norms follow from the Gram matrix and the blades."""
 
 from __future__ import annotations
 
@@ -17,31 +17,31 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Signs:
-    """Which signs a number can have, besides being 0."""
+    """The signs that a number can have, in addition to being 0."""
 
     negative: bool
     positive: bool
 
     @property
     def zero(self) -> bool:
-        """Whether it is always 0."""
+        """Whether the number is always 0."""
         return not self.negative and not self.positive
 
     @property
     def both(self) -> bool:
-        """Whether it can be of either sign."""
+        """Whether the number can have either sign."""
         return self.negative and self.positive
 
 
 @cache
 def norm_signs(algebra: Algebra, blades: frozenset[int]) -> Signs:
-    """Signs that the scalar part of ``a ~a`` can have where `a` has these blades.
+    """Return the signs that the scalar part of ``a ~a`` can have for elements with these blades.
 
-    Only one can occur in a Euclidean metric, degenerate or not; both can in Minkowski's and in conformal ones.
+    Only one sign can occur in a Euclidean metric, degenerate or not; both can occur in Minkowski and conformal metrics.
     """
     found = Signs(False, False)
     for group in _not_orthogonal(algebra, blades):
-        reversion = -1 if grade(group[0]) & 2 else 1  # all of a group are of one grade
+        reversion = -1 if grade(group[0]) & 2 else 1  # all blades of a group have the same grade
         positive, negative, _ = inertia(
             [[reversion * algebra.blade_product(a, b).get(0, 0) for b in group] for a in group]
         )
@@ -52,10 +52,10 @@ def norm_signs(algebra: Algebra, blades: frozenset[int]) -> Signs:
 
 
 def _not_orthogonal(algebra: Algebra, blades: Iterable[int]) -> list[list[int]]:
-    """Blades in groups: those of different groups have no scalar product.
+    """Partition blades into groups such that the scalar product of blades of different groups is zero.
 
-    A scalar product of blades is a determinant of inner products of their vectors, which vanishes unless both have
-    equally many vectors in every subspace that is orthogonal to all others.
+    A scalar product of blades is a determinant of inner products of their vectors. It vanishes unless both blades have
+    the same number of vectors in each of the mutually orthogonal subspaces.
     """
     part = list(range(algebra.dimension))
     for i, row in enumerate(algebra.gram):
@@ -70,7 +70,7 @@ def _not_orthogonal(algebra: Algebra, blades: Iterable[int]) -> list[list[int]]:
 
 
 def inertia(matrix: Sequence[Sequence[Rational]]) -> tuple[int, int, int]:
-    """How many squares of either sign, and how many zeros, a symmetric matrix has on its diagonal form (Sylvester)."""
+    """Return the inertia of a symmetric matrix: the numbers of positive, negative and zero squares (Sylvester)."""
     rows = [[Fraction(value) for value in row] for row in matrix]
     positive = negative = 0
     while rows:
@@ -80,7 +80,7 @@ def inertia(matrix: Sequence[Sequence[Rational]]) -> tuple[int, int, int]:
             pair = next(((i, j) for i in range(n) for j in range(n) if rows[i][j]), None)
             if pair is None:
                 break
-            pivot, other = pair  # the sum of two null vectors with a product is not null
+            pivot, other = pair  # the sum of two null vectors with a nonzero product is not null
             rows[pivot] = [a + b for a, b in zip(rows[pivot], rows[other], strict=True)]
             for row in rows:
                 row[pivot] += row[other]

@@ -15,14 +15,14 @@ T = TypeVar("T", bound=Any)
 
 
 def norm_squared(a: Multivector) -> Multivector:
-    """The scalar part of ``a ~a``."""
+    """Return the squared norm, the scalar part of ``a ~a``."""
     return a.product("scalar_product", reverse(a))
 
 
 def norm(a: Multivector) -> Multivector:
-    """The root of the absolute value of `norm_squared`.
+    """Return the square root of the absolute value of `norm_squared`.
 
-    An absolute value is taken only where the metric lets both signs occur.
+    The absolute value is computed only if both signs can occur in the metric.
     """
     square, signs = norm_squared(a).scalar, norm_signs(a.algebra, a.blades)
     if signs.both:
@@ -31,12 +31,12 @@ def norm(a: Multivector) -> Multivector:
 
 
 def normalize(a: Multivector) -> Multivector:
-    """``a / norm(a)``.
+    """Return ``a / norm(a)``.
 
     Raises
     ------
     ZeroDivisorError
-        When `a` is null, as far as its form tells: an exact element always tells.
+        If `a` is known to be null. This is always determined for exact coefficients.
     """
     size = norm(a)
     if not size.terms:
@@ -45,22 +45,22 @@ def normalize(a: Multivector) -> Multivector:
 
 
 def commutator(a: Multivector, b: Multivector) -> Multivector:
-    """``(a b - b a) / 2``."""
+    """Return the commutator ``(a b - b a) / 2``."""
     return a.product("commutator", b)
 
 
 def anticommutator(a: Multivector, b: Multivector) -> Multivector:
-    """``(a b + b a) / 2``."""
+    """Return the anticommutator ``(a b + b a) / 2``."""
     return a.product("anticommutator", b)
 
 
 def sandwich(v: Multivector, x: Multivector) -> Multivector:
-    """``v x ~v`` for an even versor, ``v grade_involution(x) ~v`` for an odd one.
+    """Return the sandwich product ``v x ~v`` for an even versor, or ``v grade_involution(x) ~v`` for an odd one.
 
     Raises
     ------
     AlgebraError
-        When `v` has both even and odd parts: then it is no versor.
+        If `v` has both even and odd parts, so that it is not a versor.
     """
     parities = {grade & 1 for grade in v.grades}
     if len(parities) > 1:
@@ -68,22 +68,22 @@ def sandwich(v: Multivector, x: Multivector) -> Multivector:
             "sandwich",
             f"a versor of grades {v.grades}",
             "all grades even or all odd",
-            "write v * x * ~v if that is meant",
+            "write v * x * ~v for the plain product",
         )
     return v * (grade_involution(x) if parities == {1} else x) * reverse(v)
 
 
 def inverse(a: Multivector) -> Multivector:
-    """The element ``b`` with ``a b = 1``.
+    """Return the inverse of `a`, the element ``b`` with ``a b = 1``.
 
-    ``~a / (a ~a)`` where ``a ~a`` is a scalar (every versor, every blade); otherwise `conjugate_factors` where `a` lies
-    in the algebra of up to five vectors, and above that the Faddeev-LeVerrier recursion of Shirokov (*Adv. Appl.
-    Clifford Algebras* 31:70, 2021), which holds in any algebra.
+    The inverse is ``~a / (a ~a)`` if ``a ~a`` is a scalar, as for every versor and every blade. Otherwise it is
+    computed with `conjugate_factors` if the blades of `a` contain at most five basis vectors, or with the
+    Faddeev-LeVerrier recursion of Shirokov (*Adv. Appl. Clifford Algebras* 31:70, 2021), which is valid in any algebra.
 
     Raises
     ------
     ZeroDivisorError
-        When `a` has no inverse, as far as its form tells: an exact element always tells.
+        If `a` is known to have no inverse. This is always determined for exact coefficients.
     """
     if not a.terms:
         raise ZeroDivisorError("inverse", "an element that is zero", "an invertible element")
@@ -103,10 +103,10 @@ def inverse(a: Multivector) -> Multivector:
 
 
 def determinant(a: Multivector) -> Multivector:
-    """The scalar that is zero exactly where `a` has no inverse.
+    """Return the determinant of `a`, a scalar that is zero exactly if `a` has no inverse.
 
-    Up to sign the determinant of the matrices of the algebra (Shirokov 2021), of degree ``2**ceil(n/2)`` in the
-    coefficients, where `n` is the dimension of the algebra, whatever blades `a` has.
+    It is, up to sign, the determinant of a matrix representation of the algebra (Shirokov 2021). Its degree in the
+    coefficients is ``2**ceil(n/2)``, where `n` is the dimension of the algebra, for every set of blades of `a`.
     """
     if a.algebra.dimension <= SMALL_DIMENSION:
         return conjugate_factors(a, clifford_conjugate, complete=True)[1]
@@ -114,11 +114,14 @@ def determinant(a: Multivector) -> Multivector:
 
 
 SMALL_DIMENSION = 5
-"""Up to so many vectors an inverse is a product of conjugates (Hitzer & Sangwine, *Appl. Math. Comput.* 311, 2017)."""
+"""The largest number of basis vectors for which an inverse is computed as a product of conjugates.
+
+See Hitzer & Sangwine, *Appl. Math. Comput.* 311, 2017.
+"""
 
 
 def n_vectors(blades: Iterable[int]) -> int:
-    """The number of basis vectors that take part in some blades."""
+    """Return the number of basis vectors that occur in the given blades."""
     union = 0
     for blade in blades:
         union |= blade
@@ -126,19 +129,21 @@ def n_vectors(blades: Iterable[int]) -> int:
 
 
 def conjugate_factors(a: T, conjugate: Callable[[T], T], complete: bool = False) -> tuple[list[T], T]:
-    """Elements whose product with `a` is a scalar, and that scalar: for up to five vectors.
+    """Return factors whose product with `a` is a scalar, and that scalar, for up to five basis vectors.
 
-    ``a`` times its Clifford conjugate keeps the grades 0, 3 and 4 (up to four vectors), its square with 3 and 4 negated
-    a scalar. With five vectors, ``a ~a`` keeps the grades 0, 1, 4 and 5; of that times itself with 1 and 4 negated the
-    grades 0 and 5 are left, which is a number over the central pseudoscalar, and has a conjugate of its own.
+    For up to four vectors, ``a`` times its Clifford conjugate has only the grades 0, 3 and 4, and that product times
+    itself with the grades 3 and 4 negated is a scalar. For five vectors, ``a ~a`` has only the grades 0, 1, 4 and 5,
+    and that product times itself with the grades 1 and 4 negated has only the grades 0 and 5. The result is a number
+    ``x + y I`` with the central pseudoscalar ``I``, whose product with ``x - y I`` is a scalar.
 
     Parameters
     ----------
     a : Multivector or Expression
     conjugate : callable
-        The Clifford conjugation of such.
+        The Clifford conjugation for the type of `a`.
     complete : bool
-        Whether to go through all steps of the algebra; otherwise those are left out that the blades of `a` do not need.
+        Whether to perform all steps for the dimension of the algebra; by default, steps that the blades of `a` do not
+        need are omitted.
     """
     n = a.algebra.dimension if complete else n_vectors(a.blades)
     centre, rest = ((0, 5), (1, 4)) if n > 4 else ((0,), (3, 4))
@@ -159,7 +164,7 @@ def _inverse_by_recursion(a: Multivector) -> Multivector:
 
 
 def _adjugate(a: Multivector, n: int) -> tuple[Multivector, Multivector]:
-    """An element, and its product with `a`, which is minus the determinant of `a` as a matrix of `n` vectors."""
+    """Return the adjugate of `a` up to sign, and its product with `a`, the negative determinant for `n` vectors."""
     size = 2 ** ((n + 1) // 2)
     power = adjugate = a
     for k in range(1, size):

@@ -121,7 +121,7 @@ class Expression(Immutable):
 
     def __pow__(self, exponent: int) -> Expression:
         if not isinstance(exponent, int) or exponent < 0:
-            raise KernelError("power in a kernel", f"exponent {exponent!r}", "a natural number", "use inverse()")
+            raise KernelError("power in a kernel", f"exponent {exponent!r}", "a non-negative integer", "use inverse()")
         result = lift(1)
         for k in range(exponent):
             result = self if k == 0 else result * self

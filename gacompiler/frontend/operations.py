@@ -102,7 +102,8 @@ def sandwich(versor: Any, x: Any) -> Any:
 def determinant(a: Any) -> Any:
     """Compute the determinant of the matrix of `a` (Shirokov 2021), a scalar.
 
-    It is zero exactly if `a` has no inverse. It is a polynomial of degree ``2**ceil(n/2)`` in the coefficients, where `n` is the dimension of the algebra.
+    It is zero exactly if `a` has no inverse. It is a polynomial of degree ``2**ceil(n/2)`` in the coefficients, where
+    `n` is the dimension of the algebra.
     """
     if isinstance(a, Expression) and a.algebra.dimension <= SMALL_DIMENSION:
         return conjugate_factors(a, clifford_conjugate, complete=True)[1]["1"]

@@ -283,7 +283,7 @@ STRANGER = other_input()
         ({"a": VGA3.VECTOR}, lambda a: a < 1, None, "expected a scalar"),
         ({"a": VGA3.VECTOR}, lambda a: select(a, 1, 2), None, "expected a scalar"),
         ({"a": VGA3.VECTOR}, lambda a: a["e4"], None, "not a blade of VGA3"),
-        ({"a": VGA3.VECTOR}, lambda a: a**-1, None, "exponent -1; expected a natural number; use inverse()"),
+        ({"a": VGA3.VECTOR}, lambda a: a**-1, None, "exponent -1; expected a non-negative integer; use inverse()"),
         ({"a": VGA3.VECTOR}, lambda a: a * float("nan"), None, "nan; expected a finite number"),
         ({"a": VGA3.VECTOR}, lambda a: a * "e1", None, "expected an exact number"),
         ({"a": VGA3.VECTOR}, lambda a: None, None, "the function returns nothing; expected an expression"),

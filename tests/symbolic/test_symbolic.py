@@ -278,7 +278,7 @@ def test_operands_mix() -> None:
         (lambda a: 1 / a, "a scalar"),
         (lambda a: a / a, "a scalar"),
         (lambda a: a + symbols("b", layout=PGA3.POINT), "algebras"),
-        (lambda a: a**-1, "a natural number"),
+        (lambda a: a**-1, "a non-negative integer"),
         (lambda a: dual(3), "at least one multivector"),
         (lambda a: exp(3), "a multivector"),
         (lambda a: reduce(x), "a multivector"),
