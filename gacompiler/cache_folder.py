@@ -1,8 +1,7 @@
-"""The folder of what was compiled: programs, generated modules, libraries.
+"""The cache folder of programs, generated modules and libraries.
 
-What lies there is loaded and run, so nobody but the user may be able to write to it: the folder belongs to the user,
-others have no right to write to it, and no folder above it lets just anyone replace it. Folders that are made here have
-mode 0700.
+Files in this folder are loaded and run, so only the user may be able to write to it: the folder is owned by the user,
+is not writable by others, and cannot be replaced by others through a parent folder. Folders are created with mode 0700.
 """
 
 from __future__ import annotations
@@ -17,20 +16,20 @@ from .gac_runtime.cache import refusal
 
 
 def cache_folder() -> Path:
-    """The folder, which exists: ``$GAC_CACHE``, or ``gacompiler`` in the user's folder of caches.
+    """Return the cache folder, which exists: ``$GAC_CACHE``, or ``gacompiler`` in the user's cache folder.
 
-    Where there is no such folder, or it cannot be used, a temporary one of this process takes its place.
+    If the user has no cache folder, or it cannot be used, a temporary folder of this process is returned.
 
     Raises
     ------
     BackendError
-        When ``$GAC_CACHE`` is set to a folder that cannot be written, or that others can write to.
+        If ``$GAC_CACHE`` is set to a folder that is not writable, or that others can write to.
     """
     return lasting_folder() or _temporary_folder()
 
 
 def lasting_folder() -> Path | None:
-    """As `cache_folder`, but None in place of a temporary folder."""
+    """Return the same as `cache_folder`, but None in place of a temporary folder."""
     chosen = os.environ.get("GAC_CACHE")
     if chosen:
         reason = refusal(Path(chosen))
@@ -48,7 +47,13 @@ def lasting_folder() -> Path | None:
 
 
 def cache_part(name: str) -> Path:
-    """A folder in the cache folder, made where it is missing; errors as `cache_folder`."""
+    """Return a folder in the cache folder, created if it does not exist.
+
+    Raises
+    ------
+    BackendError
+        If the folder is not writable, or others can write to it.
+    """
     part = cache_folder() / name
     reason = refusal(part)
     if reason:

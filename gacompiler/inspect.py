@@ -1,4 +1,4 @@
-"""Looking at how a kernel was made: every stage as text, and the program as LaTeX."""
+"""Inspection of a compilation: every stage as text, and the program as LaTeX."""
 
 from __future__ import annotations
 
@@ -20,26 +20,26 @@ from .passes.search import Candidate
 
 
 def traced(record: Compilation) -> str:
-    """The multivector expression of each result."""
+    """Return the multivector expression of each result."""
     assert record.trace is not None
     return "\n".join(f"{output.name} = {', '.join(map(str, output.expressions))}" for output in record.trace.outputs)
 
 
 def rewritten(record: Compilation) -> str:
-    """The other ways to write it that were found."""
+    """Return the equivalent forms of the definition that were found."""
     assert record.variants is not None
     return "\n".join(f"{name}: {', '.join(map(str, variant))}" for name, variant in record.variants.items())
 
 
 def decided(record: Compilation) -> str:
-    """The layout of each result, and the coefficients that are proved to be constant."""
+    """Return the layout of each result, and the coefficients that are proved to be constant."""
     assert record.decision is not None and record.trace is not None
     layouts = zip(record.trace.outputs, record.decision.layouts, strict=True)
     return "\n".join([*(f"{output.name}: {described(layout)}" for output, layout in layouts), *_constants(record)])
 
 
 def _constants(record: Compilation) -> list[str]:
-    """The coefficients that are proved to be zero or constant, a line for each kind of each result."""
+    """Return the coefficients that are proved to be zero or constant, one line for each kind and result."""
     assert record.decision is not None and record.trace is not None
     lines = []
     for number, expression in enumerate(record.trace.expressions):
@@ -53,21 +53,21 @@ def _constants(record: Compilation) -> list[str]:
 
 
 def described(layout: Layout) -> str:
-    """A layout in one line."""
+    """Describe a layout in one line."""
     fixed = "".join(f", {slot.name} = {value}" for slot, value in layout.fixed)
     implied = "".join(f", {slot.name} implied" for slot, _ in layout.implied)
     return f"{layout} stores {' '.join(layout.blades)}{fixed}{implied}{', x ~x = 1' if layout.unit else ''}"
 
 
 def lowered(record: Compilation) -> str:
-    """The results as polynomials in the inputs, modulo the relations."""
+    """Return the results as polynomials in the inputs, modulo the relations."""
     assert record.trace is not None and record.decision is not None
     slots = [slot for each in record.decision.slots for slot in each]
     return str(Lowering(record.kernel, record.trace.expressions).system(slots))
 
 
 def compared(record: Compilation) -> str:
-    """Every candidate with its cost, the one taken marked; then where the search stopped short, if it did."""
+    """Return every candidate with its cost, with the selected one marked, and the limits that the search reached."""
     width = max(len(candidate.origin) for candidate in record.candidates)
     lines = [
         f"{'->' if candidate is record.best else '  '} {candidate.origin:{width}}  {candidate.cost}"
@@ -81,10 +81,11 @@ def _limits(record: Compilation) -> list[str]:
 
 
 def why(record: Compilation) -> str:
-    """Which step of the candidate that was taken saves what.
+    """Explain the selected candidate by the saving of each of its steps.
 
-    A step is worth what the cheapest accurate candidate that was tried without it costs more. Where every candidate
-    without it also lacks other steps of the one taken, they save that together. A saving is in units of one sum.
+    The saving of a step is the additional cost of the cheapest accurate candidate without that step. If every candidate
+    without it also lacks other steps of the selected one, the saving is that of these steps together. Savings are in
+    units of one addition.
     """
     assert record.best is not None
     first, best, notes = record.candidates[0], record.best, [*_constants(record), *_rejected(record), *_limits(record)]
@@ -104,14 +105,14 @@ def why(record: Compilation) -> str:
 
 
 class _Accurate:
-    """The candidates that were accurate enough to be taken, each measured once, when it is asked for."""
+    """The candidates that are accurate enough to be selected. Each is measured once, on demand."""
 
     def __init__(self, record: Compilation) -> None:
         self._record = record
         self._known: dict[int, bool] = {}
 
     def candidates(self, at_most: int | None = None) -> Iterator[Candidate]:
-        """From the one taken up, the cheapest first, to a cost of `at_most`."""
+        """Yield the candidates in order of cost, from that of the selected one to `at_most`."""
         assert self._record.best is not None
         least = self._record.best.cost.total
         for candidate in sorted(self._record.candidates, key=lambda candidate: candidate.cost.total):
@@ -129,7 +130,7 @@ class _Accurate:
 
 
 def _done(record: Compilation, candidate: Candidate) -> dict[str, str]:
-    """What was done in a candidate: the kind of step -> the step. The author's own form and zero stages are nothing."""
+    """Return the steps of a candidate by kind. The author's own form and zero stages are not steps."""
     rewriting, *steps = candidate.steps
     assert record.variants is not None
     done = {} if rewriting == next(iter(record.variants)) else {"rewriting": rewriting}
@@ -144,7 +145,7 @@ def _done(record: Compilation, candidate: Candidate) -> dict[str, str]:
 
 
 def _savings(record: Compilation) -> list[tuple[str, str, str]]:
-    """For each step of the candidate taken: the step, the cheapest candidate without it, and what that costs more."""
+    """Return, for each step of the selected candidate, the step, the cheapest candidate without it, and the saving."""
     assert record.best is not None
     accurate, own, rows = _Accurate(record), _done(record, record.best), []
     for kind, step in own.items():
@@ -172,7 +173,7 @@ _NAMES = {"stages": "results named in {0}", "reduction": "{0} modulo the relatio
 
 
 def _missing(own: Mapping[str, str], other: Mapping[str, str]) -> list[str]:
-    """The steps of one candidate that another lacks; how many results are named makes no difference."""
+    """Return the steps of one candidate that another lacks; the number of named results is ignored."""
     return [
         step for kind, step in own.items() if (other.get(kind) != step if kind == "rewriting" else kind not in other)
     ]
@@ -188,7 +189,7 @@ def _rejected(record: Compilation) -> list[str]:
 
 
 def _weights(record: Compilation) -> str:
-    """What costs more than a sum, where it occurs."""
+    """Return the weights of the operations that occur and cost more than an addition."""
     costs = [candidate.cost.as_dict() for candidate in record.candidates]
     heavy = [f"{name} {weight}" for name, weight in WEIGHTS.items() if weight > 1 and any(c[name] for c in costs)]
     return f" (weights: {', '.join(heavy)})" if heavy else ""
@@ -200,7 +201,7 @@ def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
 
 
 def scheduled(record: Compilation) -> str:
-    """The program."""
+    """Return the program and its cost."""
     return f"{record.program}\n{record.cost}"
 
 
@@ -209,7 +210,7 @@ def _module(record: Compilation) -> ModuleSource:
 
 
 def uniform(record: Compilation) -> str:
-    """The forms for batches in which some arguments stay the same."""
+    """Return the forms for batches in which some arguments are shared by all elements."""
     texts = []
     for form in record.uniform:
         once, each = form.costs
@@ -229,21 +230,27 @@ STAGES: Mapping[str, Callable[[Compilation], str]] = {
     "c": lambda record: c_source(_module(record)),
     "python": lambda record: python_source(_module(record)),
 }
-"""What ``gac show --stage`` knows, in the order of the pipeline."""
+"""The stages of ``gac show --stage``, in the order of the pipeline."""
 
 SHOWN = ("trace", "rewrite", "decide", "candidates", "program")
-"""What ``gac show`` prints when no stage is asked for."""
+"""The stages that ``gac show`` prints by default."""
 
 
 def stage_text(record: Compilation, stage: str) -> str:
-    """One stage of a compiled kernel as text."""
+    """Return one stage of a compiled kernel as text.
+
+    Raises
+    ------
+    KernelError
+        If there is no stage of this name.
+    """
     if stage not in STAGES:
         raise KernelError("gac show", f"no stage {stage!r}", "one of " + ", ".join(STAGES))
     return STAGES[stage](record)
 
 
 def latex(record: Compilation) -> str:
-    """The definition and the program as LaTeX, one aligned block."""
+    """Return the definition and the program as one aligned block of LaTeX."""
     assert record.trace is not None
     rows = [
         rf"\mathrm{{{output.name.replace('_', chr(92) + '_')}}} &= {latex_of(expression)}"

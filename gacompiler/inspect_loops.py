@@ -1,4 +1,4 @@
-"""Looking at how a kernel with loops was made: its loops as text, and the stages of its straight-line parts."""
+"""Inspection of the compilation of a kernel with loops: the loops as text, and the stages of straight-line parts."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .passes.loops import LoopCompilation
 
 
 def traced(record: LoopCompilation) -> str:
-    """The layout of each table, and what the straight-line parts compute."""
+    """Return the layout of each table, and the expressions of the straight-line parts."""
     lines = [f"{each.name}: {described(each.leaf.layout)}" for each in record.trace.records]
     for part, compute in zip(record.parts, computes(record.trace.statements), strict=True):
         assert part.trace is not None and isinstance(compute.kernel.function, Traced)
@@ -31,17 +31,17 @@ def traced(record: LoopCompilation) -> str:
 
 
 def procedure(record: LoopCompilation) -> str:
-    """The loops, and how often what runs."""
+    """Return the loops, and how often each part runs."""
     return f"{procedure_text(record.procedure)}\n{costs_text(record.costs)}"
 
 
 def programs(record: LoopCompilation) -> str:
-    """The programs of the parts, which read and write rows of tables."""
+    """Return the programs of the parts, which read and write rows of tables."""
     return "\n".join(map(str, record.procedure.programs))
 
 
 def why(record: LoopCompilation) -> str:
-    """For each part, which step of the candidate that was taken saves what."""
+    """Explain the selected candidate of each part by the saving of each of its steps."""
     return "\n\n".join(f"{part.kernel.name}\n{part_why(part)}" for part in record.parts)
 
 
@@ -58,14 +58,20 @@ _OWN: Mapping[str, Callable[[LoopCompilation], str]] = {
 }
 
 LOOP_STAGES = ("trace", "procedure", *(stage for stage in STAGES if stage not in ("trace", "uniform")))
-"""What ``gac show --stage`` knows of kernels with loops; stages of the parts are printed one part after the other."""
+"""The stages of ``gac show --stage`` for kernels with loops; stages of the parts are printed for one part at a time."""
 
 SHOWN_OF_LOOPS = ("trace", "procedure", "program")
-"""What ``gac show`` prints of them when no stage is asked for."""
+"""The stages that ``gac show`` prints by default for kernels with loops."""
 
 
 def loop_stage_text(record: LoopCompilation, stage: str) -> str:
-    """One stage of a compiled kernel with loops as text."""
+    """Return one stage of a compiled kernel with loops as text.
+
+    Raises
+    ------
+    KernelError
+        If there is no stage of this name.
+    """
     if stage in _OWN:
         return _OWN[stage](record)
     if stage not in LOOP_STAGES:
@@ -74,7 +80,7 @@ def loop_stage_text(record: LoopCompilation, stage: str) -> str:
 
 
 def refuse_latex(record: LoopCompilation) -> None:
-    """Loops have no form as LaTeX.
+    """Raise the error that loops cannot be printed as LaTeX.
 
     Raises
     ------
@@ -82,6 +88,6 @@ def refuse_latex(record: LoopCompilation) -> None:
         Always.
     """
     raise KernelError(
-        record.kernel.where, "it contains loops, which have no form as LaTeX", "a kernel without loops",
-        "use --stage procedure for its loops",
+        record.kernel.where, "it contains loops, which cannot be printed as LaTeX", "a kernel without loops",
+        "use --stage procedure to print its loops",
     )  # fmt: skip

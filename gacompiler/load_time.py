@@ -1,8 +1,8 @@
-"""When this process loaded the compiler, so that sources that are newer can be told apart from those that run."""
+"""The time when this process loaded the compiler, for the detection of source files that changed since."""
 
 from __future__ import annotations
 
 import time
 
 LOADED = time.time_ns()
-"""Nanoseconds, as in the times of files."""
+"""Nanoseconds since the epoch, as in the modification times of files."""

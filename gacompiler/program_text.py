@@ -11,10 +11,10 @@ from .passes.prove import Truth, disagreement, program_reader, read
 
 
 def difference_of_program(text: Program, program: Program, known: Sequence[Truth]) -> str:
-    """How a text differs from the definition at these points.
+    """Describe how a text differs from the definition at the given points.
 
-    Where it cannot hold the numbers of its program, the program is to be the definition, and the text the program with
-    its numbers rounded once.
+    If the text cannot hold the exact numbers of its program, the program is compared with the definition, and the text
+    with the program whose numbers are rounded once.
     """
     printed = as_printed(program)
     if printed == program:

@@ -1,4 +1,4 @@
-"""Proof of what was emitted: the text on disk is the author's definition, and what runs is that up to rounding."""
+"""Proof of emitted kernels: the text on disk is equal to the definition, and running code agrees up to rounding."""
 
 from __future__ import annotations
 
@@ -27,20 +27,22 @@ from .prove_loops import error_of_loops, loops_difference, part_truths
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """What is known of one emitted kernel.
+    """The result of the verification of one emitted kernel.
 
     Attributes
     ----------
+    kernel : str
+        The name of the kernel.
     python, c : str
-        How the text differs from the definition; empty when it does not.
+        The difference between the text and the definition; empty if they are equal.
     error : float
-        Largest error measured in what runs, in ulp of the largest result; not a number where nothing runs.
+        Largest error measured when running the kernel, in ulp of the largest result; NaN if it was not run.
     runs_on : str
         The backend that was run.
     points : int
         Number of exact points.
     is_rational : bool
-        Whether the comparison was in exact rationals; otherwise to 40 digits.
+        Whether the comparison used exact rationals; otherwise it used 40 digits.
     """
 
     kernel: str
@@ -53,20 +55,25 @@ class Verdict:
 
     @property
     def is_proved(self) -> bool:
-        """Whether both texts agree with the definition and what runs agrees to rounding."""
+        """Whether both texts agree with the definition, and the code that was run agrees up to rounding."""
         return not self.python and not self.c and not self.error > LARGEST_ERROR
 
 
 LARGEST_ERROR = 1e6
-"""Ulp; a wrong sign in what runs gives 1e15."""
+"""The largest accepted error in ulp; a wrong sign gives an error of 1e15."""
 
 
 def verify_module(
     folder: Path, name: str, records: Sequence[Compiled | CompiledLoops], module: Any = None
 ) -> list[Verdict]:
-    """Read a generated module's files back and compare every kernel with its definition.
+    """Read the files of a generated module and compare every kernel with its definition.
 
-    Where the imported `module` is given, what it computes is measured too.
+    If the imported `module` is given, the errors of the functions in it are measured too.
+
+    Raises
+    ------
+    ProofError
+        If a file of the module does not exist.
     """
     texts = []
     for ending in ("py", "c"):
@@ -92,7 +99,7 @@ def verify_module(
 def verify_kernel(
     record: Compiled, python: Mapping[str, Read], c: Mapping[str, Read], run: Any = None, backend: str = ""
 ) -> Verdict:
-    """Compare one kernel's texts with its definition at exact points, and measure what `run` computes in double."""
+    """Compare the texts of one kernel with its definition at exact points, and measure the rounding error of `run`."""
     kernel, program = record.kernel, record.source.program
     known = truths(kernel, trace(kernel).expressions, record.slots, program)
     name = kernel.name
@@ -117,10 +124,11 @@ def verify_loops(
     run: Any = None,
     backend: str = "",
 ) -> Verdict:
-    """Compare one kernel with loops with its definition, and measure what `run` computes in double.
+    """Compare one kernel with loops with its definition, and measure the error of `run` in doubles.
 
-    The loops in both texts are the compiled ones, and their programs the definitions of the straight-line parts at
-    exact points; the whole is the function written out for several lengths.
+    The verification checks that the loops in both texts are the compiled ones, that their programs agree with the
+    definitions of the straight-line parts at exact points, and that the procedure agrees with the unrolled function for
+    several lengths.
     """
     name, known = record.kernel.name, part_truths(record)
     all_truths = [truth for each in known for truth in each]
@@ -136,7 +144,7 @@ def verify_loops(
 
 
 def _difference(found: Read, record: Compiled, known: Sequence[Truth]) -> str:
-    """How what was read differs from the definition, in the kernel itself or in one of its forms."""
+    """Describe how a text that was read differs from the definition, in the kernel itself or in one of its forms."""
     program, forms = record.source.program, record.source.uniform
     difference = difference_of_program(found.program, program, known)
     if not difference and len(found.forms) != len(forms):
@@ -149,7 +157,7 @@ def _difference(found: Read, record: Compiled, known: Sequence[Truth]) -> str:
 
 
 def _error_of(run: Any, record: Compiled) -> float:
-    """Largest error in ulp of a generated function on random elements, against the program without rounding."""
+    """Return the largest error in ulp of a generated function on random elements, relative to the exact program."""
     program, random = record.source.program, Random(6)
     points = [sample(record.kernel, random, near_one=True) for _ in range(ERROR_POINTS)]
     arrays = [
@@ -157,7 +165,7 @@ def _error_of(run: Any, record: Compiled) -> float:
         for a in program.arguments
     ]
     found = run(*arrays)
-    # Without arguments there is no batch: every point has the same result.
+    # A kernel without arguments has no batch: every point has the same result.
     results = [
         np.broadcast_to(values, (len(points), *result.shape)).reshape(len(points), -1)
         for values, result in zip(found if isinstance(found, tuple) else (found,), program.results, strict=True)

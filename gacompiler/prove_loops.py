@@ -1,4 +1,4 @@
-"""Proof of emitted kernels with loops: the text has the compiled loops, its programs are the author's definition."""
+"""Proof of emitted kernels with loops: the text has the compiled loops, and its programs agree with the definition."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from .passes.prove_loops import LENGTHS, procedure_difference
 from .program_text import difference_of_program
 
 POINTS = 11
-"""Elements of the batch that is run: more than fit into the lanes of a vector, and no multiple of them."""
+"""Size of the batch that is run: larger than the number of vector lanes, and not a multiple of it."""
 
 
 def part_truths(record: CompiledLoops) -> list[list[Truth]]:
-    """Points for the straight-line parts and what their definitions give there, as rows of tables."""
+    """Return points for the straight-line parts and the values of their definitions, as rows of tables."""
     found = []
     pairs = zip(computes(record.trace.statements), record.parts, strict=True)
-    # Parts are numbered as they were traced; fused loops have them in another order.
+    # Parts are numbered in the order of tracing, which differs from the order in fused loops.
     parts = {f"{record.kernel.name}_{k}": pair for k, pair in enumerate(pairs, start=1)}
     for apply in _applies(record.source.procedure):
         compute, part = parts[apply.program.name]
@@ -40,7 +40,7 @@ def part_truths(record: CompiledLoops) -> list[list[Truth]]:
 
 
 def _as_rows(truth: Truth, compute: Compute, apply: Apply) -> Truth:
-    """A point with the multivectors of each row one after the other; what a part does not read is 0."""
+    """Return a point with the multivectors of each row concatenated; entries that a part does not read are 0."""
     sources = [(source.place, source.leaf.start) for source in compute.sources]
     targets = [(place, leaf.start) for place, leaf in compute.targets]
     inputs = _rows([len(argument.components) for argument in apply.program.arguments], sources, truth.inputs)
@@ -51,7 +51,7 @@ def _as_rows(truth: Truth, compute: Compute, apply: Apply) -> Truth:
 def _rows(
     sizes: Sequence[int], at: Sequence[tuple[Place, int]], values: Sequence[Sequence[Any]]
 ) -> tuple[tuple[Any, ...], ...]:
-    """The rows of the places, in the order in which they are first named."""
+    """Return the rows of the places, in the order of their first occurrence."""
     places = dict.fromkeys(place for place, _ in at)
     rows = {place: [0] * size for place, size in zip(places, sizes, strict=True)}
     for (place, start), numbers in zip(at, values, strict=True):
@@ -65,16 +65,17 @@ def loops_difference(
     known: Sequence[Sequence[Truth]],
     renamed: Callable[[Procedure], Procedure] = lambda procedure: procedure,
 ) -> str:
-    """How a procedure that was read from a text differs from the definition; empty where it does not.
+    """Describe how a procedure that was read from a text differs from the definition; empty if they are equal.
 
     Parameters
     ----------
     found : Procedure or None
+        The procedure that was read; None if the text does not contain it.
     record : CompiledLoops
     known : sequence of sequence of Truth
-        What `part_truths` gave.
+        The result of `part_truths`.
     renamed : callable
-        Gives a procedure the names that it has in the text.
+        Function that returns a procedure with the names that it has in the text.
     """
     own = record.source.procedure
     if found is None:
@@ -94,7 +95,7 @@ def loops_difference(
 
 
 def _with_programs(procedure: Procedure, programs: Sequence[Program]) -> Procedure:
-    """A procedure with other programs of the same names."""
+    """Return a procedure with its programs replaced by others of the same names."""
     known = {program.name: program for program in programs}
 
     def changed(statement: Statement) -> Statement:
@@ -119,7 +120,7 @@ def _other_tables(found: Sequence[Table], own: Sequence[Table]) -> str:
 
 
 def _other_statements(found: Sequence[Statement], own: Sequence[Statement]) -> str:
-    """Where statements differ in anything but their programs."""
+    """Describe how statements differ, apart from their programs."""
     for a, b in zip(found, own, strict=False):
         if isinstance(a, (Loop, Repeat)) and isinstance(b, (Loop, Repeat)):
             inner = _other_statements(a.body, b.body)
@@ -131,7 +132,7 @@ def _other_statements(found: Sequence[Statement], own: Sequence[Statement]) -> s
 
 
 def _outside(statement: Statement) -> Any:
-    """A statement without its program, which has a name and shapes, and without what it repeats."""
+    """Return a statement without its body, and with its program replaced by the name and shapes of the program."""
     if isinstance(statement, Apply):
         program: Program = statement.program
         shapes = [argument.shape for argument in program.arguments], [result.shape for result in program.results]
@@ -140,7 +141,7 @@ def _outside(statement: Statement) -> Any:
 
 
 def error_of_loops(run: Any, record: CompiledLoops) -> float:
-    """Largest error in ulp of a generated function on arrays of 1, 2 and 3 rows, against the same without rounding."""
+    """Return the largest error in ulp of a generated function on arrays of 1, 2 and 3 rows."""
     procedure, random = record.source.procedure, Random(6)
     errors = []
     for n in LENGTHS:
@@ -152,7 +153,7 @@ def error_of_loops(run: Any, record: CompiledLoops) -> float:
 
 
 def _batch(case: Case, procedure: Procedure, random: Random) -> tuple[list[dict[str, Rows]], list[dict[str, Rows]]]:
-    """Arguments in doubles at which the procedure has a value, with that value; shared arrays are the same in all."""
+    """Return arguments in doubles at which the procedure has a value, with the value; all have equal shared arrays."""
     shared = {table.name for table in procedure.parameters if table.shared}
     points, exact = list[dict[str, Rows]](), list[dict[str, Rows]]()
     for _ in range(4 * POINTS):
@@ -171,7 +172,7 @@ def _batch(case: Case, procedure: Procedure, random: Random) -> tuple[list[dict[
 
 
 def _results(run: Any, procedure: Procedure, case: Case, points: Sequence[Mapping[str, Rows]]) -> list[dict[str, Rows]]:
-    """What a function gives on a batch: the rows of each result by name, for each point."""
+    """Return the results of a function on a batch: the rows of each result by name, for each point."""
     if not points:
         return []
     arrays = []

@@ -1,4 +1,4 @@
-"""Compile a kernel from within Python: generated into a cache, built, imported, ready to call."""
+"""Compilation of a kernel from Python: the module is generated into a cache, built and imported."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ BACKENDS = ("c", "numba", "arrays")
 
 _compiled: dict[tuple[Kernel, str], Any] = {}
 _definitions: dict[str, Kernel] = {}
-"""What the modules made here were compiled from, by their name."""
+"""The kernels that the modules of this process were compiled from, by module name."""
 
 
 def compile(kernel: Kernel, backend: str | None = None) -> Any:
@@ -33,33 +33,36 @@ def compile(kernel: Kernel, backend: str | None = None) -> Any:
     Parameters
     ----------
     kernel : Kernel
-        A function under ``@kernel``.
+        A function decorated with ``@kernel``.
     backend : {"c", "numba", "arrays"}, optional
-        What runs it; by default ``c`` where a C compiler is found, else ``numba``. ``arrays`` uses plain array
-        expressions and also takes torch and jax arrays.
+        The backend that runs the kernel; by default ``c`` if a C compiler is found, else ``numba``. ``arrays`` uses
+        plain array expressions and also accepts torch and jax arrays.
 
     Returns
     -------
     callable
-        As in a generated module: leading axes broadcast, ``out=`` avoids allocation, see its ``help()``.
+        A function as in a generated module: leading axes are broadcast, and ``out=`` avoids allocation. See its
+        ``help()``.
 
     Raises
     ------
     KernelError
-        When the definition cannot be compiled.
+        If the definition cannot be compiled.
     BackendError
-        When the backend is unknown or not there.
+        If the backend is unknown or not available.
 
     Notes
     -----
-    Generated files and libraries are kept in a folder named after their content, under ``$GAC_CACHE`` or the user's
-    cache folder, and so is the program that was found, so the second time costs an import; see ``gac cache``.
+    Generated files, libraries and optimized programs are cached under ``$GAC_CACHE`` or the user's cache folder, in
+    folders named by a digest of their content. Compiling the same kernel again only imports it; see ``gac cache``.
 
-    Compiled kernels can be pickled, and carry their definition. A process that has the kernel gets that object; one
-    that finds its files in the cache folder imports them; any other compiles it.
+    Compiled kernels can be pickled together with their definition. Unpickling returns the object that the process
+    already has, imports the files from the cache folder, or compiles the kernel.
     """
     if not isinstance(kernel, Kernel):
-        raise KernelError("compile()", f"an object of type {type(kernel).__name__}", "a function under @kernel(...)")
+        raise KernelError(
+            "compile()", f"an object of type {type(kernel).__name__}", "a function decorated with @kernel(...)"
+        )
     if backend is None:
         backend = "c" if find_compiler() else "numba"
     if backend not in BACKENDS:
@@ -84,11 +87,11 @@ def _folder(name: str, digest: str) -> Path:
 
 
 def _loaded(kernel: Kernel, digest: str, backend: str) -> Any:
-    """The kernel of a module that the cache folder has."""
+    """Return the kernel of a module in the cache folder."""
     folder = _folder(kernel.name, digest)
     if backend == "c" and build_module(folder / f"{kernel.name}.c") is None:
         raise BackendError("compile()", no_compiler(), remedy='use backend="numba"')
-    # Calls are shorter with the extension, also those of kernels under numba.
+    # The extension makes calls faster, also with the numba backend.
     with contextlib.suppress(BackendError):
         build_extension(cache_folder())
     module_name = _module_name(kernel.name, digest, backend)
@@ -105,7 +108,7 @@ def _module_name(name: str, digest: str, backend: str) -> str:
 
 
 def _reduced(compiled: Any) -> Any:
-    """How a kernel that was made here is pickled: its module has a name in this process only."""
+    """Reduce a kernel that was compiled here, whose module exists only in this process."""
     module_name = compiled.__module__
     definition = _definitions.get(module_name)
     if definition is None or getattr(sys.modules[module_name], definition.name) is not compiled:
@@ -124,7 +127,7 @@ def _restored(definition: Kernel, digest: str, backend: str) -> Any:
 
 
 def load_module(path: Path, name: str, backend: str | None = None) -> ModuleType:
-    """Import a generated module from a file, on the runtime of this package, and make it use `backend`."""
+    """Import a generated module from a file, with the runtime of this package, and set its backend."""
     name = f"{__package__}.{name}"
     spec = importlib.util.spec_from_file_location(name, path)
     if spec is None or spec.loader is None:

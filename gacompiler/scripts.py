@@ -1,4 +1,4 @@
-"""Scripts of Gaalop's language that can be called with numbers."""
+"""Gaalop scripts that can be called with numbers."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from .runtime import compile
 
 @dataclass(frozen=True, eq=False)
 class CallableScript(Script):
-    """A script that is compiled when it is first called with numbers or arrays by name.
+    """A script that is compiled on its first call with numbers or arrays as keyword arguments.
 
-    The result is a named tuple of arrays. It is a kernel besides, see `gacompiler.cluscript.Script`.
+    The result is a named tuple of arrays. A script is also a kernel; see `gacompiler.cluscript.Script`.
     """
 
     def __call__(self, /, *arguments: Any, **named: Any) -> Any:
@@ -27,39 +27,40 @@ class CallableScript(Script):
 
     @cached_property
     def layouts(self) -> Any:
-        """The layouts of the results by name; asking compiles the script."""
+        """The layouts of the results by name. Access compiles the script."""
         return compile(self).layouts
 
 
 def read_cluscript(
     text: str, algebra: str | Path | Algebra | None = None, name: str = "script", file: str = ""
 ) -> CallableScript:
-    """Read a script of Gaalop's language.
+    """Read a Gaalop script.
 
     Parameters
     ----------
     text : str
         The script.
     algebra : str, Path or Algebra
-        A name (``cga``, ``cga3``, ``3dpga``), a folder with a user's ``definition.csv``, or an algebra. May be left out
-        where the script says it itself (``DefVarsN3();``).
+        A name (``cga``, ``cga3``, ``3dpga``), a folder with a ``definition.csv`` of the user, or an algebra. Can be
+        omitted if the script defines it (``DefVarsN3();``).
     name : str
-        Of the generated function.
+        The name of the generated function.
     file : str, optional
-        What messages call the script.
+        The name of the script in messages.
 
     Returns
     -------
     CallableScript
-        Call it with its free identifiers, as scalars or arrays by name; the result is a named tuple in the order of the
-        output marks, each field an array over the blades of its layout, or a plain array of scalars.
+        A function of the free identifiers of the script, scalars or arrays given by keyword. The result is a named
+        tuple in the order of the output marks. Each field is an array over the blades of its layout, or an array of
+        scalars.
 
     Raises
     ------
     ScriptError
-        Where the script cannot be read: it knows `line` and `column`.
+        If the script cannot be read. The error has the attributes `line` and `column`.
     SpecError
-        When there is no such algebra.
+        If the algebra does not exist.
 
     Examples
     --------

@@ -1,8 +1,8 @@
-"""Blades and versors as products of vectors; join and meet; the delta product; bivectors as sums of commuting blades.
+"""Factorization of blades and versors, join and meet, the delta product, and the split of bivectors.
 
-Everything here is exact where coefficients are (integers, fractions) and holds in any metric. With floats or mpmath
-numbers, coefficients below a tolerance, relative to the largest, count as zero. Join, meet and the factors of a blade
-need no metric at all: they are statements about subspaces. For arrays of many blades there is `algorithms.subspaces`.
+The results are exact for exact coefficients (integers, fractions), in any metric. With floats or mpmath numbers,
+coefficients below a tolerance, relative to the largest, count as zero. Join, meet and the factors of a blade do not
+depend on the metric, because they are properties of subspaces. For arrays of many blades, see `algorithms.subspaces`.
 """
 
 from __future__ import annotations
@@ -21,28 +21,28 @@ from .multivector import Multivector
 from .versors import inverse
 
 TOLERANCE = 1e-9
-"""What counts as zero, of the largest coefficient, where coefficients are not exact."""
+"""The fraction of the largest coefficient below which inexact coefficients count as zero."""
 
 
 @dataclass(frozen=True, slots=True)
 class Factored:
-    """A number and vectors whose product is an element: the outer product of a blade, the geometric one of a versor."""
+    """A factorization into a number and vectors: an outer product for a blade, a geometric product for a versor."""
 
     scale: Coefficient
     vectors: tuple[Multivector, ...]
 
 
 def spanning_vectors(blade: Multivector, tolerance: float = TOLERANCE) -> tuple[Multivector, ...]:
-    """Vectors that span a blade, without a division: copies of its coefficients, in any commutative ring.
+    """Return vectors that span a blade, computed without division in any commutative ring.
 
-    With ``E`` the basis blade of the largest coefficient ``c`` (the first, where coefficients cannot be compared), the
-    vectors are ``c`` times those of `factorize_blade`, so their outer product is ``c**(k - 1)`` times the blade
-    (Fontijne & Dorst 2010, the fast form).
+    The coordinates of the vectors are coefficients of the blade. With ``c`` the largest coefficient (the first, if
+    coefficients cannot be compared), the vectors are ``c`` times those of `factorize_blade`, so their outer product is
+    ``c**(k - 1)`` times the blade (Fontijne & Dorst 2010, the fast form).
 
     Raises
     ------
     AlgebraError
-        For zero, for mixed grades, and where the vectors do not give the blade back: it is no outer product of vectors.
+        If the element is zero, has mixed grades, or is not an outer product of vectors.
     """
     blade = significant(blade, tolerance)
     if not blade.terms:
@@ -62,7 +62,7 @@ def spanning_vectors(blade: Multivector, tolerance: float = TOLERANCE) -> tuple[
     if significant(product - expected, tolerance, like=expected).terms:
         raise AlgebraError(
             "factors of a blade",
-            f"an element of grade {k} that is no outer product of vectors",
+            f"an element of grade {k} that is not an outer product of vectors",
             "a blade",
             "split a bivector with split_bivector(), or test with classify()",
         )
@@ -70,22 +70,26 @@ def spanning_vectors(blade: Multivector, tolerance: float = TOLERANCE) -> tuple[
 
 
 def factorize_blade(blade: Multivector, tolerance: float = TOLERANCE) -> Factored:
-    """A blade as a number times an outer product of vectors.
+    """Factorize a blade into a number and an outer product of vectors.
 
-    The vectors are in reduced form: on the vectors of the basis blade with the largest coefficient they are the
-    identity, and that coefficient is the number. So they depend on the subspace alone.
+    The vectors are in reduced form: their coordinates on the vectors of the basis blade with the largest coefficient
+    form the identity matrix, and that coefficient is the number. The vectors depend only on the subspace.
 
     Parameters
     ----------
     blade : Multivector
-        Of one grade, over a field.
+        An element of one grade, over a field.
     tolerance : float
-        For coefficients that are not exact.
+        Relative tolerance for coefficients that are not exact.
+
+    Returns
+    -------
+    Factored
 
     Raises
     ------
     AlgebraError
-        Where the element is zero or no blade.
+        If the element is zero or not a blade.
     """
     vectors = spanning_vectors(blade, tolerance)
     if not vectors:
@@ -95,15 +99,15 @@ def factorize_blade(blade: Multivector, tolerance: float = TOLERANCE) -> Factore
 
 
 def join_and_meet(a: Multivector, b: Multivector, tolerance: float = TOLERANCE) -> tuple[Multivector, Multivector]:
-    """The smallest blade that contains two blades, and the largest that both contain; no metric is used.
+    """Return the join of two blades, the smallest blade that contains both, and the meet, the largest in both.
 
-    The largest coefficient of the meet is 1. The join is ``a ^ c`` with ``b = meet ^ c``, so it changes with the scales
-    of `a` and `b`; it does not depend on which ``c`` is taken.
+    The metric is not used. The largest coefficient of the meet is 1. The join is ``a ^ c`` with ``b = meet ^ c``, so it
+    scales with `a` and `b`; it does not depend on the choice of ``c``.
 
     Raises
     ------
     AlgebraError
-        Where one of them is zero or no blade, or they are of different algebras.
+        If one of them is zero or not a blade, or their algebras differ.
     """
     b = significant(a.lift(b), tolerance)
     a = significant(a, tolerance)
@@ -130,20 +134,21 @@ def join_and_meet(a: Multivector, b: Multivector, tolerance: float = TOLERANCE) 
 
 
 def join(a: Multivector, b: Multivector, tolerance: float = TOLERANCE) -> Multivector:
-    """The smallest blade that contains two blades: the first of `join_and_meet`."""
+    """Return the smallest blade that contains two blades; see `join_and_meet`."""
     return join_and_meet(a, b, tolerance)[0]
 
 
 def meet(a: Multivector, b: Multivector, tolerance: float = TOLERANCE) -> Multivector:
-    """The largest blade that two blades contain: the second of `join_and_meet`."""
+    """Return the largest blade that is contained in two blades; see `join_and_meet`."""
     return join_and_meet(a, b, tolerance)[1]
 
 
 def delta_product(a: Multivector, b: Multivector, tolerance: float = TOLERANCE) -> Multivector:
-    """The part of highest grade of ``a b``; zero where that product is.
+    """Return the delta product, the part of highest grade of ``a b``, or zero if the product is zero.
 
-    In a definite metric it is what two blades do not share: its grade is that of the join less that of the meet (Dorst,
-    Fontijne & Mann 2007, ch. 21). Where shared directions are null, the grade says less; `join_and_meet` always tells.
+    In a definite metric it is the symmetric difference of two blades: its grade is the grade of the join minus that of
+    the meet (Dorst, Fontijne & Mann 2007, ch. 21). This does not hold if shared directions are null; use
+    `join_and_meet` in that case.
     """
     other = a.lift(b)
     product = significant(a * other, tolerance, like=_bound(a, other))
@@ -151,56 +156,61 @@ def delta_product(a: Multivector, b: Multivector, tolerance: float = TOLERANCE) 
 
 
 def factorize_versor(versor: Multivector, tolerance: float = TOLERANCE) -> Factored:
-    """A versor as a number times a product of vectors, each with an inverse.
+    """Factorize a versor into a number and a product of invertible vectors.
 
-    The part of highest grade of a versor is the blade of the directions it changes. A vector of it that is not null is
-    divided out, which lowers the grade by one (Dorst, Fontijne & Mann 2007, ch. 21). Where all its vectors are null, as
-    for ``1 + n m`` with a null plane, one more reflection is put in first: Scherk's exception to the Cartan-Dieudonné
-    theorem. The number of vectors is the grade of that part, and two more in the exception.
+    The part of highest grade of a versor is the blade of the directions that it changes. Dividing the versor by a
+    vector of this blade that is not null lowers the grade by one (Dorst, Fontijne & Mann 2007, ch. 21). If all vectors of the
+    blade are null, as for ``1 + n m`` with a null plane, one more reflection is inserted first; this is Scherk's
+    exception to the Cartan-Dieudonné theorem. The number of vectors is the grade of the blade, plus two in the
+    exception.
 
     Parameters
     ----------
     versor : Multivector
-        Over the rationals, the reals or the complex numbers, in any metric, degenerate ones too.
+        An element over the rationals, the reals or the complex numbers, in any metric, including degenerate ones.
     tolerance : float
-        For coefficients that are not exact.
+        Relative tolerance for coefficients that are not exact.
+
+    Returns
+    -------
+    Factored
 
     Raises
     ------
     AlgebraError
-        Where the element is no product of vectors that have inverses.
+        If the element is not a product of invertible vectors.
     """
     versor = significant(versor, tolerance)
     if not versor.terms or len({k & 1 for k in versor.grades}) != 1:
-        raise _no_versor(f"grades {versor.grades}" if versor.terms else "zero")
+        raise _not_versor(f"grades {versor.grades}" if versor.terms else "zero")
     rest, vectors = versor, ()  # type: tuple[Multivector, tuple[Multivector, ...]]
     while rest.grades[-1] > 0:
         step = _next_factor(rest, tolerance) or _next_two_factors(rest, tolerance)
         if step is None:
-            raise _no_versor("a part of highest grade that no vector divides")
+            raise _not_versor("a part of highest grade that is not divisible by a vector")
         rest, found = step
         vectors = (*found, *vectors)
     product = rest
     for vector in vectors:
         product = product * vector
     if significant(product - versor, tolerance, like=versor).terms:
-        raise _no_versor("an element that its vectors do not give back")
+        raise _not_versor("an element that differs from the product of its vectors")
     return Factored(rest.scalar, vectors)
 
 
 def split_bivector(bivector: Multivector, tolerance: float = TOLERANCE) -> tuple[Multivector, ...]:
-    """A bivector as a sum of simple bivectors that commute: at most two, so up to five dimensions always.
+    """Split a bivector into a sum of at most two commuting simple bivectors, as in up to five dimensions.
 
-    With ``W = (B ^ B) / 2`` the squares of the parts solve ``x**2 - <B B> x + W W = 0``, and a part is
+    With ``W = (B ^ B) / 2``, the squares of the parts are the solutions of ``x**2 - <B B> x + W W = 0``, and a part is
     ``(x + W) / B`` (Roelfs & De Keninck, *Graded symmetry groups*, 2021).
 
     Raises
     ------
     AlgebraError
-        Where it is no bivector, where ``B ^ B ^ B`` is not zero, and where no split is singled out or none is real:
-        both parts have the same square.
+        If the element is not a bivector, if ``B ^ B ^ B`` is not zero, if both parts have the same square, so that the
+        split is not unique, or if there is no real split.
     InexactError
-        Where coefficients are exact and the squares of the parts are not rational.
+        If the coefficients are exact and the squares of the parts are not rational.
     """
     bivector = significant(bivector, tolerance)
     if bivector.grades not in ((), (2,)):
@@ -213,7 +223,7 @@ def split_bivector(bivector: Multivector, tolerance: float = TOLERANCE) -> tuple
             "split_bivector",
             "a bivector of three parts or more",
             "B ^ B ^ B = 0",
-            "use algorithms.subspaces.split_bivectors, which works on numbers",
+            "use algorithms.subspaces.split_bivectors, for numeric coefficients",
         )
     quartic = double.map(lambda value: divide(value, 2))
     square, product = (bivector * bivector).scalar, (quartic * quartic).scalar
@@ -221,7 +231,7 @@ def split_bivector(bivector: Multivector, tolerance: float = TOLERANCE) -> tuple
     size = max(_size(square * square), _size(product), key=_comparable)
     if _vanishes(under, size, tolerance):
         raise AlgebraError(
-            "split_bivector", "two parts with the same square", "different squares, which single out one split"
+            "split_bivector", "two parts with the same square", "different squares, for which the split is unique"
         )
     if not isinstance(under, complex) and under < 0:
         raise AlgebraError("split_bivector", "parts with complex squares", "a bivector that has a real split")
@@ -230,31 +240,31 @@ def split_bivector(bivector: Multivector, tolerance: float = TOLERANCE) -> tuple
     try:
         first = ((quartic + larger) * inverse(bivector)).grade(2)
     except ZeroDivisorError:
-        raise AlgebraError("split_bivector", "a bivector without inverse and with two parts", "an inverse") from None
+        raise AlgebraError("split_bivector", "a bivector of two parts without an inverse", "an inverse") from None
     return first, bivector - first
 
 
 def significant(a: Multivector, tolerance: float, like: Multivector | None = None) -> Multivector:
-    """`a` without the coefficients that count as zero beside the largest of `like` (of `a` itself, left out)."""
+    """Return `a` without the coefficients that are negligible relative to the largest of `like` (by default, `a`)."""
     sizes = [_size(value) for value in (like or a).terms.values()]
     largest = max(sizes, default=0, key=_comparable)
     return a.keep(lambda blade: not _vanishes(a.terms[blade], largest, tolerance))
 
 
 def _next_factor(versor: Multivector, tolerance: float) -> tuple[Multivector, tuple[Multivector, ...]] | None:
-    """A versor without its last factor, and that factor; nothing where all directions of its highest part are null."""
+    """Return a versor without its last factor, and that factor; None if all directions of the highest part are null."""
     top = versor.grades[-1]
     found = _best(_sums(_directions(versor, top, tolerance)), tolerance)
     if found is None:
         return None
     rest = _without(versor, found, tolerance)
     if not rest.terms or rest.grades[-1] != top - 1:
-        raise _no_versor(f"grades {versor.grades}")
+        raise _not_versor(f"grades {versor.grades}")
     return rest, (found,)
 
 
 def _next_two_factors(versor: Multivector, tolerance: float) -> tuple[Multivector, tuple[Multivector, ...]] | None:
-    """The exception: a versor without two factors, so chosen that what is left has directions that are not null."""
+    """Return a versor without two factors, chosen so that the rest has directions that are not null (the exception)."""
     top = versor.grades[-1]
     for helper in _not_null(_sums(versor.algebra.basis()), tolerance):
         longer = significant(versor * helper, tolerance)
@@ -270,11 +280,11 @@ def _next_two_factors(versor: Multivector, tolerance: float) -> tuple[Multivecto
 
 
 def _directions(versor: Multivector, top: int, tolerance: float) -> tuple[Multivector, ...]:
-    """What spans the part of highest grade, which of a versor is a blade."""
+    """Return vectors that span the part of highest grade, which is a blade for a versor."""
     try:
         return spanning_vectors(versor.grade(top), tolerance)
     except AlgebraError:
-        raise _no_versor(f"a part of grade {top} that is no blade") from None
+        raise _not_versor(f"a part of grade {top} that is not a blade") from None
 
 
 def _without(versor: Multivector, vector: Multivector, tolerance: float) -> Multivector:
@@ -282,7 +292,7 @@ def _without(versor: Multivector, vector: Multivector, tolerance: float) -> Mult
 
 
 def _sums(vectors: tuple[Multivector, ...]) -> Iterator[Multivector]:
-    """The vectors, and sums of two: if all of them are null, the metric vanishes on what they span."""
+    """Yield the vectors, and sums and differences of two. If all are null, the metric vanishes on their span."""
     yield from vectors
     for a, b in combinations(vectors, 2):
         yield a + b
@@ -294,34 +304,34 @@ def _not_null(vectors: Iterator[Multivector], tolerance: float) -> Iterator[Mult
 
 
 def _best(vectors: Iterator[Multivector], tolerance: float) -> Multivector | None:
-    """The vector that is farthest from null, if any is not null."""
+    """Return the vector that is farthest from null, or None if all are null."""
     rated = [(_steepness(vector, tolerance), vector) for vector in vectors]
     steepest, vector = max(rated, key=lambda pair: _comparable(pair[0]))
     return vector if steepest else None
 
 
 def _steepness(vector: Multivector, tolerance: float) -> Any:
-    """The square of a vector, of the sum of squares of its coefficients; 0 where it is null."""
+    """Return the square of a vector relative to the sum of the squares of its coefficients; 0 for a null vector."""
     square = (vector * vector).scalar
     size = sum(_size(value) ** 2 for value in vector.terms.values())
     return 0 if not size or _vanishes(square, size, tolerance) else _size(square) / size
 
 
-def _no_versor(found: str) -> AlgebraError:
+def _not_versor(found: str) -> AlgebraError:
     return AlgebraError(
-        "factors of a versor", found, "a product of vectors that have inverses", "test the element with classify()"
+        "factors of a versor", found, "a product of invertible vectors", "test the element with classify()"
     )
 
 
 def _pivot(blade: Multivector) -> int:
-    """The basis blade of the largest coefficient, the first of several."""
+    """Return the basis blade of the largest coefficient, the first one if several are equal."""
     return max(blade.terms, key=lambda bitmap: (_comparable(_size(blade.terms[bitmap])), -bitmap))
 
 
 def _coordinates(blade: Multivector, pivot: int, vector: int) -> Multivector:
-    """The vector of the blade's subspace that has `vector` alone of the pivot, times the largest coefficient.
+    """Return the vector of the blade's subspace with only `vector` of the pivot, times the largest coefficient.
 
-    Its coordinates are coefficients of the blade, where that vector is replaced by another.
+    Its coordinates are coefficients of the blades in which that vector is replaced by another.
     """
     rest = pivot ^ vector
     sign = reordering_sign(vector, rest)
@@ -345,13 +355,13 @@ def _power(value: Coefficient, exponent: int) -> Coefficient:
 
 
 def _bound(a: Multivector, b: Multivector) -> Multivector:
-    """A scalar as large as a coefficient of a product of `a` and `b` can be by size of theirs."""
+    """Return the product of the largest coefficients of `a` and `b` as a scalar, a scale for those of their product."""
     one, two = (max((_size(v) for v in x.terms.values()), default=0, key=_comparable) for x in (a, b))
     return a.lift(one * two)
 
 
 def _size(value: Coefficient) -> Any:
-    """The absolute value of a number; 1 for an element of another ring, whose zeros are seen by form."""
+    """Return the absolute value of a number; for an element of another ring, 0 if it is zero by form, else 1."""
     try:
         return abs(value)
     except TypeError:
@@ -359,7 +369,7 @@ def _size(value: Coefficient) -> Any:
 
 
 def _comparable(size: Any) -> Any:
-    """Something that `max` can compare: symbols have no order, so they all are 1."""
+    """Return a value that `max` can compare; symbols have no order, so their size is 1."""
     return size if isinstance(size, (int, Fraction, float)) or type(size).__module__.startswith("mpmath") else 1
 
 

@@ -82,7 +82,7 @@ def test_factors_of_polynomials_need_no_division() -> None:
     ("element", "words"),
     [
         (VGA3.multivector({"e1": 1, "e12": 1}), "grades"),
-        (orthogonal(4).multivector({"e1e2": 1, "e3e4": 1}), "no outer product"),
+        (orthogonal(4).multivector({"e1e2": 1, "e3e4": 1}), "not an outer product"),
         (VGA3.scalar(0), "zero"),
     ],
     ids=["grades", "isoclinic", "zero"],

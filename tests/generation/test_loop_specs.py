@@ -216,7 +216,7 @@ def test_show(spec_path: str) -> None:
         assert shown.exit_code == 0 and "forward_1\n" in shown.output and "forward_3\n" in shown.output, stage
     assert "forward_2\n" in run("show", f"{spec_path}:forward", "--why").output
     refused = run("show", f"{spec_path}:forward", "--latex")
-    assert refused.exit_code == 1 and "no form as LaTeX" in refused.output
+    assert refused.exit_code == 1 and "cannot be printed as LaTeX" in refused.output
     assert "no stage 'procedure'" in run("show", f"{spec_path}:move", "--stage", "procedure").output
     assert "no stage 'uniform'" in run("show", f"{spec_path}:forward", "--stage", "uniform").output
 
