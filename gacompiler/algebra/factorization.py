@@ -159,8 +159,8 @@ def factorize_versor(versor: Multivector, tolerance: float = TOLERANCE) -> Facto
     """Factorize a versor into a number and a product of invertible vectors.
 
     The part of highest grade of a versor is the blade of the directions that it changes. Dividing the versor by a
-    vector of this blade that is not null lowers the grade by one (Dorst, Fontijne & Mann 2007, ch. 21). If all vectors of the
-    blade are null, as for ``1 + n m`` with a null plane, one more reflection is inserted first; this is Scherk's
+    vector of this blade that is not null lowers the grade by one (Dorst, Fontijne & Mann 2007, ch. 21). If all vectors
+    of the blade are null, as for ``1 + n m`` with a null plane, one more reflection is inserted first; this is Scherk's
     exception to the Cartan-Dieudonné theorem. The number of vectors is the grade of the blade, plus two in the
     exception.
 

@@ -1,7 +1,8 @@
-"""Eigenvalues and eigenvectors of small symmetric matrices: functions that kernels are written with.
+"""Eigenvalues and eigenvectors of small symmetric matrices, as functions for kernels.
 
-No iteration on the matrix, no angle, no branch but `select`: an eigenvalue that is well separated from the others gives
-its eigenvector, and what is orthogonal to that is a smaller matrix. So repeated eigenvalues need no care.
+The method uses no iteration on the matrix, no angles and no branches except `select`. A well-separated eigenvalue
+determines its eigenvector, and the matrix is deflated to the orthogonal complement of that vector. Repeated eigenvalues
+therefore need no special case.
 """
 
 from __future__ import annotations
@@ -22,52 +23,62 @@ HALF = Fraction(1, 2)
 
 
 def eigenvalues_symmetric(matrix: Matrix) -> Vector:
-    """The eigenvalues of a symmetric matrix, ascending.
+    """Compute the eigenvalues of a symmetric matrix, in ascending order.
 
     Parameters
     ----------
     matrix : n rows of n scalars
-        n is 2, 3 or 4; only the lower triangle is read.
+        n is 2, 3 or 4; only the lower triangle is used.
 
     Returns
     -------
     n scalars
 
+    Raises
+    ------
+    KernelError
+        If the matrix is not square, or n is not 2, 3 or 4.
+
     Notes
     -----
-    As for `eigenvectors_symmetric`; what only the vectors need is not computed.
+    The method is that of `eigenvectors_symmetric`, without the operations that only the eigenvectors need.
     """
     return _solver("eigenvalues_symmetric", matrix)(matrix)[0]
 
 
 def eigenvectors_symmetric(matrix: Matrix) -> tuple[Vector, tuple[Vector, ...]]:
-    """The eigenvalues of a symmetric matrix, ascending, and an orthonormal basis of eigenvectors.
+    """Compute the eigenvalues of a symmetric matrix, in ascending order, and an orthonormal basis of eigenvectors.
 
     Parameters
     ----------
     matrix : n rows of n scalars
-        n is 2, 3 or 4; only the lower triangle is read. Squares of the entries must not overflow.
+        n is 2, 3 or 4; only the lower triangle is used. Squares of the entries must not overflow.
 
     Returns
     -------
     values : n scalars
     vectors : n rows of n scalars
-        Eigenvectors as columns, in the order of the values, so that ``matrix = vectors diag(values) vectors^T``. Where
-        values are repeated, any basis of their space; signs are arbitrary.
+        Eigenvectors as columns, in the order of the values, so that ``matrix = vectors diag(values) vectors^T``. Their
+        signs are arbitrary, and so is the basis of the eigenspace of a repeated eigenvalue.
+
+    Raises
+    ------
+    KernelError
+        If the matrix is not square, or n is not 2, 3 or 4.
 
     Notes
     -----
-    Errors in double precision, measured over ordinary, graded, equal and nearly equal eigenvalues: below 3e-15 times
-    the norm of the matrix in the values, below 2e-15 in ``vectors^T vectors - 1``. Derivatives exist where eigenvalues
-    are distinct, as they do in mathematics.
+    Errors in double precision, measured over ordinary, graded, equal and nearly equal eigenvalues, are below 3e-15
+    times the norm of the matrix for the values, and below 2e-15 for ``vectors^T vectors - 1``. Derivatives exist only where
+    the eigenvalues are distinct.
 
-    Three rows: the eigenvalue farthest from the other two is a root of a cubic that Newton's method finds from a
-    polynomial start; its vector is the largest cross product of two rows of ``matrix - value``, and the other two are
-    found in its plane (Eberly, *A Robust Eigensolver for 3 x 3 Symmetric Matrices*).
+    For n = 3, the eigenvalue farthest from the other two is a root of a cubic, found by Newton's method from a
+    polynomial initial guess. Its eigenvector is the largest cross product of two rows of ``matrix - value``, and the
+    other two are found in the orthogonal plane (Eberly, *A Robust Eigensolver for 3 x 3 Symmetric Matrices*).
 
-    Four rows: a symmetric matrix is its mean and a 3 x 3 matrix M that pairs the units with which a quaternion is
-    multiplied from the left and from the right, ``x -> sum M[i][j] e_i x e_j``. Rotors p and q that turn the first
-    axis to the first singular vectors of M give the basis ``p e ~q``, in which the matrix is two blocks of two rows.
+    For n = 4, a symmetric matrix is a multiple of the identity plus the map ``x -> sum M[i][j] e_i x e_j`` of
+    quaternions, with a 3 x 3 matrix M and the imaginary units e. With rotors p and q that rotate the first axis to the
+    first singular vectors of M, the matrix has two diagonal blocks of two rows in the basis ``p e ~q``.
     """
     return _solver("eigenvectors_symmetric", matrix)(matrix)
 
@@ -119,9 +130,9 @@ def _columns(vectors: Sequence[Vector]) -> tuple[Vector, ...]:
 
 
 def _block(difference: Any, mixed: Any) -> tuple[Any, Any, Any]:
-    """Half the distance of the eigenvalues of [[d, e], [e, -d]], and the unit vector (c, s) of the larger one.
+    """Return half the distance of the eigenvalues of [[d, e], [e, -d]], and the unit eigenvector (c, s) of the larger.
 
-    The half angle is taken from the side on which nothing cancels; of the zero matrix it is 0.
+    The half angle is computed from the side without cancellation; for the zero matrix it is 0.
     """
     half = sqrt(difference * difference + mixed * mixed)
     is_first = difference >= 0
@@ -150,7 +161,7 @@ def _three_rows(matrix: Matrix) -> tuple[Vector, tuple[Vector, ...]]:
     unit = divide(1, nonzero(size))
     a, b, c, d, e, f = (x * unit for x in (a, b, c, d, e, f))
     value, vector, (half, first, second) = _deflated(((a, d, e), (d, b, f), (e, f, c)))
-    # The other two eigenvalues are on the other side of 0, since all three have the sum 0.
+    # The other two eigenvalues are on the other side of 0, because the sum of all three is 0.
     low, high = -value * HALF - half, -value * HALF + half
     is_last = value > 0
     values = select(is_last, low, value), select(is_last, high, low), select(is_last, value, high)
@@ -161,9 +172,10 @@ def _three_rows(matrix: Matrix) -> tuple[Vector, tuple[Vector, ...]]:
 
 
 def _deflated(matrix: Matrix) -> tuple[Any, Vector, tuple[Any, Vector, Vector]]:
-    """The separated eigenvalue of a matrix of trace 0 and squared norm 6, its vector, and those of the other two.
+    """Return the separated eigenvalue of a matrix of trace 0 and squared norm 6, its eigenvector, and the other two.
 
-    The latter with half the distance of their values, the vector of the smaller one first.
+    The last result consists of half the distance of the other two eigenvalues and their eigenvectors, that of the
+    smaller eigenvalue first.
     """
     (a, d, e), (_, b, f), (_, _, c) = matrix
     half_determinant = (a * (b * c - f * f) - d * (d * c - f * e) + e * (d * f - b * e)) * HALF
@@ -184,10 +196,10 @@ def _deflated(matrix: Matrix) -> tuple[Any, Vector, tuple[Any, Vector, Vector]]:
 
 
 def _plane(axis: Vector) -> tuple[Vector, Vector]:
-    """Two unit vectors that are orthogonal to a unit vector and to each other.
+    """Return two unit vectors that are orthogonal to a unit vector and to each other.
 
-    They are what becomes of the other axes when the third, or its opposite, is turned to it (Duff and others, *Building
-    an Orthonormal Basis, Revisited*, 2017).
+    They are the images of the first two axes under the rotation of the third axis, or its opposite, to the vector (Duff
+    et al., *Building an Orthonormal Basis, Revisited*, 2017).
     """
     x, y, z = axis
     sign = select(z < 0, -1, 1)
@@ -215,7 +227,7 @@ def _four_rows(matrix: Matrix) -> tuple[Vector, tuple[Vector, ...]]:
         tuple(_dot(u, column) for column in (_times(pairing, v) for v in right_plane)) for u in left_plane
     )
     lower, upper = _block(-e - h, f - g), _block(h - e, -f - g)
-    basis = _turned_basis(p, q)
+    basis = _rotated_basis(p, q)
     pairs = []
     for sign, (half, cosine, sine), u, v in ((-1, lower, *basis[:2]), (1, upper, *basis[2:])):
         vectors = _combined(-sine, u, cosine, v), _combined(cosine, u, sine, v)
@@ -225,9 +237,10 @@ def _four_rows(matrix: Matrix) -> tuple[Vector, tuple[Vector, ...]]:
 
 
 def _first_singular_vectors(matrix: Matrix) -> tuple[Vector, Vector, Vector]:
-    """Unit u and v with ``matrix v`` along u and ``u matrix`` along v, for the largest such factor; and ``matrix v``.
+    """Return the left and right singular vectors u and v of the largest singular value, and ``matrix v``.
 
-    Both have a first coordinate that is not negative, so that the factor can be. Of the zero matrix, first axes.
+    Both have a non-negative first coordinate, so the singular value may be negative. For the zero matrix, both are the
+    first axis.
     """
     columns = _columns([tuple(row) for row in matrix])
     _, vectors = _three_rows([[_dot(a, b) for b in columns] for a in columns])
@@ -241,7 +254,7 @@ def _first_singular_vectors(matrix: Matrix) -> tuple[Vector, Vector, Vector]:
 
 
 def _rotor(axis: Vector) -> tuple[Vector, tuple[Vector, Vector]]:
-    """The unit quaternion (w, y, z; x is 0) that turns the first axis to `axis`, and what the others become."""
+    """Return the unit quaternion (w, y, z; x is 0) that rotates the first axis to `axis`, and the other two rotated."""
     x, y, z = axis
     k = divide(1, 1 + x)
     mixed = -y * z * k
@@ -250,8 +263,8 @@ def _rotor(axis: Vector) -> tuple[Vector, tuple[Vector, Vector]]:
     return (w, -z * scale, y * scale), ((-y, 1 - y * y * k, mixed), (-z, mixed, 1 - z * z * k))
 
 
-def _turned_basis(p: Vector, q: Vector) -> tuple[Vector, Vector, Vector, Vector]:
-    """``p e ~q`` for the units e = 1, i, j, k; quaternions p and q have no part along i."""
+def _rotated_basis(p: Vector, q: Vector) -> tuple[Vector, Vector, Vector, Vector]:
+    """Return ``p e ~q`` for the units e = 1, i, j, k, for quaternions p and q without a part along i."""
     (ww, wy, wz), (yw, yy, yz), (zw, zy, zz) = (tuple(a * b for b in q) for a in p)
     one = (ww + yy + zz, zy - yz, yw - wy, zw - wz)
     i = (zy - yz, ww - yy - zz, wz + zw, -wy - yw)
@@ -263,7 +276,7 @@ def _turned_basis(p: Vector, q: Vector) -> tuple[Vector, Vector, Vector, Vector]
 def _merged(
     first: Sequence[tuple[Any, Vector]], second: Sequence[tuple[Any, Vector]]
 ) -> tuple[tuple[Any, Vector], ...]:
-    """Two ascending pairs of values with their vectors as one ascending sequence."""
+    """Merge two ascending pairs of values with their vectors into one ascending sequence."""
     (a, b), (c, d) = first, second
     least, third = _ascending(a, c)
     fourth, greatest = _ascending(b, d)

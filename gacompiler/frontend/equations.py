@@ -1,7 +1,7 @@
-"""Linear equations of a fixed small size: functions that kernels are written with, on nested sequences of scalars.
+"""Linear equations of a fixed small size, as functions for kernels on nested sequences of scalars.
 
-Everything is composed of sums, products, quotients and `select`, so that derivatives, proofs and all backends work by
-themselves. Matrices are sequences of rows; entries are scalar expressions or numbers, exact ones too.
+All functions consist of sums, products, quotients and `select`, so derivatives, proofs and backends need no rules for
+them. Matrices are sequences of rows; entries are scalar expressions or numbers, including exact ones.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ Matrix = Sequence[Sequence[Any]]
 Rows = list[list[Any]]
 
 LARGEST = 6
-"""Rows that a matrix may have: straight-line code grows with the cube."""
+"""Maximum number of rows of a matrix, because the size of straight-line code grows with its cube."""
 SOLVED_BY_MINORS, INVERTED_BY_MINORS = 2, 4
-"""Rows up to which equations are solved, and matrices inverted, by the adjugate, without branches."""
+"""Maximum numbers of rows for which equations are solved, and matrices inverted, by the adjugate without branches."""
 
 
 def matrix_determinant(matrix: Matrix) -> Any:
-    """The determinant of a square matrix, a polynomial in its entries: no division, no branch.
+    """Compute the determinant of a square matrix as a polynomial in its entries, without division or branches.
 
     Parameters
     ----------
@@ -35,17 +35,22 @@ def matrix_determinant(matrix: Matrix) -> Any:
     -------
     scalar
 
+    Raises
+    ------
+    KernelError
+        If the matrix is not square, or n is not from 1 to 6.
+
     Notes
     -----
-    Laplace's expansion in which every minor of the first rows is computed once: 2, 9, 28, 75, 186 products for n from
-    2 to 6. The error is at most some 1e-15 times the product of the lengths of the rows.
+    The method is Laplace's expansion, in which every minor of the first rows is computed once. It takes 2, 9, 28, 75,
+    186 products for n from 2 to 6. The error is at most about 1e-15 times the product of the norms of the rows.
     """
     n = _size("matrix_determinant", matrix)
     return _leading_minors(matrix, n)[tuple(range(n))]
 
 
 def inverse_matrix(matrix: Matrix) -> tuple[tuple[tuple[Any, ...], ...], Any]:
-    """The inverse of a square matrix, with its determinant.
+    """Compute the inverse and the determinant of a square matrix.
 
     Parameters
     ----------
@@ -56,15 +61,20 @@ def inverse_matrix(matrix: Matrix) -> tuple[tuple[tuple[Any, ...], ...], Any]:
     -------
     inverse : n rows of n scalars
     determinant : scalar
-        Where it is 0 there is no inverse, and the first result, though finite, means nothing.
+        If it is 0, the matrix has no inverse, and the first result is finite but meaningless.
+
+    Raises
+    ------
+    KernelError
+        If the matrix is not square, or n is not from 1 to 6.
 
     Notes
     -----
-    Up to n = 4 the adjugate over the determinant, which share their minors: no branch, and 6, 30, 92 products for n
-    from 2 to 4. With singular values s1, s2, ... in descending order, its relative error is some 1e-16 times s1 / s2
-    for n = 2, and times s1**2 / (s2 s3) and s1**3 / (s2 s3 s4) above: as good as any where the matrix has a moderate
-    condition, and worse than elimination where several of its singular values are small. Above n = 4, and by
-    ``solve_linear(matrix, identity)`` always, elimination.
+    Up to n = 4 the result is the adjugate divided by the determinant, which share their minors, without branches. It
+    takes 6, 30, 92 products for n from 2 to 4. With singular values s1, s2, ... in descending order, the relative error
+    is about 1e-16 times s1 / s2 for n = 2, s1**2 / (s2 s3) for n = 3, and s1**3 / (s2 s3 s4) for n = 4. This is as
+    accurate as other methods for a moderate condition number, and less accurate than elimination if several singular
+    values are small. Elimination is used above n = 4, and for every n by ``solve_linear(matrix, identity)``.
     """
     n = _size("inverse_matrix", matrix)
     if n > INVERTED_BY_MINORS:
@@ -75,7 +85,7 @@ def inverse_matrix(matrix: Matrix) -> tuple[tuple[tuple[Any, ...], ...], Any]:
 
 
 def solve_linear(matrix: Matrix, right: Sequence[Any]) -> tuple[tuple[Any, ...], Any]:
-    """The solution of ``matrix x = right``, with the determinant of the matrix.
+    """Solve ``matrix x = right``, and compute the determinant of the matrix.
 
     Parameters
     ----------
@@ -88,14 +98,20 @@ def solve_linear(matrix: Matrix, right: Sequence[Any]) -> tuple[tuple[Any, ...],
     -------
     solution : of the shape of `right`
     determinant : scalar
-        Where it is 0 there is no single solution, and the first result, though finite, means nothing.
+        If it is 0, the solution is not unique or does not exist, and the first result is finite but meaningless.
+
+    Raises
+    ------
+    KernelError
+        If the matrix is not square, n is not from 1 to 6, or `right` does not have n rows.
 
     Notes
     -----
-    Up to n = 2 by the adjugate, without branches. From n = 3 by elimination with partial pivoting, where rows change
-    places by `select` (Golub and Van Loan, *Matrix Computations*, 3.4): the residual is below 3e-16 times the norms of
-    matrix and solution, for every condition. One right side takes 19, 39, 69, 111 products and 40, 84, 150, 242 choices
-    for n from 3 to 6. (By the adjugate the residual of 3 rows with a condition of 1e6 may be 1e-11.)
+    Up to n = 2 the solution is computed from the adjugate, without branches. From n = 3 it is computed by elimination
+    with partial pivoting, in which rows are exchanged by `select` (Golub and Van Loan, *Matrix Computations*, 3.4). The
+    residual is below 3e-16 times the norms of matrix and solution, for every condition number. One right side takes 19,
+    39, 69, 111 products and 40, 84, 150, 242 selections for n from 3 to 6. (With the adjugate, the residual for n = 3
+    and a condition number of 1e6 may be 1e-11.)
     """
     n = _size("solve_linear", matrix)
     columns, is_column = _right("solve_linear", right, n)
@@ -112,12 +128,12 @@ def solve_linear(matrix: Matrix, right: Sequence[Any]) -> tuple[tuple[Any, ...],
 
 
 def solve_symmetric(matrix: Matrix, right: Sequence[Any]) -> tuple[tuple[Any, ...], Any]:
-    """The solution of ``matrix x = right`` for a symmetric positive definite matrix, with its determinant.
+    """Solve ``matrix x = right`` for a symmetric positive definite matrix, and compute its determinant.
 
     Parameters
     ----------
     matrix : n rows of n scalars
-        n from 1 to 6, positive definite; only the lower triangle is read.
+        n from 1 to 6, positive definite; only the lower triangle is used.
     right : n scalars, or n rows of m scalars
         One right side, or several as the columns of a matrix.
 
@@ -125,14 +141,19 @@ def solve_symmetric(matrix: Matrix, right: Sequence[Any]) -> tuple[tuple[Any, ..
     -------
     solution : of the shape of `right`
     determinant : scalar
-        The product of the pivots. It is not positive, or not a number, where the matrix is not positive definite to
-        rounding; the first result means nothing there.
+        The product of the pivots. If the matrix is not positive definite up to rounding, it is not positive or NaN, and
+        the first result is meaningless.
+
+    Raises
+    ------
+    KernelError
+        If the matrix is not square, n is not from 1 to 6, or `right` does not have n rows.
 
     Notes
     -----
-    ``L D L^T`` without pivoting and without roots (Golub and Van Loan, *Matrix Computations*, 4.1), stable for positive
-    definite matrices only: there the residual is below 2e-16 times the norms of matrix and solution. One right side
-    takes 6, 17, 34, 58, 90 products for n from 2 to 6.
+    The method is the factorization ``L D L^T`` without pivoting or square roots (Golub and Van Loan, *Matrix
+    Computations*, 4.1). It is stable only for positive definite matrices, for which the residual is below 2e-16 times
+    the norms of matrix and solution. One right side takes 6, 17, 34, 58, 90 products for n from 2 to 6.
     """
     n = _size("solve_symmetric", matrix)
     columns, is_column = _right("solve_symmetric", right, n)
@@ -161,7 +182,7 @@ def solve_symmetric(matrix: Matrix, right: Sequence[Any]) -> tuple[tuple[Any, ..
 
 
 def nonzero(value: Any) -> Any:
-    """`value`, or 1 where it is 0: what may be divided by."""
+    """Return `value`, or 1 where it is 0, as a safe divisor."""
     return select(equal(value, 0), 1, value)
 
 
@@ -174,7 +195,7 @@ def _size(where: str, matrix: Matrix) -> int:
 
 
 def _right(where: str, right: Sequence[Any], n: int) -> tuple[Rows, bool]:
-    """Right sides as rows of a matrix, and whether there is a single one given as a sequence of scalars."""
+    """Return the right sides as rows of a matrix, and whether a single right side is given as a sequence of scalars."""
     is_column = not any(isinstance(entry, (tuple, list)) for entry in right)
     rows = [[entry] for entry in right] if is_column else [list(row) for row in right]
     if len(rows) != n or len({len(row) for row in rows}) != 1:
@@ -191,7 +212,7 @@ def _dot(a: Sequence[Any], b: Sequence[Any]) -> Any:
 
 
 def _leading_minors(rows: Matrix, n: int) -> dict[tuple[int, ...], Any]:
-    """Minors of all of the given rows, by their columns: by the last row, from those of the rows before it."""
+    """Return the minors of all given rows by their columns, expanded by the last row from those of the rows before."""
     minors: dict[tuple[int, ...], Any] = {(column,): rows[0][column] for column in range(n)}
     for size in range(2, len(rows) + 1):
         row = rows[size - 1]
@@ -200,7 +221,7 @@ def _leading_minors(rows: Matrix, n: int) -> dict[tuple[int, ...], Any]:
 
 
 def _expand(row: Sequence[Any], chosen: Sequence[int], minors: dict[tuple[int, ...], Any], is_last: bool = True) -> Any:
-    """Laplace's expansion by a row that is the last or the first, from the minors of the others."""
+    """Return a minor by Laplace's expansion along its last or first row, from the minors of the other rows."""
     signs = range(len(chosen))
     total: Any = None
     for place in reversed(signs) if is_last else signs:
@@ -212,7 +233,7 @@ def _expand(row: Sequence[Any], chosen: Sequence[int], minors: dict[tuple[int, .
 
 
 def _adjugate(matrix: Matrix) -> tuple[Rows, Any]:
-    """The adjugate of a matrix of at most 4 rows, and its determinant from the same minors."""
+    """Return the adjugate of a matrix of at most 4 rows, and its determinant from the same minors."""
     n = len(matrix)
     if n == 1:
         return [[1]], matrix[0][0]
@@ -220,7 +241,7 @@ def _adjugate(matrix: Matrix) -> tuple[Rows, Any]:
     tops, bottoms = _leading_minors(matrix[:half], n), _leading_minors(matrix[half:], n)
     adjugate: Rows = [[None] * n for _ in range(n)]
     for row in range(n):
-        # The minors of the half without this row are there already; the other half, of two rows at most, loses it.
+        # The minors of the half without this row are known; the row is removed from the other half of at most two rows.
         is_upper = row < half
         whole = bottoms if is_upper else tops
         others = [matrix[k] for k in (range(half) if is_upper else range(half, n)) if k != row]
@@ -232,7 +253,10 @@ def _adjugate(matrix: Matrix) -> tuple[Rows, Any]:
 
 
 def _eliminate(matrix: Matrix, right: Rows) -> tuple[tuple[tuple[Any, ...], ...], Any]:
-    """Elimination with partial pivoting, and substitution back; the determinant is the signed product of the pivots."""
+    """Solve by elimination with partial pivoting and back substitution; return the solution and the determinant.
+
+    The determinant is the signed product of the pivots.
+    """
     n = len(matrix)
     rows = [[*entries, *sides] for entries, sides in zip(matrix, right, strict=True)]
     value: Any = 1
@@ -259,9 +283,9 @@ def _eliminate(matrix: Matrix, right: Rows) -> tuple[tuple[tuple[Any, ...], ...]
 
 
 def _order(rows: Rows, k: int, i: int, value: Any) -> Any:
-    """Put the row with the larger entry in column `k` at place `k`; `value` changes its sign where they change places.
+    """Order rows `k` and `i` by their entries in column `k`, the larger first; negate `value` if they are exchanged.
 
-    After all rows below have had their turn, the pivot is the largest of its column, as partial pivoting wants it.
+    After this step for all rows below, the pivot is the largest entry of its column, as in partial pivoting.
     """
     swap = absolute(rows[k][k]) < absolute(rows[i][k])
     upper, lower = rows[k], rows[i]

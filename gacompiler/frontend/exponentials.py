@@ -1,22 +1,22 @@
-"""Exponentials by closed forms in one or two numbers; `gacompiler.frontend.scaling` has those without.
+"""Exponentials by closed forms in one or two numbers; see `gacompiler.frontend.scaling` for those without closed form.
 
-With the notation of `gacompiler.frontend.squares`: ``exp(b) = C(s) + S(s) b`` where the square is a scalar, with
+With the notation of `gacompiler.frontend.squares`, ``exp(b) = C(s) + S(s) b`` if the square is a scalar, with
 
     C(x) = cosh(sqrt x) = cos(sqrt -x),    S(x) = sinh(sqrt x)/sqrt x = sin(sqrt -x)/sqrt -x,
 
-and ``exp(b) = F0 + F1 p + (G0 + G1 p) b`` where it is ``s + 2 p``. With ``P = p p`` the squares of the two commuting
-parts of `b` are ``x = (s +- sqrt(s**2 - 4 P))/2`` and give
+and ``exp(b) = F0 + F1 p + (G0 + G1 p) b`` if it is ``s + 2 p``. With ``P = p p``, the squares of the two commuting
+parts of `b` are ``x = (s +- sqrt(s**2 - 4 P))/2``, and
 
     F0 = C1 C2,  F1 = S1 S2,  G1 = (C1 S2 - C2 S1)/(x1 - x2),  G0 = C2 S1 - x2 G1;
 
-the eigenvalues ``y = s +- 2 sqrt P = (sqrt x1 +- sqrt x2)**2`` of the square give
+with the eigenvalues ``y = s +- 2 sqrt P = (sqrt x1 +- sqrt x2)**2`` of the square,
 
     F0 = (C+ + C-)/2,  F1 = (C+ - C-)/(2 sqrt P),  G0 = (S+ + S-)/2,  G1 = (S+ - S-)/(2 sqrt P).
 
-The first form loses digits where ``x1 = x2`` (isoclinic rotations), the second where one part vanishes; both lose none
-where ``P`` lies between, so that ``8 P > s**2`` decides. Where `p` can be a null element (five basis vectors that are
-not all of one sign, or several null ones) it can be large although ``s`` and ``P`` are mere rounding; there power
-series in ``s + 2 p`` are used near 0.
+The first form loses digits near ``x1 = x2`` (isoclinic rotations), and the second where one part vanishes. Between
+these cases both are accurate; the second form is used if ``8 P > s**2``. If `p` can be a null element (five basis vectors
+whose squares have both signs, or several null vectors), it can be large although ``s`` and ``P`` are only rounding
+errors. In these algebras, power series in ``s + 2 p`` are used near 0.
 """
 
 from __future__ import annotations
@@ -33,28 +33,28 @@ from .scaling import exponential_by_squaring
 from .squares import Form, Value, blades_of, form_of
 
 NEARLY_ZERO = Fraction(1, 10**18)
-"""Squares below this are 0 to rounding, for functions that begin with ``1 + x / 6``."""
+"""Squares below this are 0 up to rounding, in functions with the power series ``1 + x / 6 + ...``."""
 TINY = NEARLY_ZERO**2
 ONE = 1.0
-"""What functions are given where their value is not used; a float, so that they have a value also outside kernels."""
+"""Argument of functions whose value is not used; a float, so that the value also exists outside kernels."""
 SMALL = Fraction(1, 4)
-"""Up to here ``S`` is a polynomial, because ``exp(u) - exp(-u)`` loses the digits of a small u."""
+"""Below this, ``S`` is computed by a polynomial, because ``exp(u) - exp(-u)`` loses the digits of a small u."""
 NEAR = Fraction(1, 8)
-"""Up to here ``s**2`` and ``8 P`` are small: the eigenvalues are below 0.61."""
+"""Limit of ``s**2`` and ``8 P`` for the power series, where the eigenvalues are below 0.61."""
 HALF = Fraction(1, 2)
 
-# Enough for `NEAR`; further denominators would be larger than 2**53, and the text would hold rounded numbers.
+# Enough terms for `NEAR`; further denominators would exceed 2**53, and the emitted text would contain rounded numbers.
 _SINES = tuple(Fraction(1, factorial(2 * k + 1)) for k in range(9))
 _COSINES = tuple(Fraction(1, factorial(2 * k)) for k in range(10))
 _TERMS = 7
-"""Enough for `SMALL`."""
+"""Number of terms for `SMALL`."""
 
 Pair = tuple[Value, Value]
 """The number ``a + b p``."""
 
 
 def exponential(b: Any) -> Any:
-    """``exp(b)`` of an element without scalar part."""
+    """Return ``exp(b)`` for an element without scalar part."""
     form = form_of(b.algebra, blades_of(b))
     if form is None:
         return exponential_by_squaring(b)
@@ -76,27 +76,27 @@ def exponential(b: Any) -> Any:
 
 
 def _kept(product: Any, b: Any) -> Any:
-    """The part of `product` of the grades of `b`, which is all there is: the rest of it cancels."""
+    """Return the part of `product` of the grades of `b`; the other parts cancel mathematically."""
     return product.grade(*sorted({blade.bit_count() for blade in blades_of(b)}))
 
 
 def length_of(b: Any, form: Form) -> Value | None:
-    """A root of ``s`` or ``-s`` where that needs no root, of either sign."""
+    """Return a square root of ``s`` or ``-s``, of either sign, if it is a coefficient of `b`; else None."""
     return None if form.axis is None else b[form.axis]
 
 
 def circle_of(b: Any, form: Form) -> tuple[Value, Multivector] | None:
-    """Coefficient and blade where `b` is a multiple of one basis blade with the square -1."""
+    """Return the coefficient and the blade if `b` is a multiple of a basis blade with the square -1; else None."""
     if form.axis is None or not form.s.negative or blades_of(b) != {form.axis}:
         return None
     return b[form.axis], Multivector(b.algebra, {form.axis: 1})
 
 
 def circular(x: Value, signs: Signs, vanishing: bool = True, length: Value | None = None) -> Pair:
-    """``C(x)`` and ``S(x)``, where `x` has the given signs.
+    """Return ``C(x)`` and ``S(x)``, where `x` has the given signs.
 
-    Where `x` can vanish otherwise than as a sum of squares (`vanishing`), its first derivative there is not 0, and
-    polynomials give both functions with their derivatives. `length` is a root of `x` or of ``-x``, where one is known.
+    If `x` can vanish although it is not a sum of squares (`vanishing`), its first derivative there is not 0, and both
+    functions are computed by polynomials, with correct derivatives. `length` is a known square root of `x` or ``-x``.
     """
     if signs.zero:
         return 1, 1
@@ -123,7 +123,7 @@ def circular(x: Value, signs: Signs, vanishing: bool = True, length: Value | Non
 
 
 def polynomial(coefficients: Sequence[Fraction], x: Value) -> Value:
-    """``c0 + c1 x + ...`` by Horner's rule."""
+    """Evaluate ``c0 + c1 x + ...`` by Horner's rule."""
     value: Value = coefficients[-1]
     for coefficient in coefficients[-2::-1]:
         value = value * x + coefficient
@@ -131,7 +131,7 @@ def polynomial(coefficients: Sequence[Fraction], x: Value) -> Value:
 
 
 def polynomial_of_pair(coefficients: Sequence[Fraction], x: Pair, square: Value) -> Pair:
-    """``c0 + c1 z + ...`` of the number ``z = x[0] + x[1] q`` with ``p p = square``."""
+    """Evaluate ``c0 + c1 z + ...`` for the number ``z = x[0] + x[1] p`` with ``p p = square``."""
     a, b = coefficients[-1] * x[0] + coefficients[-2], coefficients[-1] * x[1]
     for coefficient in coefficients[-3::-1]:
         a, b = a * x[0] + b * x[1] * square + coefficient, a * x[1] + b * x[0]
@@ -139,19 +139,19 @@ def polynomial_of_pair(coefficients: Sequence[Fraction], x: Pair, square: Value)
 
 
 def _with_null_square(s: Value, length: Value | None, form: Form) -> tuple[Pair, Pair]:
-    """``F`` and ``G`` where ``p p`` is always 0: one of the commuting parts has square 0."""
+    """Return ``F`` and ``G`` if ``p p`` is always 0, so that one of the commuting parts has the square 0."""
     if form.s.zero:
         return (1, 1), (1, Fraction(1, 3))
     cosine, sine = circular(s, form.s, form.vanishing, length)
-    slope = divided(cosine - sine, s, form.s, Fraction(1, 3))
+    g1 = divided(cosine - sine, s, form.s, Fraction(1, 3))
     if form.nilpotent:
         near = absolute(s) < SMALL
-        slope = select(near, polynomial_of_pair(_SINES[:_TERMS], (select(near, s, 0), 2), 0)[1], slope)
-    return (cosine, sine), (sine, slope)
+        g1 = select(near, polynomial_of_pair(_SINES[:_TERMS], (select(near, s, 0), 2), 0)[1], g1)
+    return (cosine, sine), (sine, g1)
 
 
 def divided(difference: Value, s: Value, signs: Signs, limit: Fraction) -> Value:
-    """``difference / s``, and its limit where `s`, of the given signs, is 0 to rounding."""
+    """Return ``difference / s``, or its limit where `s`, of the given signs, is 0 up to rounding."""
     if not signs.positive:
         tiny = -s < NEARLY_ZERO
         return select(tiny, limit, -difference / select(tiny, ONE, -s))
@@ -160,7 +160,7 @@ def divided(difference: Value, s: Value, signs: Signs, limit: Fraction) -> Value
 
 
 def _of_two_numbers(s: Value, p2: Value, form: Form) -> tuple[Pair, Pair]:
-    """``F`` and ``G`` of ``s + 2 p`` with ``p p = p2``."""
+    """Return ``F`` and ``G`` of ``s + 2 p`` with ``p p = p2``."""
     q2 = 4 * p2
     near = maximum(s * s, 2 * absolute(q2)) < NEAR if form.nilpotent else 0
     isoclinic = maximum(s * s, NEAR if form.nilpotent else 2 * TINY) < 2 * q2 if form.isoclinic else 0
@@ -181,7 +181,7 @@ def _of_two_numbers(s: Value, p2: Value, form: Form) -> tuple[Pair, Pair]:
     z, square = (select(near, s, 0), 2), select(near, p2, 0)
     g = polynomial_of_pair(_SINES, z, square)
     g0, g1 = select(near, g[0], g0), select(near, g[1], g1)
-    if form.second.positive:  # then x1 and x2 need not be real
+    if form.second.positive:  # x1 and x2 may be complex
         f = polynomial_of_pair(_COSINES, z, square)
         f0, f1 = select(near, f[0], f0), select(near, f[1], f1)
     return (f0, f1), (g0, g1)

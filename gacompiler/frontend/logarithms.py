@@ -1,4 +1,4 @@
-"""Logarithms and square roots of unit versors, and of numbers: elements whose part without scalar has a scalar square.
+"""Logarithms and square roots of unit versors, and of numbers, whose non-scalar part has a scalar square.
 
 A unit versor ``r = w + p + b`` of grades 0, 4 and 2 is ``exp(b1 + b2)`` with commuting simple bivectors, so that
 ``w = C1 C2`` and ``p = S1 S2 b1 b2`` in the notation of `gacompiler.frontend.exponentials`. With ``s = <b b>``,
@@ -7,8 +7,9 @@ sum ``s - 2 P``, the difference ``D = sqrt(s**2 - 4 P w**2)`` and the product ``
 
     (H0 + H1 p) b,    H1 = (C2 T2 - C1 T1)/D,    K = (C1 T2 - C2 T1)/D,    H0 = C2 T1 - h2 K,
 
-which divides by no cosine, so half turns in one plane are ordinary points. Where ``D`` is small (isoclinic rotations)
-the eigenvalues ``w +- sqrt P`` of ``w + p`` are used instead; near 1 a power series, where `p` can be a null element.
+without division by a cosine, so rotations by pi in one plane are not singular. If ``D`` is small (isoclinic rotations),
+the eigenvalues ``w +- sqrt P`` of ``w + p`` are used instead. If `p` can be a null element, a power series is used
+near 1.
 """
 
 from __future__ import annotations
@@ -26,14 +27,14 @@ from .operations import absolute, assemble, atan2, equal, log, maximum, select, 
 from .squares import Form, Value, blades_of, form_of
 
 CLOSE = Fraction(1, 64)
-"""Up to here the area of ``tanh**2`` is a polynomial, because ``log(1 + u)`` loses the digits of a small u."""
+"""Limit of ``tanh**2`` below which the area function is a polynomial: ``log(1 + u)`` loses the digits of a small u."""
 NEAR = Fraction(1, 1024)
-"""Up to here ``s**2`` and ``4 P`` are small: both squares of half hyperbolic tangents are below 1/64."""
+"""Limit of ``s**2`` and ``4 P`` for the power series; the squares of both half hyperbolic tangents are below 1/64."""
 _AREAS = tuple(Fraction(1, 2 * k + 1) for k in range(9))
 
 
 def unit_versor_logarithm(r: Any) -> Any:
-    """The bivector of least angles whose exponential is the unit versor `r` or ``-r``."""
+    """Return the bivector with the smallest angles whose exponential is the unit versor `r` or ``-r``."""
     w, b, form = r["1"], r.grade(2), form_of_versor(r)
     left, cosine = w < 0, absolute(w)
     circle, length = circle_of(b, form), length_of(b, form)
@@ -53,7 +54,13 @@ def unit_versor_logarithm(r: Any) -> Any:
 
 
 def form_of_versor(r: Any) -> Form:
-    """Squares of bivectors over the basis vectors of `r`."""
+    """Return the form of the squares of bivectors over the basis vectors of `r`.
+
+    Raises
+    ------
+    KernelError
+        If the blades of `r` are not those of a versor over up to five basis vectors.
+    """
     algebra, blades = r.algebra, blades_of(r)
     bivectors = frozenset(blade for blade in blades if blade.bit_count() == 2)
     used = 0
@@ -76,9 +83,9 @@ def form_of_versor(r: Any) -> Form:
 
 
 def stretch(h: Value, c: Value, signs: Signs, vanishing: bool = True, length: Value | None = None) -> Value:
-    """``T = 1 / S(x)`` by ``h = S**2 x`` of the given signs and ``c = C(x)``, of any sign where `h` is negative.
+    """Return ``T = 1 / S(x)`` from ``h = S**2 x`` of the given signs and ``c = C(x)``.
 
-    `length` is a root of `h` or of ``-h``, of any sign, where one is known.
+    `c` may have any sign if `h` is negative. `length` is a known square root of `h` or ``-h``, of any sign.
     """
     if signs.zero:
         return 1
@@ -101,24 +108,24 @@ def stretch(h: Value, c: Value, signs: Signs, vanishing: bool = True, length: Va
 
 
 def _with_null_square(s: Value, c: Value, length: Value | None, form: Form) -> Pair:
-    """``H`` where ``p p`` is always 0: one of the commuting parts has square 0."""
+    """Return ``H`` if ``p p`` is always 0, so that one of the commuting parts has the square 0."""
     if form.s.zero:
         return 1, -Fraction(1, 3)
     t = stretch(s, c, form.s, form.vanishing, length)
-    slope = divided(1 - c * t, s, form.s, -Fraction(1, 3))
+    second = divided(1 - c * t, s, form.s, -Fraction(1, 3))
     if form.nilpotent:
         near = absolute(s) < CLOSE
-        slope = select(near, _near_one(select(near, s, 0), c, 0)[1], slope)
-    return t, slope
+        second = select(near, _near_one(select(near, s, 0), c, 0)[1], second)
+    return t, second
 
 
 def _of_two_numbers(s: Value, w: Value, p2: Value, form: Form) -> Pair:
-    """``H`` of ``w + p`` with ``w >= 0`` and ``p p = p2``."""
+    """Return ``H`` of ``w + p`` with ``w >= 0`` and ``p p = p2``."""
     product = 4 * p2 * w * w
     near = maximum(s * s, 4 * absolute(p2)) < NEAR if form.nilpotent else 0
     isoclinic = select(near, 0, maximum(s * s, 8 * TINY) < 2 * product) if form.isoclinic else 0
     square = select(isoclinic, p2, s * s - product)
-    tiny = square < TINY * w  # not where two half turns meet
+    tiny = square < TINY * w  # not at rotations by pi in both planes
     root = sqrt(select(tiny, ONE, square))
     difference = select(tiny, 0, root)
     total = s - 2 * p2
@@ -134,17 +141,17 @@ def _of_two_numbers(s: Value, w: Value, p2: Value, form: Form) -> Pair:
         c1, c2 = select(isoclinic, w + root, c1), select(isoclinic, w - root, c2)
     t1, t2 = stretch(h1, c1, form.first), stretch(h2, c2, form.second)
     k = select(tiny, Fraction(2, 3), (c1 * t2 - c2 * t1) / root)
-    slope = select(isoclinic, (t1 - t2) / 2, c2 * t2 - c1 * t1) / root
+    second = select(isoclinic, (t1 - t2) / 2, c2 * t2 - c1 * t1) / root
     first = select(isoclinic, (t1 + t2) / 2, c2 * t1 - h2 * k)
-    slope = select(tiny, -Fraction(1, 3), slope)
+    second = select(tiny, -Fraction(1, 3), second)
     if not form.nilpotent:
-        return first, slope
+        return first, second
     h0, h1 = _near_one(select(near, s, 0), w, select(near, p2, 0))
-    return select(near, h0, first), select(near, h1, slope)
+    return select(near, h0, first), select(near, h1, second)
 
 
 def _near_one(s: Value, w: Value, p2: Value) -> Pair:
-    """``H`` by the power series of the area of ``tanh(half)``, whose square is ``(s + 2 w p)/(1 + w + p)**2``."""
+    """Return ``H`` by the power series of artanh of ``tanh(half)``, whose square is ``(s + 2 w p)/(1 + w + p)**2``."""
     inverse = _inverse((1 + w, 1), p2)
     tangent = _product(_product((s, 2 * w), inverse, p2), inverse, p2)
     area = _product(inverse, polynomial_of_pair(_AREAS, tangent, p2), p2)
@@ -161,7 +168,7 @@ def _inverse(a: Pair, square: Value) -> Pair:
 
 
 def unit_versor_square_root(r: Any) -> Any:
-    """``(1 + r)/sqrt((1 + r)(1 + ~r))``, of `r` or ``-r``, the one with a positive scalar part."""
+    """Return ``(1 + r)/sqrt((1 + r)(1 + ~r))`` of `r` or ``-r``, whichever has a non-negative scalar part."""
     form, w = form_of_versor(r), r["1"]
     flip = select(w < 0, -1, 1)
     a = 2 + 2 * absolute(w)
@@ -177,9 +184,9 @@ def unit_versor_square_root(r: Any) -> Any:
 
 
 def number_logarithm(a: Any, along: Any = None) -> Any:
-    """The principal logarithm of ``w + v`` where ``v v`` is a scalar."""
+    """Return the principal logarithm of ``w + v``, where ``v v`` is a scalar."""
     v, form = number_part(a)
-    w, turn = a["1"], turn_of(v) if along is None else along
+    w, imaginary = a["1"], imaginary_unit_of(v) if along is None else along
     if form.s.zero:
         return log(w) + v / w
     s = (v * v)["1"]
@@ -192,7 +199,7 @@ def number_logarithm(a: Any, along: Any = None) -> Any:
         u = sqrt(select(none, ONE, -s))
         angle = atan2(select(none, 0, u), w)
         factor = select(none, 1, angle) / select(none, w, u)
-        return log(w * w - s) / 2 + factor * v + select(none, angle, 0) * turn
+        return log(w * w - s) / 2 + factor * v + select(none, angle, 0) * imaginary
     close = CLOSE * w * absolute(w)
     small = absolute(s) < close if form.s.both else s < close
     u = sqrt(select(small, ONE, absolute(s)))
@@ -206,15 +213,15 @@ def number_logarithm(a: Any, along: Any = None) -> Any:
         on_line = equal(s, 0) * (w < 0)
         angle = select(circle, atan2(u, w), select(on_line, 0, angle))
         u = select(on_line, 1, u)
-        result = result + select(on_line, atan2(0, select(on_line, w, 1)), 0) * turn
+        result = result + select(on_line, atan2(0, select(on_line, w, 1)), 0) * imaginary
     area = polynomial_of(_AREAS, ratio) / select(small, w, 1)
     return result + select(small, area, angle / u) * v
 
 
 def number_square_root(a: Any, along: Any = None) -> Any:
-    """The principal square root of ``w + v`` where ``v v`` is a scalar."""
+    """Return the principal square root of ``w + v``, where ``v v`` is a scalar."""
     v, form = number_part(a)
-    w, turn = a["1"], turn_of(v) if along is None else along
+    w, imaginary = a["1"], imaginary_unit_of(v) if along is None else along
     if form.s.zero:
         root = sqrt(w)
         return root + v / (2 * root)
@@ -231,11 +238,17 @@ def number_square_root(a: Any, along: Any = None) -> Any:
     twice = select(nothing, 1, 2 * root)
     real = select(left, select(none, 0, u) / twice, root)
     part = select(left, root / u, 1 / twice)
-    return real + part * v + select(left * none, root, 0) * turn
+    return real + part * v + select(left * none, root, 0) * imaginary
 
 
 def number_part(a: Any) -> tuple[Any, Form]:
-    """The part of `a` without its scalar, and what is known of its square."""
+    """Return the non-scalar part of `a`, and the form of its square.
+
+    Raises
+    ------
+    KernelError
+        If the square of that part is not a scalar.
+    """
     blades = frozenset(blade for blade in blades_of(a) if blade)
     v = a.grade(*sorted({blade.bit_count() for blade in blades}))
     form = form_of(a.algebra, blades)
@@ -249,8 +262,8 @@ def number_part(a: Any) -> tuple[Any, Form]:
     return v, form
 
 
-def turn_of(v: Any) -> Any:
-    """The first blade of `v` with a negative square, divided by the root of that."""
+def imaginary_unit_of(v: Any) -> Any:
+    """Return the first blade of `v` with a negative square, normalized to the square -1; 0 if there is none."""
     algebra = v.algebra
     for blade in sorted(blades_of(v), key=lambda blade: (blade.bit_count(), blade)):
         square = algebra.blade_product(blade, blade).get(0, 0)

@@ -1,12 +1,13 @@
-"""Roots of polynomials of degree 2, 3 and 4 with real coefficients: functions that kernels are written with.
+"""Roots of polynomials of degree 2, 3 and 4 with real coefficients, as functions for kernels.
 
-All three give the same: real parts, imaginary parts and the number of real roots. Real roots come first, ascending;
-then pairs of conjugates, the positive imaginary part first, pairs with larger real parts last; then zeros in the places
-of roots that a vanishing leading coefficient takes away. A double root may come as two real ones or as a pair, whatever
-rounding makes of it, so that the number of real roots is as uncertain as the sign of a discriminant.
+All three functions return real parts, imaginary parts and the number of real roots. Real roots come first, in ascending
+order. They are followed by pairs of conjugates in the order of their real parts, the root with the positive imaginary
+part first, and by zeros in place of roots that are missing because leading coefficients vanish. Depending on rounding,
+a double root is returned as two real roots or as a pair of conjugates, so the number of real roots is as uncertain as
+the sign of a discriminant.
 
-The measure of errors is the residual ``|p(x)|`` over the sum of ``|a_k x**k|``, the backward error. Roots are found as
-accurately as the coefficients, not the roots themselves, determine them: a double root to half the digits.
+The measure of errors is the backward error, the residual ``|p(x)|`` divided by the sum of ``|a_k x**k|``. Roots are
+computed to the accuracy that is determined by the rounded coefficients: a double root to half of the digits.
 """
 
 from __future__ import annotations
@@ -26,40 +27,47 @@ Rated = tuple[Vector, Vector, Any]
 HALF, THIRD = Fraction(1, 2), Fraction(1, 3)
 
 _START = tuple(Fraction(n, 10**5) for n in (173213, 33066, -8138, 1864))
-"""Coefficients of the start of `separated_root`, off by at most 1e-4."""
+"""Coefficients of the initial guess of `separated_root`, with an error of at most 1e-4."""
 POLISH = 2
-"""Steps of Newton's method on a root of a cubic; each is kept only where it makes the residual smaller."""
+"""Number of Newton steps on a root of a cubic; a step is accepted only if it reduces the residual."""
 NEAR = 64
-"""A root of the resolvent this much smaller than what it is added to says that three or four roots nearly coincide."""
+"""If a root of the resolvent is smaller by this factor than the coefficient it is compared with, roots nearly coincide.
+
+In this case three or four roots of the quartic are close to each other.
+"""
 
 
 def quadratic_roots(a: Any, b: Any, c: Any) -> Roots:
-    """The roots of ``a x**2 + b x + c``.
+    """Compute the roots of ``a x**2 + b x + c``.
 
     Parameters
     ----------
     a, b, c : scalar
-        Any may be 0. Squares and products of two must not overflow.
+        Any of them may be 0. Squares and products of two coefficients must not overflow.
 
     Returns
     -------
     real : 2 scalars
     imaginary : 2 scalars
+        Real and imaginary parts, in the order described in `gacompiler.frontend.roots`.
     number : scalar
-        How many roots are real: 2, 1 where `a` is 0, or 0. The order is that of the module `gacompiler.frontend.roots`.
+        The number of real roots: 2, 1 if `a` is 0, or 0.
 
     Notes
     -----
-    The root farther from 0 by the formula in which nothing cancels, the other from the product of the two (Higham,
-    *Accuracy and Stability of Numerical Algorithms*, 1.8). Residuals: below 4e-16 of the terms, for
-    coefficients of all sizes.
+    The root farther from 0 is computed by the formula without cancellation, and the other from the product of the roots
+    (Higham, *Accuracy and Stability of Numerical Algorithms*, 1.8). Residuals are below 4e-16 of the terms, for
+    coefficients of any magnitude.
     """
     (low, high), half_width, number = _quadratic(a, b, c)
     return (low, high), (half_width, -half_width), number
 
 
 def _quadratic(a: Any, b: Any, c: Any) -> Pair:
-    """Real parts ascending (a missing root last, 0), the positive imaginary part or 0, and the number of real roots."""
+    """Return the real parts, the non-negative imaginary part, and the number of real roots.
+
+    The real parts are in ascending order, followed by 0 for a missing root.
+    """
     half = b * HALF
     discriminant = half * half - a * c
     root = sqrt(absolute(discriminant))
@@ -77,9 +85,9 @@ def _quadratic(a: Any, b: Any, c: Any) -> Pair:
 
 
 def separated_root(r: Any) -> Any:
-    """The largest root of ``t**3 - 3 t - 2 r`` for r in [0, 1]: ``2 cos(acos(r) / 3)``, in [sqrt(3), 2].
+    """Return the largest root ``2 cos(acos(r) / 3)`` of ``t**3 - 3 t - 2 r`` for r in [0, 1]; it is in [sqrt(3), 2].
 
-    It is a simple root for every r, so that two steps of Newton's method from a cubic in r reach double precision.
+    It is a simple root for every r, so two Newton steps from a cubic polynomial in r reach double precision.
     """
     a, b, c, d = _START
     t = a + r * (b + r * (c + r * d))
@@ -90,33 +98,34 @@ def separated_root(r: Any) -> Any:
 
 
 def cubic_roots(a: Any, b: Any, c: Any, d: Any) -> Roots:
-    """The roots of ``a x**3 + b x**2 + c x + d``.
+    """Compute the roots of ``a x**3 + b x**2 + c x + d``.
 
     Parameters
     ----------
     a, b, c, d : scalar
-        Any may be 0. Cubes of ``b / a`` and the like must not overflow.
+        Any of them may be 0. Cubes of ``b / a`` and of similar quotients must not overflow.
 
     Returns
     -------
     real : 3 scalars
     imaginary : 3 scalars
+        Real and imaginary parts, in the order described in `gacompiler.frontend.roots`.
     number : scalar
-        How many roots are real: 3 or 1; of a polynomial of lower degree 2, 1 or 0. The order is that of the module
-        `gacompiler.frontend.roots`.
+        The number of real roots: 3 or 1; for a polynomial of lower degree 2, 1 or 0.
 
     Notes
     -----
-    A root farthest from the mean in closed form, polished by Newton's method; the other two from the quotient, whose
-    coefficients are computed from the end at which nothing cancels (Kahan, *To Solve a Real Cubic Equation*, 1986).
-    Residuals: below 6e-16 of the terms where the sizes of the roots differ by factors up to 1e16; 2e-15 beyond.
+    The root farthest from the mean is computed in closed form and refined by Newton's method. The other two are roots
+    of the quotient, whose coefficients are computed from the end without cancellation (Kahan, *To Solve a Real Cubic
+    Equation*, 1986). Residuals are below 6e-16 of the terms if the magnitudes of the roots differ by factors up to
+    1e16, and below 2e-15 beyond.
     """
     root, quotient = _split_cubic(a, b, c, d)
     return _with_root(root, 1 - equal(a, 0), *_quadratic(*quotient))
 
 
 def _with_root(root: Any, is_there: Any, others: Vector, width: Any, number: Any) -> Roots:
-    """The roots of a cubic from a real one and those of the quotient; the former may not be there."""
+    """Return the roots of a cubic from a real root, which may be missing, and the roots of the quotient."""
     (low, high), has_pair = others, width > 0
     upper = maximum(root, low)
     three = minimum(root, low), minimum(upper, high), maximum(upper, high)
@@ -133,7 +142,7 @@ def _selected(condition: Any, a: Sequence[Any], b: Sequence[Any]) -> Vector:
 
 
 def _polynomial(coefficients: Sequence[Any], x: Any) -> Any:
-    """Horner's scheme, the leading coefficient first."""
+    """Evaluate a polynomial by Horner's scheme, with the leading coefficient first."""
     value = coefficients[0]
     for coefficient in coefficients[1:]:
         value = value * x + coefficient
@@ -141,7 +150,7 @@ def _polynomial(coefficients: Sequence[Any], x: Any) -> Any:
 
 
 def _split_cubic(a: Any, b: Any, c: Any, d: Any) -> tuple[Any, Vector]:
-    """A real root of a cubic and the quadratic quotient; of a polynomial of degree 2 or less, 0 and itself."""
+    """Return a real root of a cubic and the quadratic quotient; for a polynomial of degree 2 or less, 0 and itself."""
     unit = divide(1, nonzero(a))
     shift = -b * unit * THIRD
     p = c * unit - 3 * shift * shift
@@ -149,8 +158,8 @@ def _split_cubic(a: Any, b: Any, c: Any, d: Any) -> tuple[Any, Vector]:
     x = shift + _depressed_cubic_root(p, q)
     value = _polynomial((a, b, c, d), x)
     for _ in range(POLISH):
-        slope = _polynomial((3 * a, 2 * b, c), x)
-        trial = x - divide(value, nonzero(slope))
+        derivative = _polynomial((3 * a, 2 * b, c), x)
+        trial = x - divide(value, nonzero(derivative))
         found = _polynomial((a, b, c, d), trial)
         is_better = absolute(found) < absolute(value)
         x, value = select(is_better, trial, x), select(is_better, found, value)
@@ -165,12 +174,12 @@ def _split_cubic(a: Any, b: Any, c: Any, d: Any) -> tuple[Any, Vector]:
 
 
 def _depressed_cubic_root(p: Any, q: Any) -> Any:
-    """The real root of ``t**3 + p t + q`` farthest from 0, which is never close to another root unless all are 0."""
+    """Return the real root of ``t**3 + p t + q`` farthest from 0, which is separated from the others unless p = q = 0."""
     sign = select(q < 0, -1, 1)
     third, half = p * THIRD, sign * q * HALF
     size = sqrt(absolute(third))
     cube = size * size * size
-    # One real root: Cardano's formula as a quotient, in which nothing cancels. Only cubes can overflow.
+    # One real root: Cardano's formula as a quotient, without cancellation. Only cubes can overflow.
     largest = nonzero(maximum(half, cube))
     x, y = divide(half, largest), divide(cube, largest)
     total = half + largest * sqrt(select(third < 0, maximum(x - y, 0) * (x + y), x * x + y * y))
@@ -183,30 +192,32 @@ def _depressed_cubic_root(p: Any, q: Any) -> Any:
 
 
 def quartic_roots(a: Any, b: Any, c: Any, d: Any, e: Any) -> Roots:
-    """The roots of ``a x**4 + b x**3 + c x**2 + d x + e``.
+    """Compute the roots of ``a x**4 + b x**3 + c x**2 + d x + e``.
 
     Parameters
     ----------
     a, b, c, d, e : scalar
-        Any may be 0. Sixth powers of ``b / a`` and the like must not overflow.
+        Any of them may be 0. Sixth powers of ``b / a`` and of similar quotients must not overflow.
 
     Returns
     -------
     real : 4 scalars
     imaginary : 4 scalars
+        Real and imaginary parts, in the order described in `gacompiler.frontend.roots`.
     number : scalar
-        How many roots are real: 4, 2 or 0; fewer of a polynomial of lower degree. The order is that of the module
-        `gacompiler.frontend.roots`.
+        The number of real roots: 4, 2 or 0; for a polynomial of lower degree, that of the function for this degree.
 
     Notes
     -----
-    Two quadratic factors, real or conjugate, from a root of Ferrari's resolvent that is not close to another, after
-    Orellana and De Michele, *Algorithm 1010: Boosting Efficiency in Solving Quartic Equations with No Compromise in
-    Accuracy* (2020); then a step of Newton's method on the coefficients of the factors. Residuals, measured on 10000
-    polynomials of each kind: below 1e-15 of the terms where roots are separate and their sizes differ by factors up to
-    1e6, and where all four are equal. Where some nearly coincide, sizes differ by factors up to 1e16, or `a` is 1e-12
-    of the rest: below 1e-13 for 99 of 100, at worst 1e-11 for two double roots, 1e-10 for four close ones, and 1e-3 or
-    no correct digit for sizes far apart.
+    The quartic is split into two quadratic factors, real or conjugate, with a root of Ferrari's resolvent that is not
+    close to another (after Orellana and De Michele, *Algorithm 1010: Boosting Efficiency in Solving Quartic Equations
+    with No Compromise in Accuracy*, 2020). A Newton step on the coefficients of the factors follows.
+
+    Residuals were measured on 10000 polynomials of each kind. They are below 1e-15 of the terms if the roots are
+    separate and their magnitudes differ by factors up to 1e6, and if all four are equal. If some roots nearly coincide,
+    magnitudes differ by factors up to 1e16, or `a` is 1e-12 of the other coefficients, they are below 1e-13 for 99 of
+    100 polynomials. The worst residuals are 1e-11 for two double roots, 1e-10 for four close roots, and 1e-3 or no
+    correct digit for magnitudes that are far apart.
     """
     is_lower = equal(a, 0)
     unit = divide(1, nonzero(a))
@@ -226,7 +237,7 @@ def quartic_roots(a: Any, b: Any, c: Any, d: Any, e: Any) -> Roots:
 
 
 def _joined(first: Pair, second: Pair) -> Roots:
-    """The roots of a quartic from those of two monic quadratic factors."""
+    """Return the roots of a quartic from those of two monic quadratic factors."""
     (a, b), u, m = first
     (c, d), v, n = second
     third, fourth = maximum(a, c), minimum(b, d)
@@ -238,7 +249,7 @@ def _joined(first: Pair, second: Pair) -> Roots:
 
 
 def _resolvent(a: Any, b: Any, c: Any, d: Any) -> Vector:
-    """The cubic whose roots are the sums of products of roots ``x y + z w`` of a monic quartic, less their mean."""
+    """Return the cubic with the roots ``x y + z w`` minus their mean, for the roots x, y, z, w of a monic quartic."""
     middle = a * c
     p = middle - 4 * d - b * b * THIRD
     q = (8 * d + middle - 2 * b * b * Fraction(1, 9)) * b * THIRD - c * c - a * a * d
@@ -246,16 +257,16 @@ def _resolvent(a: Any, b: Any, c: Any, d: Any) -> Vector:
 
 
 def _factors(monic: Vector, root: Any) -> tuple[Any, Vector, Vector]:
-    """Two factors of a monic quartic from a root of its resolvent: whether they are real, and both forms of them.
+    """Return two factors of a monic quartic from a root of its resolvent: whether they are real, and two forms.
 
-    Their linear and constant coefficients are ``a/2 +- x`` and ``y +- z``. The first form is (p, q, r, s), of
-    ``t**2 + p t + q`` and ``t**2 + r t + s``, where x and z are real; the other is (a/2, x, y, z), where they are
-    imaginary, and the factors conjugate.
+    The linear and constant coefficients of the factors are ``a/2 +- x`` and ``y +- z``. The first form, valid if x and
+    z are real, is (p, q, r, s) for ``t**2 + p t + q`` and ``t**2 + r t + s``. The second form, valid if x and z are
+    imaginary and the factors conjugate, is (a/2, x, y, z).
     """
     a, _, c, d = monic
     mean = a * HALF
     first, middle, mixed, last = _squares(monic, root)
-    # Both squares have the same sign: that of the one which is less of a rounding error.
+    # Both squares have the same sign; it is taken from the one with the smaller relative rounding error.
     weight = middle * middle + absolute(d), absolute(first - root) + absolute(root)
     is_real = select(absolute(last) * weight[1] < absolute(first) * weight[0], first, last) >= 0
     sign = select(is_real, 1, -1)
@@ -284,10 +295,11 @@ def _factors(monic: Vector, root: Any) -> tuple[Any, Vector, Vector]:
 
 
 def _squares(monic: Vector, root: Any) -> Vector:
-    """Of the factors in `_factors`: ``x**2``, y, ``x z`` and ``z**2``, for a root of the resolvent.
+    """Return ``x**2``, y, ``x z`` and ``z**2`` of the factors in `_factors`, for a root of the resolvent.
 
-    The resolvent says that the third squared is the first times the last. Where all its roots are close to 0, it knows
-    them to a third of the digits; a step of Laguerre's method on this form of it restores what rounding took away.
+    By the resolvent, the square of the third is the product of the first and the last. If all its roots are close to 0,
+    they are accurate only to a third of the digits; a step of Laguerre's method on this form of the resolvent restores
+    the lost digits.
     """
     a, b, c, d = monic
     mean = a * HALF
@@ -299,18 +311,18 @@ def _squares(monic: Vector, root: Any) -> Vector:
 
     first, middle, mixed, last = before = squares(root)
     value = first * last - mixed * mixed
-    slope = last + first * middle - mean * mixed
-    bend = 2 * middle + (first - mean * mean) * HALF
-    length = sqrt(maximum(4 * slope * slope - 6 * value * bend, 0))
-    length = select(slope < 0, -length, length)
-    after = squares(root - divide(3 * value, nonzero(slope + length)))
+    derivative = last + first * middle - mean * mixed
+    curvature = 2 * middle + (first - mean * mean) * HALF
+    length = sqrt(maximum(4 * derivative * derivative - 6 * value * curvature, 0))
+    length = select(derivative < 0, -length, length)
+    after = squares(root - divide(3 * value, nonzero(derivative + length)))
     found = after[0] * after[3] - after[2] * after[2]
     is_better = select(NEAR * absolute(root) < absolute(b), absolute(found) < absolute(value), 0)
     return _selected(is_better, after, before)
 
 
 def _misfit(monic: Vector, weights: Vector, sign: Any, found: Vector) -> Any:
-    """What the product of the factors in `_factors` lacks of the quartic; `sign` is that of their squares."""
+    """Return the misfit of the product of the factors in `_factors`; `sign` is that of their squares."""
     a, b, c, d = monic
     y, x, z = found
     lack_b = b - a * a * Fraction(1, 4) + sign * x * x - 2 * y
@@ -320,7 +332,7 @@ def _misfit(monic: Vector, weights: Vector, sign: Any, found: Vector) -> Any:
 
 
 def _conjugate_pairs(a: Any, b: Any, c: Any, d: Any) -> tuple[Vector, Vector]:
-    """The roots of ``t**2 + (a + i b) t + (c + i d)`` and of the conjugate polynomial."""
+    """Return the roots of ``t**2 + (a + i b) t + (c + i d)`` and of the conjugate polynomial."""
     a, b = a * HALF, b * HALF
     e, f = a * a - b * b - c, 2 * a * b - d
     largest = nonzero(maximum(absolute(e), absolute(f)))
@@ -339,7 +351,7 @@ def _conjugate_pairs(a: Any, b: Any, c: Any, d: Any) -> tuple[Vector, Vector]:
 
 
 def _weights(monic: Vector, factors: Vector) -> Vector:
-    """One over the sizes of what is summed to the coefficients of the product of two factors."""
+    """Return the reciprocals of the magnitudes of the terms of each coefficient of the product of two factors."""
     a, b, c, d = map(absolute, monic)
     p, q, r, s = map(absolute, factors)
     sizes = a + p + r, b + q + s + p * r, c + p * s + q * r, d + q * s
@@ -347,7 +359,7 @@ def _weights(monic: Vector, factors: Vector) -> Vector:
 
 
 def _rated(monic: Vector, weights: Vector, factors: Vector) -> Rated:
-    """Factors, what their product lacks of the quartic, and the sum of its sizes relative to the coefficients."""
+    """Return the factors, the difference of the quartic and their product, and the sum of its relative magnitudes."""
     a, b, c, d = monic
     p, q, r, s = factors
     lack = (a - p - r, b - q - s - p * r, c - p * s - r * q, d - q * s)
@@ -358,13 +370,13 @@ def _rated(monic: Vector, weights: Vector, factors: Vector) -> Rated:
 
 
 def _better(a: Rated, b: Rated) -> Rated:
-    """Whichever fits better."""
+    """Return the factors with the smaller misfit."""
     keep = a[2] <= b[2]
     return _selected(keep, a[0], b[0]), _selected(keep, a[1], b[1]), minimum(a[2], b[2])
 
 
 def _step(factors: Vector, lack: Vector) -> Vector:
-    """A step of Newton's method; the determinant of its equations is the resultant of the factors."""
+    """Return the factors after a Newton step; the determinant of its equations is the resultant of the factors."""
     p, q, r, s = factors
     h, k, m, n = lack
     k = k - p * h
