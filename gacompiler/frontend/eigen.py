@@ -69,8 +69,8 @@ def eigenvectors_symmetric(matrix: Matrix) -> tuple[Vector, tuple[Vector, ...]]:
     Notes
     -----
     Errors in double precision, measured over ordinary, graded, equal and nearly equal eigenvalues, are below 3e-15
-    times the norm of the matrix for the values, and below 2e-15 for ``vectors^T vectors - 1``. Derivatives exist only where
-    the eigenvalues are distinct.
+    times the norm of the matrix for the values, and below 2e-15 for ``vectors^T vectors - 1``. Derivatives exist only
+    where the eigenvalues are distinct.
 
     For n = 3, the eigenvalue farthest from the other two is a root of a cubic, found by Newton's method from a
     polynomial initial guess. Its eigenvector is the largest cross product of two rows of ``matrix - value``, and the

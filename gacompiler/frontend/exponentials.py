@@ -14,9 +14,9 @@ with the eigenvalues ``y = s +- 2 sqrt P = (sqrt x1 +- sqrt x2)**2`` of the squa
     F0 = (C+ + C-)/2,  F1 = (C+ - C-)/(2 sqrt P),  G0 = (S+ + S-)/2,  G1 = (S+ - S-)/(2 sqrt P).
 
 The first form loses digits near ``x1 = x2`` (isoclinic rotations), and the second where one part vanishes. Between
-these cases both are accurate; the second form is used if ``8 P > s**2``. If `p` can be a null element (five basis vectors
-whose squares have both signs, or several null vectors), it can be large although ``s`` and ``P`` are only rounding
-errors. In these algebras, power series in ``s + 2 p`` are used near 0.
+these cases both are accurate; the second form is used if ``8 P > s**2``. If `p` can be a null element (five basis
+vectors whose squares have both signs, or several null vectors), it can be large although ``s`` and ``P`` are only
+rounding errors. In these algebras, power series in ``s + 2 p`` are used near 0.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What is known of an expression beyond its blades. Each fact follows from facts of the arguments."""
+"""Properties of an expression in addition to its blades. Each is derived from properties of the arguments."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ _KEEPS_UNIT = (
 
 
 def is_unit(expression: Expression) -> bool:
-    """Whether ``x ~x = 1`` holds, every coefficient of it.
+    """Return whether ``x ~x = 1`` is known to hold for all coefficients.
 
-    ``(a b) ~(a b) = a (b ~b) ~a = 1``, so products of unit elements are unit, and so are the involutions, inverses and
-    sandwiches of them.
+    Because ``(a b) ~(a b) = a (b ~b) ~a = 1``, products of unit elements are unit, and so are their involutions,
+    inverses and sandwich products.
     """
     match expression.operation:
         case Operation.INPUT:
@@ -30,25 +30,25 @@ def is_unit(expression: Expression) -> bool:
 
 
 def parity(expression: Expression) -> int | None:
-    """0 for even blades only, 1 for odd ones only, None where both can occur."""
+    """Return 0 if only even blades can occur, 1 if only odd ones can, and None if both can."""
     parities = {blade.bit_count() & 1 for blade in expression.blades}
     return parities.pop() if len(parities) == 1 else None
 
 
 def has_grade(expression: Expression, grade: int) -> bool:
-    """Whether only blades of this grade can occur, and some can."""
+    """Return whether only blades of this grade can occur, and at least one can."""
     return {blade.bit_count() for blade in expression.blades} == {grade}
 
 
 def is_vector(expression: Expression) -> bool:
-    """Whether only blades of grade 1 can occur, and some can."""
+    """Return whether only blades of grade 1 can occur, and at least one can."""
     return has_grade(expression, 1)
 
 
 def is_unit_even_versor(expression: Expression) -> bool:
-    """Whether sandwiching with this is a linear map that keeps every product.
+    """Return whether the sandwich product with this expression is known to be a linear map that preserves products.
 
-    That needs only ``m ~m = 1`` and evenness: ``m a ~m m b ~m = m a b ~m``. That it keeps *grades* as well is a matter
-    of `m` being a versor; in up to five dimensions every even element with ``m ~m = 1`` is one (Lounesto 2001, §17).
+    This requires only that `m` is even with ``m ~m = 1``: ``m a ~m m b ~m = m a b ~m``. The map also preserves *grades*
+    if `m` is a versor. In up to five dimensions every even element with ``m ~m = 1`` is one (Lounesto 2001, §17).
     """
     return is_unit(expression) and parity(expression) == 0 and expression.algebra.dimension <= 5

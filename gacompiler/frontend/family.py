@@ -1,4 +1,4 @@
-"""Kernels that several specs share, declared once by a function of an algebra."""
+"""Families of kernels that several specs share, declared once by a function of an algebra."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from .kernel import Kernel, kernel
 
 
 class Family:
-    """The kernels that a function of an algebra declares, each under its name.
+    """A collection of kernels that a function of an algebra declares, by name.
 
-    A file that specs import declares them with `Family.kernel`, as a spec does with `gacompiler.kernel`. A spec
-    assigns those that it wants to their own names, each at its place: ``move_point = motions(PGA2).move_point``.
+    A module that specs import declares the kernels with `Family.kernel`, as a spec does with `gacompiler.kernel`. A
+    spec assigns the kernels that it uses to their own names: ``move_point = motions(PGA2).move_point``.
 
     Parameters
     ----------
     name : str
-        How messages call the family.
+        The name of the family in messages.
     **words : str
-        What stands for ``{word}`` in the docstrings of the kernels. A brace in a docstring is written twice.
+        The replacement of ``{word}`` in the docstrings of the kernels. Other braces in a docstring are doubled.
 
     Examples
     --------
@@ -44,12 +44,13 @@ class Family:
         self._kernels: dict[str, Kernel] = {}
 
     def kernel(self, *, returns: Any = None, **parameters: Any) -> Callable[[Callable[..., Any]], Kernel]:
-        """Declare the function below as a kernel of this family; the arguments are those of `gacompiler.kernel`.
+        """Declare the decorated function as a kernel of this family; the arguments are those of `gacompiler.kernel`.
 
         Raises
         ------
         KernelError
-            As `gacompiler.kernel` does, and when the family has the name already or a word is not known.
+            Under the conditions of `gacompiler.kernel`, or if the family already has a kernel of this name or a word is
+            unknown.
         """
         plain = kernel(returns=returns, **parameters)
 
@@ -58,18 +59,20 @@ class Family:
             if declared.name in self._kernels:
                 first = self._kernels[declared.name].where
                 raise KernelError(
-                    declared.where, f"the family {self._name} has it already, from {first}", remedy="rename one of them"
+                    declared.where,
+                    f"already declared in the family {self._name}, at {first}",
+                    remedy="rename one of them",
                 )
             if hasattr(Family, declared.name):
-                raise KernelError(declared.where, "its name is that of a method of families", remedy="rename it")
+                raise KernelError(declared.where, "its name is that of a method of Family", remedy="rename it")
             try:
                 summary = declared.summary.format(**self._words)
             except (LookupError, ValueError) as error:
                 raise KernelError(
                     declared.where,
-                    f"its docstring cannot be filled in: {type(error).__name__}: {error}",
+                    f"its docstring cannot be formatted: {type(error).__name__}: {error}",
                     f"braces around one of: {', '.join(self._words) or 'no words'}",
-                    "write other braces twice",
+                    "double all other braces",
                 ) from error
             self._kernels[declared.name] = replace(declared, summary=summary)
             return self._kernels[declared.name]
@@ -77,13 +80,13 @@ class Family:
         return declare
 
     def __getattr__(self, name: str) -> Kernel:
-        kernels: dict[str, Kernel] = self.__dict__.get("_kernels", {})  # empty while a pickle is read
+        kernels: dict[str, Kernel] = self.__dict__.get("_kernels", {})  # empty during unpickling
         if name not in kernels:
             raise AttributeError(f"the family {self.__dict__.get('_name', '')} has no kernel {name}")
         return kernels[name]
 
     def __eq__(self, other: object) -> bool:
-        """Families are equal when their names, words and kernels are."""
+        """Return whether the names, words and kernels of two families are equal."""
         return isinstance(other, Family) and self.__dict__ == other.__dict__
 
     def __hash__(self) -> int:

@@ -10,19 +10,19 @@ from ..algebra.operations import Operation
 
 
 class Node(Protocol):
-    """What is printed of an expression: `gacompiler.frontend.expression.Expression`, which uses this module."""
+    """The interface of `gacompiler.frontend.expression.Expression`, which uses this module."""
 
     @property
     def operation(self) -> Operation:
-        """What it is made by."""
+        """The operation of the node."""
 
     @property
     def arguments(self) -> tuple[Node, ...]:
-        """What the operation is applied to."""
+        """The arguments of the operation."""
 
     @property
     def data(self) -> Any:
-        """What the operation needs besides."""
+        """Additional data of the operation."""
 
     @property
     def algebra(self) -> Algebra:
@@ -30,7 +30,7 @@ class Node(Protocol):
 
 
 def latex_of(expression: Node) -> str:
-    """The expression in LaTeX, without dollar signs."""
+    """Return the expression in LaTeX, without dollar signs."""
     plain = [latex_of(argument) for argument in expression.arguments]
     inner = [
         text if argument.operation.row.is_closed else rf"\left({text}\right)"
@@ -59,7 +59,7 @@ def latex_of(expression: Node) -> str:
 
 
 def constant(value: Multivector) -> str:
-    """A multivector with numeric coefficients."""
+    """Return a multivector with numeric coefficients in LaTeX."""
     if not value.terms:
         return "0"
     parts = []
@@ -76,14 +76,14 @@ def constant(value: Multivector) -> str:
 
 
 def blade_latex(name: str) -> str:
-    """``e12`` as ``e_{12}``, ``e0inf`` as ``e_{0\\infty}``."""
+    """Return the name of a blade in LaTeX: ``e12`` as ``e_{12}``, ``e0inf`` as ``e_{0\\infty}``."""
     if name == "1":
         return "1"
     return " ".join(rf"{part[0]}_{{{part[1:].replace('inf', chr(92) + 'infty ')}}}" for part in name.split("^"))
 
 
 def symbol(name: str) -> str:
-    """A variable's name: what follows the first underscore is a subscript."""
+    """Return the name of a variable in LaTeX; the part after the first underscore is a subscript."""
     head, _, tail = name.partition("_")
     if not tail:
         return head if len(head) == 1 else rf"\mathit{{{head}}}"

@@ -1,4 +1,4 @@
-"""What loop functions share: the structures of their values, symbols for rows, and the layouts of carries."""
+"""Common parts of the loop functions: structures of values, symbols for rows, and layouts of carries."""
 
 from __future__ import annotations
 
@@ -15,32 +15,32 @@ from .recorder import Recorder
 from .rows import Index, Rows, Unrolled, leaves_of, like, same_structure
 
 MOST_ROUNDS = 8
-"""How often a body is traced until the layout of its carry no longer changes."""
+"""Maximum number of times that a body is traced until the layout of its carry no longer changes."""
 
 
 def is_unrolled(where: str, rows: Sequence[Any]) -> bool:
-    """Whether arrays have known lengths, for which loops are written out.
+    """Return whether arrays have known lengths, for which loops are unrolled.
 
     Raises
     ------
     KernelError
-        When there is something else among them, or nothing.
+        If one of the arguments is not an array of rows, or there are no arguments.
     """
     kinds = {type(leaf) for leaf in leaves_of(tuple(rows))}
     if len(kinds) != 1 or not kinds <= {Rows, Unrolled}:
         found = ", ".join(sorted(kind.__name__ for kind in kinds)) or "no array"
-        remedy = "name the rows it stands for with gather()" if Index in kinds else "give arrays behind the body"
+        remedy = "select rows by the index table with gather()" if Index in kinds else "pass arrays after the body"
         raise KernelError(where, found, 'arrays of rows, as array(layout, "n") declares', remedy)
     return Unrolled in kinds
 
 
 def common_length(where: str, rows: Sequence[Any]) -> Any:
-    """The length that all arrays have.
+    """Return the common length of all arrays.
 
     Raises
     ------
     KernelError
-        When they differ, or an array has more than one axis.
+        If the lengths differ, or an array has more than one axis.
     """
     lengths = {leaf.length: None for leaf in leaves_of(tuple(rows))}
     if len(lengths) != 1:
@@ -52,7 +52,7 @@ def common_length(where: str, rows: Sequence[Any]) -> Any:
 
 
 def checked_start(where: str, start: Any) -> None:
-    """Refuse a carry that holds nothing."""
+    """Raise an error for an initial carry that is None or an empty tuple."""
     leaves = leaves_of(start)
     if not leaves or any(leaf is None for leaf in leaves):
         found = "nothing" if leaves else "an empty tuple"
@@ -60,12 +60,12 @@ def checked_start(where: str, start: Any) -> None:
 
 
 def lifted(where: str, value: Any) -> list[Expression]:
-    """The leaves of a value as expressions.
+    """Return the leaves of a value as expressions.
 
     Raises
     ------
     KernelError
-        When there are none, or one is an array or nothing.
+        If there are no leaves, or one is an array or None.
     """
     leaves = leaves_of(value)
     if not leaves:
@@ -82,12 +82,12 @@ def lifted(where: str, value: Any) -> list[Expression]:
 
 
 def with_structure(where: str, structure: Any, value: Any) -> list[Expression]:
-    """The leaves of a value that must have a given structure."""
+    """Return the leaves of a value that must have a given structure, as expressions."""
     if not same_structure(structure, value):
         raise KernelError(
             where,
             f"the body returns {_described(value)}",
-            f"{_described(structure)}, the structure of what it carries",
+            f"{_described(structure)}, the structure of the carry",
         )
     return lifted(where, value)
 
@@ -100,12 +100,12 @@ def _described(structure: Any) -> str:
 
 
 def row_of(array: Rows, counter: str) -> Row:
-    """The row of an array that a loop has come to."""
+    """Return the current row of an array in a loop."""
     return Through(tuple(index.name for index in array.through), counter) if array.through else Counter(counter)
 
 
 def row_symbols(recorder: Recorder, rows: Sequence[Any], counter: str, stems: Sequence[Sequence[str]]) -> list[Any]:
-    """Symbols for the rows that a loop has come to, in the structures of the arrays."""
+    """Return symbols for the current rows in a loop, in the structures of the arrays."""
     found = []
     for structure, names in zip(rows, stems, strict=True):
         symbols = [
@@ -119,9 +119,9 @@ def row_symbols(recorder: Recorder, rows: Sequence[Any], counter: str, stems: Se
 def carry_layouts(
     recorder: Recorder, where: str, body: Callable[..., Any], start: Any, rows: Sequence[Any]
 ) -> tuple[Layout, ...]:
-    """Layouts that hold the carry before and after every row: a fixed point of the body.
+    """Return layouts that hold the carry before and after every row, a fixed point of the body.
 
-    Relations count: the product of unit motors is a unit motor, so a carry that begins with one is one in every row.
+    Relations are preserved: the product of unit motors is a unit motor, so a carry that starts as one remains one.
     """
     expressions = lifted(where, start)
     constant = [is_constant(expression) for expression in expressions]
@@ -153,9 +153,9 @@ def _result_layouts(
     rows: Sequence[Any],
     layouts: Sequence[Layout | None],
 ) -> tuple[Layout | None, ...]:
-    """The layouts of what a body returns for a carry of given layouts; of `start` itself where a layout is None.
+    """Return the layouts of the result of a body for a carry of given layouts, or of `start` where a layout is None.
 
-    None stands for what is zero in this round, and so says nothing of other rounds.
+    A resulting layout is None where the result is zero in this round, which does not constrain other rounds.
     """
     stems = stems_of(body, [start, *rows])
     with recorder.attempt():

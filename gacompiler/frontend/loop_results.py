@@ -1,4 +1,4 @@
-"""What a kernel with loops returns: the tables of its results."""
+"""The results of a kernel with loops, and the tables that hold them."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from .rows import Index, Leaf, Rows, RowsOf, Unrolled
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Result:
-    """A result as the function gave it: its leaves in C order, and the type that `returns` pins.
+    """A result as returned by the function: its leaves in C order, and the type declared by `returns`.
 
-    Its table has a name of its own until the whole function is traced.
+    Its table has a temporary name until the whole function is traced.
     """
 
     name: str
@@ -31,12 +31,12 @@ class _Result:
 
     @property
     def is_array(self) -> bool:
-        """Whether it has a row for each of a length."""
+        """Whether the result is an array of rows."""
         return isinstance(self.leaves[0], Rows)
 
     @property
     def layout(self) -> Layout | None:
-        """The layout that is asked for."""
+        """The requested layout, or None."""
         return self.pinned if isinstance(self.pinned, Layout) else getattr(self.pinned, "layout", None)
 
     @property
@@ -46,12 +46,12 @@ class _Result:
 
 
 def loop_results(recorder: Recorder, value: Any) -> tuple[tuple[str, Record], ...]:
-    """The results of a kernel with loops by name, in the order of what its function returns.
+    """Return the results of a kernel with loops by name, in the order of the values that its function returns.
 
     Raises
     ------
     KernelError
-        When the value is not what `returns` says, or no result.
+        If the value does not match `returns`, or is not a valid result.
     """
     kernel, pinned = recorder.kernel, recorder.kernel.returns
     is_one = not isinstance(value, tuple) or isinstance(pinned, (ArrayOf, RowsOf))
@@ -113,11 +113,11 @@ def _leaves(kernel: Kernel, name: str, value: Any, pinned: Any) -> list[Any]:
 
 
 def _check_lengths(recorder: Recorder, result: _Result) -> None:
-    """Refuse arrays that do not have the lengths that `returns` says, or one length in common."""
+    """Raise an error for arrays whose lengths do not match `returns`, or differ from each other."""
     kernel, pinned = recorder.kernel, result.pinned
     if not result.is_array:
         if isinstance(pinned, RowsOf):
-            raise KernelError(kernel.where, f"{result.name} is no array", f"one over {', '.join(pinned.lengths)}")
+            raise KernelError(kernel.where, f"{result.name} is not an array", f"one over {', '.join(pinned.lengths)}")
         return
     lengths = {rows.lengths if not rows.through else (rows.length,) for rows in map(recorder.check_rows, result.leaves)}
     if len(lengths) > 1:
@@ -130,7 +130,7 @@ def _check_lengths(recorder: Recorder, result: _Result) -> None:
 
 
 def _record(result: _Result, lengths: tuple[str, ...], layouts: Sequence[Layout]) -> Record:
-    """A table for a result."""
+    """Return a table for a result."""
     leaves, start = [], 0
     for layout in layouts:
         leaves.append(Leaf(layout, start))
@@ -140,7 +140,7 @@ def _record(result: _Result, lengths: tuple[str, ...], layouts: Sequence[Layout]
 
 
 def _array_result(recorder: Recorder, result: _Result) -> Record:
-    """The table of a result that is an array: the one where it is, if that holds nothing else, or a copy."""
+    """Return the table of a result that is an array: its own table if that holds nothing else, or a copy."""
     first: Rows = result.leaves[0]
     record = recorder.records[first.table]
     is_whole = not first.through and len(record.leaves) == len(result.leaves)

@@ -1,4 +1,4 @@
-"""Tracing kernels with loops, and writing their loops out for arrays of known lengths."""
+"""Tracing of kernels with loops, and unrolling of their loops for arrays of known lengths."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from .rows import Index, IndexOf, Leaf, Rows, RowsOf, Unrolled, leaves_of, like,
 
 @dataclass(frozen=True, slots=True)
 class LoopTrace:
-    """A kernel with loops, called once on symbols.
+    """The result of calling a kernel with loops once on symbols.
 
     Attributes
     ----------
@@ -41,7 +41,7 @@ class LoopTrace:
     indices : tuple of Table
         The index tables.
     results : tuple of (str, Record)
-        The results by name, in the order of what the function returns.
+        The results by name, in the order of the values that the function returns.
     statements : tuple of Recorded
     """
 
@@ -58,7 +58,8 @@ def trace_loops(kernel: Kernel, inference: Inference) -> LoopTrace:
     Raises
     ------
     GacError
-        As the function raises it, with the line of the definition, and a `KernelError` for every other error.
+        The error that the function raises, with its line in the definition; a `KernelError` in place of any other
+        exception.
     """
     recorder = Recorder(kernel, inference)
     for name in _lengths_of(kernel):
@@ -94,7 +95,7 @@ def trace_loops(kernel: Kernel, inference: Inference) -> LoopTrace:
 
 
 def _lengths_of(kernel: Kernel) -> tuple[str, ...]:
-    """The names of lengths, which nothing else may have."""
+    """Return the names of lengths, which are reserved."""
     types = [parameter.type for parameter in kernel.parameters]
     lengths = [
         name
@@ -107,9 +108,10 @@ def _lengths_of(kernel: Kernel) -> tuple[str, ...]:
 def _without_copies(
     statements: Sequence[Recorded], records: Mapping[str, Record]
 ) -> tuple[list[Recorded], dict[str, str]]:
-    """The statements without copies of one row to a result at the end, and which table takes the place of which.
+    """Remove final copies of single rows to results; return the other statements and the names of replaced tables.
 
-    A table that is used otherwise than by programs keeps its place: in emitted text it is a variable, results are not.
+    Only tables that are used by programs alone are replaced by results, because the other statements need a table that
+    is a variable in emitted text, which results are not.
     """
     kept, names = list(statements), dict[str, str]()
     copies = list(takewhile(lambda each: isinstance(each, Copy) and each.source.row is None, reversed(statements)))
@@ -125,7 +127,10 @@ def _without_copies(
 
 
 def _copied(statements: Sequence[Recorded]) -> list[str]:
-    """The tables whose rows are copied, one entry for each copy, and those that are added to or ended iterations by."""
+    """Return the tables that statements other than programs use, with one entry for each use.
+
+    These are the sources of copies, the targets of additions, and the conditions and step counts of iterations.
+    """
     found = []
     for statement in statements:
         if isinstance(statement, Copy):
@@ -139,7 +144,7 @@ def _copied(statements: Sequence[Recorded]) -> list[str]:
 
 
 def _renamed(recorded: Recorded, names: Mapping[str, str]) -> Recorded:
-    """A statement with other names of some tables."""
+    """Return a statement with some tables renamed."""
 
     def place(given: Place) -> Place:
         row = given.row
@@ -163,7 +168,7 @@ def _renamed(recorded: Recorded, names: Mapping[str, str]) -> Recorded:
 
 
 def _argument(recorder: Recorder, parameter: Parameter) -> Any:
-    """What the function is called with for a parameter."""
+    """Return the argument that the function is called with for a parameter."""
     name, given = parameter.name, parameter.type
     recorder.take(name)
     if isinstance(given, IndexOf):
@@ -186,20 +191,20 @@ def _argument(recorder: Recorder, parameter: Parameter) -> Any:
 
 
 def unrolled(kernel: Kernel, lengths: Mapping[str, int], indices: Mapping[str, Sequence[int]]) -> Kernel:
-    """A kernel without loops that computes what a kernel with loops does, for arrays of known lengths.
+    """Return a kernel without loops that is equivalent to a kernel with loops, for arrays of known lengths.
 
     Parameters
     ----------
     kernel : Kernel
     lengths : mapping of str to int
-        All of them, each at least 1.
+        The values of all named lengths, each at least 1.
     indices : mapping of str to sequence of int
         The contents of the index tables, by the names of the parameters.
 
     Returns
     -------
     Kernel
-        Its parameters are arrays of the given lengths; it has none for index tables.
+        A kernel whose parameters are arrays of the given lengths, without the index tables.
     """
     parameters = tuple(
         Parameter(p.name, _sized(p.type, lengths)) for p in kernel.parameters if not isinstance(p.type, IndexOf)
@@ -214,19 +219,19 @@ def unrolled(kernel: Kernel, lengths: Mapping[str, int], indices: Mapping[str, S
 
 
 def written_out(kernel: Kernel, given: Mapping[str, Any]) -> Any:
-    """What the function of a kernel with loops returns for arrays of known lengths, every row written out.
+    """Return the unrolled result of a kernel with loops for arrays of known lengths.
 
     Parameters
     ----------
     kernel : Kernel
     given : mapping of str to sequences
-        For each parameter by name its rows, nested tuples of expressions, multivectors or numbers, which fold; for
-        index tables the numbers of rows.
+        The rows of each parameter, by name: nested tuples of expressions, multivectors or numbers, which are folded as
+        constants. For index tables, the row indices.
 
     Returns
     -------
     nested tuple
-        Of expressions, and of `Unrolled` arrays.
+        The expressions and `Unrolled` arrays that the function returns.
     """
     arguments: list[Any] = []
     for parameter in kernel.parameters:
@@ -245,7 +250,7 @@ def _sized(given: Any, lengths: Mapping[str, int]) -> Any:
 
 
 def _columns(rows: Sequence[Any], given: RowsOf) -> Any:
-    """Arrays of known length in the structure of a row, from nested tuples whose outermost is the array."""
+    """Return arrays of known length in the structure of a row, from a sequence of rows."""
     for _ in given.lengths[1:]:
         rows = [element for row in rows for element in row]
     columns = zip(*(leaves_of(row) for row in rows), strict=True)
@@ -253,7 +258,7 @@ def _columns(rows: Sequence[Any], given: RowsOf) -> Any:
 
 
 def _results_of_unrolled(value: Any) -> Any:
-    """What the function of an unrolled kernel returns: every multivector, one after the other."""
+    """Return the multivectors of all results of an unrolled kernel as a flat tuple."""
     flat: list[Any] = []
     for leaf in leaves_of(value):
         flat += list(leaf.elements) if isinstance(leaf, Unrolled) else [leaf]

@@ -1,4 +1,4 @@
-"""Names in kernels with loops: those of tables and symbols come from the parameters of the bodies of loops."""
+"""Names of tables and symbols in kernels with loops, taken from the parameters of the loop bodies."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from .rows import leaves_of
 
 
 class Names:
-    """Names that were given: each is given once."""
+    """A collection of unique names."""
 
     def __init__(self, given: Mapping[str, int] | None = None) -> None:
         self._given = dict(given or {})
 
     def copy(self) -> Names:
-        """The same names, to go on from."""
+        """Return a copy of the collection."""
         return Names(self._given)
 
     def take(self, name: str) -> None:
@@ -27,7 +27,7 @@ class Names:
         self._given.setdefault(name, 1)
 
     def unique(self, stem: str) -> str:
-        """The stem itself where it is free and legal in all languages, else followed by a number."""
+        """Return and reserve the stem, made legal in all target languages, or the stem followed by a number."""
         stem = legal(stem.strip("_") or "value")
         while True:
             n = self._given.get(stem, 0) + 1
@@ -39,13 +39,13 @@ class Names:
 
 
 def named_like(body: Callable[..., Any], function: Callable[..., Any], first: Sequence[str] = ()) -> Callable[..., Any]:
-    """A function whose parameters have the names in `first`, followed by those of another function."""
+    """Give a function the parameter names in `first`, followed by those of `body`, and return it."""
     function.__dict__["names_of_parameters"] = [*first, *parameter_names(body)]
     return function
 
 
 def parameter_names(body: Callable[..., Any]) -> list[str]:
-    """The names of the parameters of a body; none where they are not known."""
+    """Return the names of the parameters of a body, or an empty list if they are not known."""
     known = getattr(body, "names_of_parameters", None)
     if known is not None:
         return list(known)
@@ -59,20 +59,20 @@ def parameter_names(body: Callable[..., Any]) -> list[str]:
 
 
 def stems_of(body: Callable[..., Any], structures: Sequence[Any], default: str = "row") -> list[list[str]]:
-    """Names for the leaves of the structures that a body is called with."""
+    """Return names for the leaves of the structures that a body is called with."""
     names = parameter_names(body)
     return [leaf_names(names[k] if k < len(names) else default, structure) for k, structure in enumerate(structures)]
 
 
 def result_stems(body: Callable[..., Any], result: Any) -> list[str]:
-    """Names for the leaves of what a body returns: its own name, if it has one, and those of its fields."""
+    """Return names for the leaves of the result of a body: its own name, if it has one, and those of its fields."""
     function = body.func if isinstance(body, partial) else body
     name = getattr(function, "name", None) or getattr(function, "__name__", "")
     return leaf_names(name if isinstance(name, str) and name.isidentifier() else "mapped", result)
 
 
 def leaf_names(stem: str, structure: Any) -> list[str]:
-    """Names for the leaves of a structure: the fields of named tuples; `stem` and a number for others."""
+    """Return names for the leaves of a structure: the fields of named tuples, or `stem` with a number."""
     if not isinstance(structure, (tuple, list)):
         return [stem]
     fields = getattr(structure, "_fields", None)
@@ -83,5 +83,5 @@ def leaf_names(stem: str, structure: Any) -> list[str]:
 
 
 def stem_of(name: str) -> str:
-    """A name without the numbers of a place in a matrix."""
+    """Return a name without the indices of an entry of a matrix."""
     return re.sub(r"(_\d+)+(?=(_start)?$)", "", name)

@@ -58,7 +58,9 @@ def weights(ratio: Any, t: Any) -> tuple[Any, Any] | None:
 
 
 def number_power(a: Any, t: Any, along: Any = None) -> Any | None:
-    """Return the principal value of ``(w + v)**t``; None if ``v v`` can be positive or `v` is in a single plane."""
+    """Return the principal value of ``(w + v)**t``.
+
+    The result is None if ``v v`` can be positive or is always 0, or if `v` is a multiple of one blade."""
     v, form = number_part(a)
     if form.s.positive or form.s.zero or circle_of(v, form) is not None:
         return None

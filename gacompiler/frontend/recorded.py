@@ -1,4 +1,4 @@
-"""What a kernel with loops is recorded as: tables of multivectors, and statements that are not compiled yet."""
+"""The recorded form of a kernel with loops: tables of multivectors, and statements that are not yet compiled."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .rows import Leaf, Rows
 
 @dataclass(frozen=True, slots=True)
 class Record:
-    """A table, and the multivectors in each of its rows: one, or those of an array of a fixed shape."""
+    """A table and the multivectors in each of its rows: a single one, or an array of fixed shape."""
 
     name: str
     lengths: tuple[str, ...]
@@ -23,7 +23,7 @@ class Record:
     shape: tuple[int, ...]
     shared: bool = False
     scope: int = 0
-    """The number of the scope in which its rows are known."""
+    """The number of the scope in which its rows are visible."""
 
     @property
     def leaf(self) -> Leaf:
@@ -32,35 +32,35 @@ class Record:
 
     @property
     def table(self) -> Table:
-        """As procedures have it."""
+        """The table as it is represented in procedures."""
         return Table(self.name, self.lengths, self.shape, self.storage, self.shared)
 
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """Where the value of a symbol is: a multivector in a row of a table."""
+    """The location of the value of a symbol: a multivector in a row of a table."""
 
     place: Place
     leaf: Leaf
     depth: int
-    """How many loops enclose the symbol's scope."""
+    """The number of loops that enclose the symbol's scope."""
     scope: int
     """The number of that scope."""
 
 
 @dataclass(frozen=True, slots=True)
 class Compute:
-    """Compute the results of a kernel, and write them to places, one multivector after the other.
+    """A statement that computes the results of a kernel and writes them to places, one multivector after the other.
 
     Attributes
     ----------
     kernel : Kernel
     sources : tuple of Source
-        Where the arguments are, in the order of the kernel's parameters.
+        The locations of the arguments, in the order of the kernel's parameters.
     names : tuple of str
-        What the author's function calls the arguments.
+        The names of the arguments in the author's function.
     targets : tuple of (Place, Leaf)
-        Where the results go, in their order.
+        The locations of the results, in order.
     """
 
     kernel: Kernel
@@ -73,7 +73,7 @@ Recorded = Compute | Add | Copy | Clear | Loop | Repeat
 
 
 def computes(body: Sequence[Recorded]) -> list[Compute]:
-    """The straight-line parts, in the order of the text."""
+    """Return the straight-line parts, in the order of the text."""
     found = []
     for statement in body:
         if isinstance(statement, Compute):
@@ -84,12 +84,12 @@ def computes(body: Sequence[Recorded]) -> list[Compute]:
 
 
 def targets_in(tables: Sequence[Rows], row: Row = None) -> list[tuple[Place, Leaf]]:
-    """Where results go that are written to a row of tables."""
+    """Return the targets of results that are written to a row of the given tables."""
     return [(Place(rows.table, row), rows.leaf) for rows in tables]
 
 
 def is_constant(expression: Expression) -> bool:
-    """Whether an expression contains no symbol."""
+    """Return whether an expression contains no symbols."""
     return all(node.operation is not Operation.INPUT for node in topological([expression]))
 
 
@@ -103,11 +103,14 @@ _FREE = frozenset(
         Operation.COEFFICIENT,
     }
 )
-"""Operations of one argument that take no arithmetic. A table of their values would lose how they are related."""
+"""Unary operations without arithmetic. Storing their values in a table would lose the relation to their argument."""
 
 
 def worth_storing(expression: Expression) -> Sequence[Expression]:
-    """The expression, or what it is a part of but for signs; none for that of a symbol or a constant."""
+    """Return the expression that is worth storing in place of `expression`: its argument under operations without cost.
+
+    The result is empty if that is a symbol or a constant.
+    """
     while expression.operation in _FREE:
         (expression,) = expression.arguments
     return () if expression.operation in (Operation.INPUT, Operation.CONSTANT) else (expression,)

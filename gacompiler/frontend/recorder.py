@@ -1,8 +1,8 @@
-"""Recording a kernel with loops: the statements that its function makes when it is called on symbols.
+"""Recording of the statements of a kernel with loops, by calling its function on symbols.
 
 The function is called once. Each loop function that it calls (`frontend.loops`) traces its body on symbols for one row
-and appends a statement. Values are expressions of symbols, and every symbol stands for a row of a table. What a body
-computes of outer values alone is moved out of the loop here.
+and appends a statement. Values are expressions of symbols, and every symbol represents a row of a table. Computations
+in a body that depend only on outer values are moved out of the loop here.
 """
 
 from __future__ import annotations
@@ -27,34 +27,34 @@ from .traced import Traced, substituted
 
 
 class Inference(Protocol):
-    """What the recorder asks the passes."""
+    """The interface of the passes that the recorder uses."""
 
     def layouts(self, kernel: Kernel) -> tuple[Layout, ...]:
-        """The layouts that hold the results of a kernel, with every relation that they are proved to satisfy."""
+        """Return the layouts that hold the results of a kernel, with all relations that they are proved to satisfy."""
 
     def joined(self, known: Layout, found: Layout) -> Layout:
-        """The smallest layout that holds elements of both."""
+        """Return the smallest layout that holds elements of both layouts."""
 
     def joined_with_constant(self, layout: Layout, constant: Expression) -> Layout:
-        """The smallest layout that holds elements of a layout, and a constant."""
+        """Return the smallest layout that holds elements of a layout, and a constant."""
 
     def sum_of(self, layout: Layout) -> Layout:
-        """The layout that holds sums of elements of a layout, and zero."""
+        """Return the layout that holds sums of elements of a layout, and zero."""
 
     def layout_of_constant(self, constant: Expression) -> Layout:
-        """A layout that holds a constant, and of which all coefficients are stored."""
+        """Return a layout that holds a constant, with all coefficients stored."""
 
 
 @dataclass(slots=True)
 class Scope:
-    """The statements of the function, or of a loop, as far as they are recorded."""
+    """The statements of the function or of a loop that are recorded so far."""
 
     number: int
     statements: list[Any] = field(default_factory=list)
 
 
 class Recorder:
-    """What is known of a kernel with loops while it is traced."""
+    """The state of the tracing of a kernel with loops."""
 
     def __init__(self, kernel: Kernel, inference: Inference) -> None:
         self.kernel = kernel
@@ -74,15 +74,15 @@ class Recorder:
     # Names, tables and symbols.
 
     def unique(self, stem: str) -> str:
-        """A name for a table, a counter or a part that nothing else has."""
+        """Return a unique name for a table, a counter or a part."""
         return self._names.unique(stem)
 
     def take(self, name: str) -> None:
-        """Reserve the name of a parameter or a length; one of each may have the same."""
+        """Reserve the name of a parameter or a length; a parameter and a length may have the same name."""
         self._names.take(name)
 
     def counter(self) -> str:
-        """A name for the counter of a loop in the innermost scope; loops that follow each other have the same."""
+        """Return a name for the counter of a loop in the innermost scope; consecutive loops have the same name."""
         while len(self._counters) <= self.depth:
             self._counters.append(self.unique("ijk"[min(len(self._counters), 2)]))
         return self._counters[self.depth]
@@ -95,7 +95,7 @@ class Recorder:
         return lengths | {parameter.name for parameter in self.kernel.parameters}
 
     def add(self, record: Record) -> Record:
-        """A new table."""
+        """Add a new table, and return it."""
         self.records[record.name] = record
         return record
 
@@ -107,7 +107,7 @@ class Recorder:
         structure: Any = None,
         outside: bool = False,
     ) -> list[Rows]:
-        """New tables for intermediate results.
+        """Create tables for intermediate results.
 
         Parameters
         ----------
@@ -116,9 +116,9 @@ class Recorder:
         lengths : tuple of str
         layouts : sequence of Layout
         structure : nested tuple, optional
-            That of the results; vectors and matrices in it are one table each, see `packing`.
+            The structure of the results; vectors and matrices in it are stored in one table each, see `packing`.
         outside : bool
-            Whether they are known in the scope around the innermost one.
+            Whether the tables are visible in the scope that encloses the innermost one.
         """
         groups = [(1, ())] * len(layouts) if structure is None else packing(structure, layouts)
         found: list[Rows] = []
@@ -135,7 +135,7 @@ class Recorder:
         outer: tuple[int, ...],
         outside: bool = False,
     ) -> list[Rows]:
-        """A new table whose rows are arrays of the shape `outer`, of multivectors of equally long layouts."""
+        """Create a table whose rows are arrays of the shape `outer` of multivectors with layouts of equal size."""
         starts = [sum(layout.size for layout in layouts[:k]) for k in range(len(layouts) + 1)]
         leaves = tuple(Leaf(layout, start) for layout, start in zip(layouts, starts, strict=False))
         shape = outer + (() if layouts[0].is_scalar else (layouts[0].size,))
@@ -144,7 +144,7 @@ class Recorder:
         return [Rows(record.name, lengths, leaf) for leaf in leaves]
 
     def shape_returned(self, lengths: tuple[str, ...], n: int) -> tuple[int, ...]:
-        """The shape of a row of a result over several lengths declared with `n` multivectors in each; or empty."""
+        """Return the declared shape of a row of `n` multivectors in a result over several lengths, if any."""
         pinned = self.kernel.returns
         types = pinned if isinstance(pinned, tuple) else (pinned,)
         rows = [each for each in types if isinstance(each, RowsOf) and each.shape]
@@ -152,7 +152,7 @@ class Recorder:
         return shapes[0] if shapes and len(lengths) > 1 else ()
 
     def symbol(self, stem: str, place: Place, leaf: Leaf, depth: int | None = None) -> Expression:
-        """The expression that stands for a multivector in a row, read in the innermost scope or in another."""
+        """Return the symbol of a multivector in a row, read in the innermost scope or in that of the given depth."""
         depth = self.depth if depth is None else depth
         source = Source(place, leaf, depth, self.scopes[depth].number)
         if source not in self._symbols:
@@ -162,20 +162,20 @@ class Recorder:
         return self._symbols[source]
 
     def row_symbol(self, stem: str, rows: Rows, row: Row) -> Expression:
-        """The symbol for a row of an array."""
+        """Return the symbol of a row of an array."""
         return self.symbol(stem, Place(self.check_rows(rows).table, row), rows.leaf)
 
     def symbols(self, stems: Sequence[str], tables: Sequence[Rows], row: Row = None) -> list[Expression]:
-        """Symbols for multivectors in rows of tables."""
+        """Return the symbols of multivectors in rows of tables."""
         return [self.symbol(stem, Place(rows.table, row), rows.leaf) for stem, rows in zip(stems, tables, strict=True)]
 
     def source(self, symbol: Expression) -> Source:
-        """Where the value of a symbol is.
+        """Return the location of the value of a symbol.
 
         Raises
         ------
         KernelError
-            When it belongs to another kernel, or to a loop that has ended.
+            If the symbol belongs to another kernel, or to a loop that has ended.
         """
         source = self._sources.get(symbol)
         if source is None or not self._is_open(source.scope):
@@ -186,12 +186,12 @@ class Recorder:
         return source
 
     def check_rows(self, rows: Rows) -> Rows:
-        """`rows`, where they can be used.
+        """Return `rows` if they are visible in the current scope.
 
         Raises
         ------
         KernelError
-            As `source` does.
+            If the array belongs to another kernel, or to a loop that has ended.
         """
         record = self.records.get(rows.table)
         if record is None or not self._is_open(record.scope):
@@ -206,7 +206,7 @@ class Recorder:
 
     @property
     def depth(self) -> int:
-        """How many loops enclose what is traced now."""
+        """Number of loops that enclose the current scope."""
         return len(self.scopes) - 1
 
     @contextmanager
@@ -227,7 +227,7 @@ class Recorder:
 
     @contextmanager
     def attempt(self) -> Iterator[None]:
-        """Trace something whose statements are not kept."""
+        """Trace a body and discard its statements and tables."""
         kept = [list(scope.statements) for scope in self.scopes]
         records, indices = dict(self.records), dict(self.indices)
         sources, symbols, stems = dict(self._sources), dict(self._symbols), dict(self._stems)
@@ -246,7 +246,7 @@ class Recorder:
     # Computing.
 
     def layouts_of(self, expressions: Sequence[Expression]) -> tuple[Layout, ...]:
-        """The layouts that hold expressions of symbols."""
+        """Return the layouts that hold expressions of symbols."""
         found: dict[int, Layout] = {}
         unknown = []
         for k, expression in enumerate(expressions):
@@ -264,7 +264,7 @@ class Recorder:
     def _kernel(
         self, name: str, expressions: Sequence[Expression], layouts: Sequence[Layout] | None
     ) -> tuple[Kernel, tuple[Expression, ...]]:
-        """A kernel that computes expressions, and the symbols that are its arguments."""
+        """Return a kernel that computes expressions, and the symbols that are its arguments."""
         used = {node for node in topological(expressions) if node.operation is Operation.INPUT}
         for symbol in used:
             self.source(symbol)
@@ -276,10 +276,10 @@ class Recorder:
     def compute(
         self, expressions: Sequence[Expression], targets: Sequence[tuple[Place, Leaf]], depth: int | None = None
     ) -> None:
-        """Record that expressions are computed and written, in the innermost scope or in one further out.
+        """Record the computation of expressions and the write of the results, in the innermost scope or an outer one.
 
-        Subexpressions that change in an outer loop only, or in none, are computed there. Rows that are copied need
-        no program.
+        Subexpressions that change only in an outer loop, or in none, are computed there. Copies of rows need no
+        program.
         """
         depth = self.depth if depth is None else depth
         moved = self._moved_out(list(expressions), depth)
@@ -299,10 +299,10 @@ class Recorder:
         self.scopes[depth].statements.extend(others)
 
     def _simple(self, expression: Expression, place: Place, leaf: Leaf, written: set[str]) -> list[Recorded] | None:
-        """The statements for a result that is a whole row of another table; None where it is computed.
+        """Return the statements for a result that is a whole row of another table, or None if it must be computed.
 
-        Intermediate rows of several numbers are variables in emitted text: one that names a row of a table, and not
-        another variable, would change with the table.
+        Intermediate rows of several numbers are variables in emitted text. A variable that refers to a row of a table
+        would change together with the table.
         """
         target = self.records[place.table]
         if len(target.leaves) > 1 or expression.operation is not Operation.INPUT:
@@ -317,7 +317,7 @@ class Recorder:
         return [Copy(source.place, place)] if is_row and is_safe else None
 
     def _moved_out(self, expressions: list[Expression], depth: int) -> list[Expression]:
-        """Expressions with symbols in place of what can be computed further out."""
+        """Replace subexpressions that can be computed in an outer scope by symbols."""
         depths = self._depths(expressions)
         outer: dict[Expression, None] = {}
         for node in [*expressions, *(n for n in depths if depths[n] == depth)]:
@@ -333,7 +333,7 @@ class Recorder:
         return substituted(expressions, by)
 
     def _depths(self, expressions: Sequence[Expression]) -> dict[Expression, int]:
-        """For every node below some expressions, in how many loops it changes; -1 for constants."""
+        """Return, for every node of the expressions, the depth of the loop in which it changes; -1 for constants."""
         depths: dict[Expression, int] = {}
         for node in topological(expressions):
             if node.operation is Operation.INPUT:
@@ -343,7 +343,7 @@ class Recorder:
         return depths
 
     def _computed_at(self, depth: int, expressions: Sequence[Expression]) -> list[Expression]:
-        """Symbols for expressions, which are computed in the scope of the given depth."""
+        """Compute expressions in the scope of the given depth, and return their symbols."""
         inner, self.scopes = self.scopes, self.scopes[: depth + 1]
         try:
             number = self.scopes[-1].number
@@ -358,7 +358,7 @@ class Recorder:
     def stored(
         self, values: Sequence[Expression], stems: Sequence[str], layouts: Sequence[Layout], structure: Any = None
     ) -> list[Rows]:
-        """Tables of one row each, with values written to them; see `tables`."""
+        """Create tables of one row each, and write values to them; see `tables`."""
         tables = self.tables(stems, (), layouts, structure)
         self.compute(values, targets_in(tables))
         return tables
@@ -368,17 +368,17 @@ _CURRENT: ContextVar[Recorder | None] = ContextVar("recorder", default=None)
 
 
 def is_recording() -> bool:
-    """Whether a kernel with loops is being traced."""
+    """Return whether a kernel with loops is being traced."""
     return _CURRENT.get() is not None
 
 
 def current() -> Recorder:
-    """The recorder of the kernel that is traced.
+    """Return the recorder of the kernel that is being traced.
 
     Raises
     ------
     KernelError
-        When none is.
+        If no kernel with loops is being traced.
     """
     recorder = _CURRENT.get()
     if recorder is None:
@@ -388,7 +388,7 @@ def current() -> Recorder:
 
 @contextmanager
 def recording(recorder: Recorder) -> Iterator[Recorder]:
-    """Let loop functions record to `recorder`."""
+    """Make `recorder` the current recorder of loop functions."""
     token = _CURRENT.set(recorder)
     try:
         yield recorder

@@ -174,7 +174,7 @@ def _split_cubic(a: Any, b: Any, c: Any, d: Any) -> tuple[Any, Vector]:
 
 
 def _depressed_cubic_root(p: Any, q: Any) -> Any:
-    """Return the real root of ``t**3 + p t + q`` farthest from 0, which is separated from the others unless p = q = 0."""
+    """Return the real root of ``t**3 + p t + q`` farthest from 0, which is not close to another unless all are 0."""
     sign = select(q < 0, -1, 1)
     third, half = p * THIRD, sign * q * HALF
     size = sqrt(absolute(third))

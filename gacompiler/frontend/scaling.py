@@ -1,13 +1,14 @@
-"""Exponentials without a closed form: Taylor's polynomial of a small part of the argument, and squarings.
+"""Exponentials without a closed form, by scaling and squaring of a Taylor polynomial.
 
-With ``y = exp(x) - 1`` a squaring is ``exp(2 x) - 1 = 2 y + y y``, which keeps the digits of a small `y`. A rounding
-error of one squaring is doubled by each that follows: an argument of norm 1000 would lose three digits and more. So
-the first ones compute with ``y = h + l``, where the coefficients of `h` are multiples of a power of two, about 2**-20
-of the largest. Then ``h h`` has no rounding errors, nor has ``2 h - h'`` with the `h'` of the next step, and those of
-the other products are as much smaller as `l` is (the method of Dekker, *A floating-point technique for extending the
-available precision*, 1971, with whole multivectors in place of numbers).
+With ``y = exp(x) - 1``, a squaring is ``exp(2 x) - 1 = 2 y + y y``, which keeps the digits of a small `y`. A rounding
+error of one squaring is doubled by each of the following: an argument of norm 1000 would lose more than three digits.
+Therefore the first squarings use ``y = h + l``, where the coefficients of `h` are multiples of a power of two, about
+2**-20 of the largest. Then ``h h`` has no rounding errors, and neither has ``2 h - h'`` with the `h'` of the next step.
+The rounding errors of the other products are smaller by the ratio of `l` to `h` (the method of Dekker, *A
+floating-point technique for extending the available precision*, 1971, with multivectors in place of numbers).
 
-The number of squarings is fixed for an algebra, because ``2 y + y y`` takes as many from small arguments without harm.
+The number of squarings is fixed for an algebra, because additional squarings do not harm the accuracy of ``2 y + y y``
+for small arguments.
 """
 
 from __future__ import annotations
@@ -25,26 +26,26 @@ from .operations import absolute, maximum, select, sqrt
 from .squares import Value, blades_of
 
 LARGEST = 1024
-"""Roots of sums of squared coefficients up to this are inside for certain."""
+"""Euclidean norm of the coefficients up to which the argument is guaranteed to be in the valid range."""
 PLAIN = 4
-"""So many squarings at the end are not worth two parts."""
+"""Number of final squarings that use plain double precision."""
 SCALED = Fraction(1, 3)
-"""The largest norm that the polynomial takes, to 1e-17 of the argument."""
+"""The largest norm for the polynomial, with an error of 1e-17 of the argument."""
 HEAD = 3 * 2**31
-"""What is added to a coefficient of 1 to leave its first 20 binary places."""
+"""Number that is added to a coefficient of 1, and subtracted again, to round it to its first 20 binary places."""
 TAYLOR = tuple(Fraction(1, factorial(k)) for k in range(14))
 _EVEN, _ODD = TAYLOR[::2], TAYLOR[1::2]
 
 
 def exponential_by_squaring(b: Any) -> Any:
-    """``exp(b)`` of any element without scalar part; not a number where its norm may be too large."""
+    """Return ``exp(b)`` for any element without scalar part, or NaN if its norm may be too large."""
     algebra, blades = b.algebra, sorted(blades_of(b))
     shares = weights(algebra, blades)
     squarings = next(k for k in count(PLAIN) if max(shares) * LARGEST**2 <= (SCALED * 2**k) ** 2)
     size = sum(weight * b[blade] * b[blade] for weight, blade in zip(shares, blades, strict=True))
     limit = (SCALED * 2**squarings) ** 2
     inside = size <= limit
-    nothing = sqrt(limit - size)  # not a number outside
+    nothing = sqrt(limit - size)  # NaN outside the valid range
     small = b / 2**squarings
     rest = _without_first(small)
     head = _head(small + rest, inside, nothing)
@@ -61,7 +62,7 @@ def exponential_by_squaring(b: Any) -> Any:
 
 
 def _without_first(x: Any) -> Any:
-    """``exp(x) - 1 - x`` to degree 13."""
+    """Return the Taylor polynomial of ``exp(x) - 1 - x`` to degree 13."""
     z = x * x
     zz = z * z
     zzz = zz * z
@@ -71,10 +72,10 @@ def _without_first(x: Any) -> Any:
 
 
 def _head(x: Any, inside: Value, nothing: Value) -> Any:
-    """The first places of all coefficients: the same multiples for all, so that products of them are exact.
+    """Round all coefficients to multiples of one power of two, so that their products are exact.
 
-    To exact arithmetic, which knows no rounding, this is `x`; so it is to proofs. The choice between two values keeps
-    the optimiser from taking away what was added.
+    In exact arithmetic, which proofs use, the result is `x`. The selection between two values keeps the optimizer from
+    cancelling the number that is added and subtracted.
     """
     blades = sorted(blades_of(x))
     if not blades:
@@ -85,11 +86,11 @@ def _head(x: Any, inside: Value, nothing: Value) -> Any:
 
 
 def weights(algebra: Algebra, blades: Sequence[int]) -> list[Fraction]:
-    """What makes a sum of squared coefficients at least the square of the norm of the matrix that multiplies by them.
+    """Return weights whose sum with squared coefficients bounds the squared norm of the matrix of multiplication.
 
-    Each blade multiplies by a matrix of known norm. Those of bivectors of an orthogonal basis add up as rotations in
-    planes of their own do, of real and of imaginary angles where squares have both signs; any others may all have the
-    same direction.
+    Multiplication by each blade is a matrix of known norm. For bivectors in an orthogonal basis, the norms add up as
+    for rotations in separate planes, with real and imaginary angles if squares have both signs. For other elements, all
+    matrices may have the same direction.
     """
     n, gram = algebra.dimension, algebra.gram
     flat = all(blade.bit_count() == 2 for blade in blades) and not any(gram[i][j] for i in range(n) for j in range(i))
@@ -104,7 +105,7 @@ def _has_both_signs(algebra: Algebra) -> bool:
 
 
 def _norm_of_blade(algebra: Algebra, blade: int) -> Fraction:
-    """The largest sum of sizes in a row or a column of the matrix that multiplies by a blade: at least its norm."""
+    """Return an upper bound of the norm of multiplication by a blade: the largest absolute row or column sum."""
     columns = [algebra.blade_product(blade, other) for other in algebra.blades()]
     rows: dict[int, Fraction] = {}
     for column in columns:

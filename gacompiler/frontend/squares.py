@@ -1,13 +1,13 @@
-"""What the square of an element can be, read from its blades: what exponentials and logarithms have to distinguish.
+"""The form of the square of an element, determined from its blades: the cases of exponentials and logarithms.
 
-Where ``b b = s + q`` with a scalar ``s`` and a part ``q`` of other grades whose square is a scalar ``Q`` again, every
-power series in ``b`` is ``F(s + q) + G(s + q) b``, and functions of ``s + q`` are functions of two numbers. That is so
-for every bivector over up to five basis vectors, in every metric; for all that anticommutes (vectors, quaternions)
-there is not even ``q``.
+If ``b b = s + q`` with a scalar ``s`` and a part ``q`` of other grades whose square is a scalar ``Q``, every power
+series in ``b`` is ``F(s + q) + G(s + q) b``, and functions of ``s + q`` are functions of two numbers. This holds for
+every bivector over up to five basis vectors, in every metric. For elements of anticommuting blades (vectors,
+quaternions), ``q`` is zero.
 
-The bivector is then a sum of two commuting simple ones, ``b = b1 + b2`` with ``b1 b1 = x1``, ``b2 b2 = x2``,
-``s = x1 + x2``, ``q = 2 b1 b2`` and ``Q = 4 x1 x2``. Signs of the numbers ``x`` say which of circular and hyperbolic
-functions can occur, and follow from the metric.
+The bivector is then a sum of two commuting simple bivectors, ``b = b1 + b2`` with ``b1 b1 = x1``, ``b2 b2 = x2``,
+``s = x1 + x2``, ``q = 2 b1 b2`` and ``Q = 4 x1 x2``. The signs of the numbers ``x`` determine whether circular or
+hyperbolic functions occur, and follow from the metric.
 """
 
 from __future__ import annotations
@@ -29,26 +29,26 @@ Value = Any
 
 @dataclass(frozen=True, slots=True)
 class Form:
-    """What is known of the squares of elements with given blades.
+    """The properties of the squares of elements with given blades.
 
     Attributes
     ----------
     s : Signs
-        Of the scalar part of the square.
+        Signs of the scalar part of the square.
     rest : frozenset of int
         Grades of the other part, ``q``.
     q : Signs
-        Of the square ``Q`` of that part.
+        Signs of the square ``Q`` of that part.
     first, second : Signs
-        Of the larger and of the smaller of the two numbers ``x``.
+        Signs of the larger and of the smaller of the two numbers ``x``.
     vanishing : bool
-        Whether a part of the element can have a square that vanishes although the part does not.
+        Whether the square of a part of the element can vanish although the part does not.
     nilpotent : bool
-        Whether ``q`` can be large where ``s`` and ``Q`` are tiny, as it is where both come from rounding only.
+        Whether ``q`` can be large although ``s`` and ``Q`` are tiny, for example pure rounding errors.
     axis : int, optional
-        The blade whose coefficient, squared, is ``s`` or ``-s``, if that is so.
+        The blade whose squared coefficient is ``s`` or ``-s``, or None.
     shifts : bool
-        Whether some blades take no part in ``s``, as translations beside rotations.
+        Whether some blades do not contribute to ``s``, like the translations of a screw motion.
     """
 
     s: Signs
@@ -68,18 +68,18 @@ class Form:
 
 
 def blades_of(a: Expression | Multivector) -> frozenset[int]:
-    """Bitmaps of the blades that `a` can have."""
+    """Return the bitmaps of the blades that `a` can have."""
     return a.blades if isinstance(a, Expression) else frozenset(a.terms)
 
 
 def grades_of(blades: Iterable[int]) -> frozenset[int]:
-    """The grades of blades."""
+    """Return the grades of the given blades."""
     return frozenset(blade.bit_count() for blade in blades)
 
 
 @cache
 def form_of(algebra: Algebra, blades: frozenset[int]) -> Form | None:
-    """What is known of squares of elements with these blades; None where no two numbers describe them."""
+    """Return the form of the squares of elements with these blades; None if two numbers do not describe them."""
     rest = _square_blades(algebra, blades) - {0}
     if _square_blades(algebra, rest) - {0}:
         return None
@@ -102,14 +102,14 @@ def form_of(algebra: Algebra, blades: frozenset[int]) -> Form | None:
 
 
 def _axis(algebra: Algebra, taking_part: Sequence[int]) -> int | None:
-    """The only blade that takes part in the scalar part of the square, if its own square is 1 or -1."""
+    """Return the only blade that contributes to the scalar part of the square, if its square is 1 or -1; else None."""
     if len(taking_part) != 1 or abs(algebra.blade_product(taking_part[0], taking_part[0])[0]) != 1:
         return None
     return taking_part[0]
 
 
 def _two_numbers(s: Signs, q: Signs, is_sum: bool, opposite: int) -> tuple[Signs, Signs]:
-    """Signs of the larger and the smaller ``x``, from ``x1 + x2 = s`` and ``4 x1 x2 = Q``."""
+    """Return the signs of the larger and the smaller ``x``, from ``x1 + x2 = s`` and ``4 x1 x2 = Q``."""
     if not is_sum or q.zero:
         return s, Signs(False, False)
     if not q.positive:
@@ -122,7 +122,7 @@ def _two_numbers(s: Signs, q: Signs, is_sum: bool, opposite: int) -> tuple[Signs
 
 
 def _square_blades(algebra: Algebra, blades: Iterable[int]) -> frozenset[int]:
-    """Blades that squares can have: products in both orders, so that what anticommutes cancels."""
+    """Return the blades that squares can have; products of anticommuting blades cancel."""
     chosen = sorted(blades)
     found: set[int] = set()
     for a in chosen:
@@ -134,7 +134,7 @@ def _square_blades(algebra: Algebra, blades: Iterable[int]) -> frozenset[int]:
 
 
 def _signs(algebra: Algebra, blades: Iterable[int]) -> tuple[Signs, bool]:
-    """Signs of the scalar part of squares, a quadratic form of the coefficients, and whether it is degenerate."""
+    """Return the signs of the scalar part of squares, a quadratic form, and whether the form is degenerate."""
     chosen = sorted(blades)
     products = [[Fraction(algebra.blade_product(a, b).get(0, 0)) for b in chosen] for a in chosen]
     positive, negative, null = inertia(products)

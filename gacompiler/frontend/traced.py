@@ -1,4 +1,4 @@
-"""Functions that are known by the expressions they gave: what takes the place of a function in a pickle."""
+"""Traced functions, represented by the expressions that they returned, for pickling."""
 
 from __future__ import annotations
 
@@ -13,26 +13,27 @@ from .expression import Expression, evaluate, lift, topological
 
 @dataclass(frozen=True, slots=True)
 class Traced:
-    """A kernel's function as its results on symbols.
+    """A kernel's function, represented by its result on symbols.
 
     Attributes
     ----------
     symbols : tuple
-        What the function was called with: expressions, or nested tuples of them.
+        The arguments that the function was called with: expressions, or nested tuples of expressions.
     value : Expression or nested tuple
-        What it gave.
+        The result.
     """
 
     symbols: tuple[Any, ...]
     value: Any
 
     def __call__(self, *arguments: Any) -> Any:
-        """The value with `arguments` in place of the symbols.
+        """Return the value with the symbols replaced by `arguments`.
 
         Raises
         ------
         KernelError
-            When an argument has blades that its symbol has not: the expressions were chosen for those.
+            If the number of arguments differs, or an argument has blades that its symbol does not have. The
+            expressions are valid only for the blades of the symbols.
         """
         if len(arguments) != len(self.symbols):
             raise KernelError("a traced kernel", f"{len(arguments)} arguments", str(len(self.symbols)))
@@ -51,7 +52,7 @@ class Traced:
 
 
 def substituted(expressions: Sequence[Expression], by: Mapping[Expression, Expression]) -> list[Expression]:
-    """Expressions with others in place of some."""
+    """Replace subexpressions by others."""
     memory = dict(by)
     for each in topological(expressions, memory):
         arguments = tuple(memory[argument] for argument in each.arguments)
@@ -61,7 +62,7 @@ def substituted(expressions: Sequence[Expression], by: Mapping[Expression, Expre
 
 
 def leaves(value: Any) -> Iterator[Any]:
-    """What nested sequences hold, in order."""
+    """Yield the leaves of nested sequences, in order."""
     if isinstance(value, (tuple, list)):
         for each in value:
             yield from leaves(each)

@@ -1,4 +1,4 @@
-"""Loops over arrays of known length, written out row by row: what the functions of `frontend.loops` mean."""
+"""Unrolled loops over arrays of known length, which define the meaning of the functions of `frontend.loops`."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _MOST_STEPS: ContextVar[int | None] = ContextVar("most_steps", default=None)
 
 @contextmanager
 def steps_limited(n: int) -> Iterator[None]:
-    """Write out at most `n` steps of iterations, for a comparison with a procedure that has the same limit."""
+    """Unroll at most `n` steps of iterations, for a comparison with a procedure that has the same limit."""
     token = _MOST_STEPS.set(n)
     try:
         yield
@@ -26,7 +26,7 @@ def steps_limited(n: int) -> Iterator[None]:
 
 
 def unrolled_fold(body: Callable[..., Any], start: Any, rows: Sequence[Any], reverse: bool) -> Any:
-    """`fold` over arrays of known length."""
+    """Evaluate `fold` over arrays of known length."""
     carry = _lifted("fold()", start)
     for row in _unrolled_rows("fold()", rows, reverse):
         carry = _same_shape("fold()", carry, body(carry, *row))
@@ -34,12 +34,12 @@ def unrolled_fold(body: Callable[..., Any], start: Any, rows: Sequence[Any], rev
 
 
 def unrolled_each(body: Callable[..., Any], rows: Sequence[Any]) -> Any:
-    """`each` over arrays of known length."""
+    """Evaluate `each` over arrays of known length."""
     return columns_of([_lifted("each()", body(*row)) for row in _unrolled_rows("each()", rows)])
 
 
 def unrolled_total(body: Callable[..., Any], rows: Sequence[Any]) -> Any:
-    """`total` over arrays of known length."""
+    """Evaluate `total` over arrays of known length."""
     found: Any = None
     for row in _unrolled_rows("total()", rows):
         terms = _lifted("total()", body(*row))
@@ -67,13 +67,13 @@ def _row(structure: Any, k: int) -> Any:
 
 
 def columns_of(results: Sequence[Any]) -> Any:
-    """Arrays from their rows, in the structure of a row."""
+    """Return arrays from their rows, in the structure of a row."""
     flat = [[lift(leaf) for leaf in leaves_of(result)] for result in results]
     return like(results[0], [Unrolled(column) for column in zip(*flat, strict=True)])
 
 
 def unrolled_scan(body: Callable[..., Any], start: Any, rows: Sequence[Any], parents: Any, reverse: bool) -> Any:
-    """`scan` over arrays of known length."""
+    """Evaluate `scan` over arrays of known length."""
     length = common_length("scan()", rows)
     found: dict[int, Any] = {}
     first = _lifted("scan()", start)
@@ -86,7 +86,7 @@ def unrolled_scan(body: Callable[..., Any], start: Any, rows: Sequence[Any], par
 
 
 def unrolled_accumulate(body: Callable[..., Any], zero: Any, rows: Sequence[Any], parents: Any, keep: bool) -> Any:
-    """`accumulate` over arrays of known length."""
+    """Evaluate `accumulate` over arrays of known length."""
     length = common_length("accumulate()", rows)
     sums: dict[int, Any] = {}
     values: dict[int, Any] = {}
@@ -106,7 +106,7 @@ def unrolled_accumulate(body: Callable[..., Any], zero: Any, rows: Sequence[Any]
 def unrolled_scatter(
     array: Unrolled, tables: Sequence[Any], axes: Sequence[Any], start: Unrolled | None = None
 ) -> Unrolled:
-    """`scatter` over arrays of known length."""
+    """Evaluate `scatter` over arrays of known length."""
     lengths = [axis.length for axis in axes]
     count = 1
     for length in lengths:
@@ -122,7 +122,7 @@ def unrolled_scatter(
 
 
 def unrolled_iterate(body: Callable[..., Any], start: Any, until: Callable[..., Any], at_most: int) -> Any:
-    """`iterate` over arrays of known length."""
+    """Evaluate `iterate` over arrays of known length."""
     carry, converged, steps, active = _lifted("iterate()", start), lift(0), lift(0), lift(1)
     for _ in range(min(at_most, _MOST_STEPS.get() or at_most)):
         following = _same_shape("iterate()", start, body(carry))

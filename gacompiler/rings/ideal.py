@@ -1,8 +1,8 @@
-"""Relations as an ideal: what polynomials become when some are known to vanish.
+"""Reduction of polynomials modulo the ideal of relations, polynomials that are known to vanish.
 
-A Groebner basis up to a degree bound is enough, because a kernel's outputs have a degree that is known. A polynomial
-whose normal form is zero vanishes wherever the relations hold; the converse may fail at the bound, and then the
-answer is the safe one, "not known to vanish".
+A Groebner basis up to a degree bound suffices, because the degree of a kernel's outputs is known. A polynomial whose
+normal form is zero vanishes wherever the relations hold. The converse may fail because of the bound, in which case the
+result is the safe one, "not known to vanish".
 """
 
 from __future__ import annotations
@@ -16,23 +16,23 @@ from ..errors import KernelError
 from .polynomial import Monomial, Polynomial, quotient
 
 PAIR_LIMIT = 200
-"""Largest number of S-polynomials looked at; the ideals of unit versors in the catalog need far fewer."""
+"""Maximum number of S-polynomials that are examined; the ideals of unit versors in the catalog need far fewer."""
 
 
 class Ideal:
-    """Reduces polynomials modulo relations.
+    """The ideal of relations, modulo which polynomials are reduced.
 
     Parameters
     ----------
     relations : iterable of Polynomial
-        Each is zero.
+        Polynomials that vanish.
     degree : int
-        Products of relations are completed up to this degree.
+        Degree up to which the Groebner basis is completed.
 
     Raises
     ------
     KernelError
-        When the relations contradict each other (they imply ``1 = 0``).
+        If the relations contradict each other (they imply ``1 = 0``).
     """
 
     def __init__(self, relations: Iterable[Polynomial], degree: int) -> None:
@@ -48,7 +48,7 @@ class Ideal:
         return tuple(self._basis[leading] for leading in sorted(self._basis, key=lambda m: (len(m), m)))
 
     def reduce(self, polynomial: Polynomial) -> Polynomial:
-        """The normal form."""
+        """Return the normal form of a polynomial."""
         if not self._basis:
             return polynomial
         todo = dict(polynomial.terms)
@@ -78,7 +78,7 @@ class Ideal:
         return Polynomial(polynomial.ring, done)
 
     def _divisor(self, monomial: Monomial) -> Monomial | None:
-        """A leading monomial of the basis that divides `monomial`; the choice does not depend on dict order."""
+        """Return a leading monomial of the basis that divides `monomial`, or None; independent of the dict order."""
         for length in self._lengths:
             if length <= len(monomial):
                 for candidate in combinations(monomial, length):
@@ -129,12 +129,12 @@ class Ideal:
 
 
 def s_polynomial(a: Polynomial, b: Polynomial) -> Polynomial:
-    """The smallest multiples of both with the same leading monomial, one less the other, so that it cancels.
+    """Return the S-polynomial: the difference of the smallest multiples with the same leading monomial, which cancels.
 
     Parameters
     ----------
     a, b : Polynomial
-        With leading coefficient 1.
+        Polynomials with leading coefficient 1.
     """
     union = _union(a.leading, b.leading)
     left, right = (p * Polynomial(p.ring, {quotient(union, p.leading) or (): 1}) for p in (a, b))

@@ -1,8 +1,8 @@
 """Points of a layout: random stored coefficients that satisfy its relations.
 
-Exact rational points come from the geometry: the square of a product of vectors, divided by its norm, is a unit
-versor with rational coefficients, and moving a unit blade by such versors gives unit blades. Where a layout's
-relations are of another kind, a point is found to many digits by Gauss-Newton iteration instead.
+Exact rational points are constructed geometrically: the square of a product of vectors, divided by its norm, is a unit
+versor with rational coefficients, and the sandwich product of these versors with a unit blade is a unit blade. For
+relations of other kinds, a point is computed to many digits by Gauss-Newton iteration.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ from ..errors import InexactError, LayoutError
 from .polynomial import Polynomial, PolynomialRing
 
 POOL = 128
-"""How many points a layout with relations has, for each spread."""
+"""Number of points of a layout with relations, for each spread."""
 DIGITS = 60
 """Working precision of points that are not rational, in decimal digits."""
 
 
 def random_fraction(random: Random) -> Fraction:
-    """A rational that is neither zero nor so small that ``x * x`` and ``x + x`` might agree."""
+    """Return a random rational that is not zero, and for which ``x * x`` and ``x + x`` differ."""
     return Fraction(random.choice((-1, 1)) * random.randint(11, 97), random.choice((1, 2, 3, 5, 7)))
 
 
@@ -46,11 +46,11 @@ def point(
     whole: bool = False,
     taken: set[int] | None = None,
 ) -> list[Any]:
-    """Random stored coefficients of an element of `layout`: Fractions where possible, else mpmath numbers.
+    """Return random stored coefficients of an element of `layout`, Fractions if possible, else mpmath numbers.
 
-    `spread` scales free coefficients, and says how far versors are from 1; `near_one` keeps magnitudes moderate, for
-    measuring floating-point error; `whole` makes free coefficients whole numbers, which multiply many times faster.
-    What is drawn from a pool is not among those `taken`, and is added to them.
+    `spread` scales free coefficients, and the distance of versors from 1. `near_one` limits magnitudes, for the
+    measurement of rounding errors. `whole` makes free coefficients integers, whose products are many times faster. The
+    index of a point that is drawn from a pool is not in `taken`, and is added to it.
     """
     if not layout.has_relations and whole:
         return [random.randint(-(10**6), 10**6) for _ in layout.stored]
@@ -64,7 +64,7 @@ def point(
 
 @cache
 def _from_pool(layout: Layout, spread: Fraction, number: int) -> tuple[Any, ...]:
-    """One of the points of a layout with relations; they take long to make, and the same ones serve every kernel."""
+    """Return a point of a layout with relations. Points are expensive to construct, and are shared by all kernels."""
     random, make = Random(number), _best_maker(layout)
     found = make(layout, random, spread) if make else None
     return tuple(_newton(layout, random) if found is None else found)
@@ -80,13 +80,14 @@ def _coefficient(random: Random, near_one: bool) -> Fraction:
 
 @dataclass(frozen=True, slots=True)
 class Recipe:
-    """How to make a unit versor: as the square of a product of pairs of vectors, divided by its norm.
+    """Parameters of the construction of a unit versor, the square of a product of pairs of vectors divided by its norm.
 
     Attributes
     ----------
     vectors : tuple of int
-        The basis vectors that take part.
+        The basis vectors that are used.
     n_pairs : int
+        Number of pairs.
     fixed : int or None
         A basis vector that is the first of every pair.
     """
@@ -97,7 +98,7 @@ class Recipe:
 
 
 def _recipes(layout: Layout) -> Iterator[Recipe]:
-    """Products of ever fewer general vectors, of one vector with a general one, and all within a subspace."""
+    """Yield products of fewer and fewer general vectors, of a basis vector and a general one, and in a subspace."""
     everything = tuple(range(layout.algebra.dimension))
     for n_pairs in range((len(everything) + 1) // 2, 0, -1):
         yield Recipe(everything, n_pairs)
@@ -116,9 +117,9 @@ Maker = Callable[[Layout, Random, Fraction], "list[Any] | None"]
 
 @cache
 def _best_maker(layout: Layout) -> Maker | None:
-    """The first way that gives elements of the layout with as many coefficients other than zero as any does.
+    """Return the first method that gives elements of the layout with the largest number of nonzero coefficients.
 
-    Elements with zeros would let the compiler see only a part of what a kernel does.
+    Elements with zeros would test only a part of a kernel.
     """
     best: tuple[int, Maker] | None = None
     makers: list[Maker] = [_free]
@@ -135,7 +136,7 @@ def _best_maker(layout: Layout) -> Maker | None:
 
 
 def _free(layout: Layout, random: Random, spread: Fraction) -> list[Any] | None:
-    """Where the relations hold for all coefficients, as for translators."""
+    """Return random coefficients, if the relations hold for all coefficients, as for translators; else None."""
     return _accepted(layout, layout.element([spread * random_fraction(random) for _ in layout.stored]))
 
 
@@ -162,7 +163,7 @@ def _unit_versor(layout: Layout, recipe: Recipe, random: Random, spread: Fractio
 
 
 def _number(layout: Layout, random: Random, spread: Fraction) -> list[Any] | None:
-    """For complex numbers, quaternions and their like: ``x x / (x times its Clifford conjugate)``."""
+    """Return ``x x / (x times its Clifford conjugate)``, for complex numbers, quaternions and similar layouts."""
     x = layout.element([random_fraction(random) * (spread if slot.blade else 1) for slot in layout.stored])
     norm = x * clifford_conjugate(x)
     return _accepted(layout, (x * x).map(lambda value: divide(value, norm.scalar))) if norm.scalar else None
@@ -196,7 +197,13 @@ def _accepted(layout: Layout, element: Multivector | None) -> list[Any] | None:
 
 
 def _newton(layout: Layout, random: Random) -> list[Any]:
-    """Gauss-Newton from random starts, to `DIGITS` digits."""
+    """Return a point computed by Gauss-Newton iteration from random initial points, to `DIGITS` digits.
+
+    Raises
+    ------
+    InexactError
+        If no point is found.
+    """
     ring = PolynomialRing()
     variables = [ring.variable(name) for name in layout.blades]
     relations = [ring.lift(value) for value in layout.relations(layout.element(variables))]

@@ -1,10 +1,10 @@
-"""Canonical sparse polynomials with exact coefficients: two of them are equal when their terms are.
+"""Canonical sparse polynomials with exact coefficients, which are equal if and only if their terms are.
 
-A variable is an integer. Inputs and named intermediate results count up from 0; *atoms* (values of functions that are
-not polynomials, such as ``sqrt(x)``) count down from -1. A monomial is the sorted tuple of its variables, with
-repetition, so that ``x**2 y`` is ``(x, x, y)``. Monomials are ordered by degree, then variables with smaller numbers
-are larger: an atom is larger than anything it was made of, and a versor's scalar coefficient, which comes first in its
-layout, is larger than the others.
+A variable is an integer. Inputs and named intermediate results are numbered from 0 upward; *atoms* (values of functions
+that are not polynomials, such as ``sqrt(x)``) are numbered from -1 downward. A monomial is the sorted tuple of its
+variables, with repetition: ``x**2 y`` is ``(x, x, y)``. Monomials are ordered by degree; then variables with smaller
+numbers are larger. Hence an atom is larger than its arguments, and the scalar coefficient of a versor, which is the
+first in its layout, is larger than the others.
 """
 
 from __future__ import annotations
@@ -25,21 +25,21 @@ Key = tuple[tuple[Monomial, Rational], ...]
 
 @dataclass(frozen=True, slots=True)
 class Atom:
-    """The value of a function of polynomials, known only by that."""
+    """The value of a function of polynomials, as a symbol."""
 
     op: Op
     arguments: tuple[Polynomial, ...]
 
 
 class PolynomialRing:
-    """Names of variables, and the atoms made so far.
+    """A polynomial ring, with the names of its variables and its atoms.
 
     Parameters
     ----------
     budget : int
-        Largest number of terms a product may have before `TooLargeError` is raised.
+        Maximum number of terms of a product; more raise `TooLargeError`.
     effort : int
-        Pairs of terms that may be multiplied in all before it is raised.
+        Maximum total number of pairs of terms that are multiplied; more raise `TooLargeError`.
     """
 
     def __init__(self, budget: int = 20_000, effort: int = 2_000_000) -> None:
@@ -50,16 +50,22 @@ class PolynomialRing:
         self._atom_numbers: dict[tuple[Op, tuple[Key, ...]], int] = {}
 
     def variable(self, name: str) -> Polynomial:
-        """A new variable."""
+        """Return a new variable."""
         self.names.append(name)
         return Polynomial(self, {(len(self.names) - 1,): 1})
 
     def constant(self, value: Rational) -> Polynomial:
-        """A number."""
+        """Return a constant polynomial."""
         return Polynomial(self, {(): exact(value)} if value else {})
 
     def lift(self, value: Any) -> Polynomial:
-        """`value` as a polynomial of this ring."""
+        """Return `value` as a polynomial of this ring.
+
+        Raises
+        ------
+        KernelError
+            If it is not a polynomial or an exact number.
+        """
         if isinstance(value, Polynomial):
             return value
         if isinstance(value, (int, Fraction)):
@@ -70,11 +76,11 @@ class PolynomialRing:
             "constant in a kernel",
             f"{value!r} of type {type(value).__name__}",
             "an exact number (int or Fraction)",
-            "write a float as the Fraction that you mean",
+            "write a float as the intended Fraction",
         )
 
     def atom(self, op: Op, *arguments: Polynomial) -> Polynomial:
-        """The value ``op(arguments)`` as a variable; equal arguments give the same one."""
+        """Return the value ``op(arguments)`` as a variable; equal arguments give the same variable."""
         key = (op, tuple(argument.key for argument in arguments))
         number = self._atom_numbers.get(key)
         if number is None:
@@ -83,18 +89,18 @@ class PolynomialRing:
         return Polynomial(self, {(number,): 1})
 
     def atom_of(self, variable: int) -> Atom:
-        """What an atom (a negative variable) stands for."""
+        """Return the atom of a negative variable."""
         return self.atoms[-variable - 1]
 
     def name(self, variable: int) -> str:
-        """The printed name of a variable."""
+        """Return the printed name of a variable."""
         if variable >= 0:
             return self.names[variable]
         atom = self.atom_of(variable)
         return f"{atom.op.value}({', '.join(map(str, atom.arguments))})"
 
     def atom_relations(self) -> list[Polynomial]:
-        """What is known of the atoms: ``sqrt(x)**2 = x``, ``(1/x) x = 1``, ``sin**2 + cos**2 = 1``."""
+        """Return the relations of the atoms: ``sqrt(x)**2 = x``, ``(1/x) x = 1``, ``sin**2 + cos**2 = 1``."""
         relations = []
         for k, atom in enumerate(self.atoms):
             value = Polynomial(self, {(-k - 1,): 1})
@@ -111,7 +117,7 @@ class PolynomialRing:
 
 
 class Polynomial:
-    """A polynomial, immutable; `terms` maps monomials to non-zero exact coefficients."""
+    """An immutable polynomial; `terms` maps monomials to nonzero exact coefficients."""
 
     __slots__ = ("_key", "ring", "terms")
 
@@ -129,12 +135,12 @@ class Polynomial:
 
     @property
     def is_zero(self) -> bool:
-        """Whether there is no term."""
+        """Whether the polynomial has no terms."""
         return not self.terms
 
     @property
     def constant_value(self) -> Rational | None:
-        """The number this polynomial is, or None."""
+        """The value of a constant polynomial, or None."""
         if not self.terms:
             return 0
         return self.terms[()] if len(self.terms) == 1 and () in self.terms else None
@@ -190,7 +196,7 @@ class Polynomial:
             raise TooLargeError("product of polynomials", f"{len(self.terms)} x {len(other.terms)} terms")
         self.ring.effort -= len(self.terms) * len(other.terms)
         if self.ring.effort < 0:
-            raise TooLargeError("product of polynomials", "more pairs of terms than are to be multiplied")
+            raise TooLargeError("product of polynomials", "more pairs of terms than the limit")
         terms: dict[Monomial, Rational] = {}
         get = terms.get
         for a, x in self.terms.items():
@@ -226,7 +232,7 @@ class Polynomial:
         return hash(self.key)
 
     def scalar_function(self, name: str, arguments: tuple[Any, ...]) -> Polynomial:
-        """What `gacompiler.algebra.coefficients.scalar_function` calls for this ring."""
+        """Apply a scalar function; called by `gacompiler.algebra.coefficients.scalar_function`."""
         lifted = tuple(self.ring.lift(argument) for argument in arguments)
         numbers = [argument.constant_value for argument in lifted]
         if name == "select" and numbers[0] is not None:
@@ -266,7 +272,7 @@ class Polynomial:
 
 
 _OPERANDS = (Polynomial, int, float, Fraction)
-"""What takes part in arithmetic; anything else may know what to do with a polynomial."""
+"""Types of operands in arithmetic; other types may define the operation with a polynomial themselves."""
 
 
 def _term(ring: PolynomialRing, monomial: Monomial, value: Rational) -> str:
@@ -280,7 +286,7 @@ def _term(ring: PolynomialRing, monomial: Monomial, value: Rational) -> str:
 
 
 def quotient(monomial: Monomial, divisor: Monomial) -> Monomial | None:
-    """``monomial / divisor``, or None where that is no monomial."""
+    """Return ``monomial / divisor``, or None if it is not a monomial."""
     rest = list(monomial)
     for variable in divisor:
         if variable not in rest:
@@ -290,5 +296,5 @@ def quotient(monomial: Monomial, divisor: Monomial) -> Monomial | None:
 
 
 def total_terms(polynomials: Iterable[Polynomial]) -> int:
-    """Number of terms of several polynomials together."""
+    """Return the total number of terms of several polynomials."""
     return sum(len(polynomial.terms) for polynomial in polynomials)

@@ -1,7 +1,7 @@
-"""Making a polynomial cheaper, not canonical: multiples of relations are subtracted as long as that saves something.
+"""Reduction of the cost of a polynomial by subtracting multiples of relations; the result is not canonical.
 
-A normal form eliminates the same monomial everywhere. Often different results want different ones eliminated: of
-``n1**2 + n2**2 + n3**2 = 1`` each coordinate of a projection wants its own square back.
+A normal form eliminates the same monomial everywhere. Often it is cheaper to eliminate different monomials in different
+results: with ``n1**2 + n2**2 + n3**2 = 1``, a different square in each coordinate of a projection.
 """
 
 from __future__ import annotations
@@ -13,18 +13,18 @@ from ..algebra.blades import Rational, exact
 from .polynomial import Monomial, Polynomial, quotient
 
 TERM_LIMIT = 60
-"""Longer polynomials are left as they are."""
+"""Maximum number of terms of a polynomial that is simplified; longer ones are returned unchanged."""
 ROUNDS = 400
-"""Largest number of multiples that are subtracted from one polynomial."""
+"""Maximum number of multiples that are subtracted from one polynomial."""
 
 
 def weight(monomial: Monomial, value: Rational) -> int:
-    """Operations that a term costs by itself: its products, and the sum it is added by."""
+    """Return the number of operations of a term: its products, and its addition to the sum."""
     return max(len(monomial), 1) + (value not in (1, -1))
 
 
 def simplify(polynomial: Polynomial, relations: Sequence[Polynomial]) -> Polynomial:
-    """An equal polynomial, modulo `relations`, whose terms cost no more; greedy and deterministic."""
+    """Return a polynomial that is equal modulo `relations` and costs no more, by a greedy, deterministic search."""
     terms = dict(polynomial.terms)
     if len(terms) > TERM_LIMIT:
         return polynomial

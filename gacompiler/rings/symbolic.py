@@ -1,8 +1,9 @@
-"""Expanded sympy expressions as a ring of their own: sums of products of powers, multiplied without sympy.
+"""Expanded sympy expressions as a ring: sums of products of powers, multiplied without sympy.
 
-A *generator* is anything that sympy does not take apart: a symbol, ``sin(x)``, ``pi``, the base of a root, a sum whose
+A *generator* is an expression that sympy does not expand: a symbol, ``sin(x)``, ``pi``, the base of a root, a sum whose
 reciprocal occurs. A monomial is a tuple of generators with their exponents, which may be negative or fractions. Like
-terms meet in a dictionary, so products of sums are hundreds of times faster than sympy's own; a cancelled sum is zero.
+terms are collected in a dictionary, so products of sums are hundreds of times faster than in sympy, and a sum that
+cancels is zero.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ Monomial = tuple[tuple[int, "int | Fraction"], ...]
 _generators: list[Any] = []
 _numbers: dict[Any, int] = {}
 _composite: set[int] = set()
-"""Generators that are more than a name: numbers, the imaginary unit, sums and products under a root."""
+"""Generators with relations of their own: numbers, the imaginary unit, sums and products under a root."""
 
 
 def _generator(base: Any) -> int:
@@ -44,13 +45,13 @@ def _restored(rows: list[tuple[Number, list[tuple[Any, int | Fraction]]]]) -> Ex
 
 
 class Expanded:
-    """An expanded expression, immutable.
+    """An immutable expanded expression.
 
     Attributes
     ----------
     terms : mapping of monomial to number
-        Numbers are int, Fraction or float (a sympy Float becomes one), never zero. Floats that are short binary
-        fractions become fractions: 0.5 is a half.
+        Numbers are int, Fraction or float (a sympy Float becomes a float), and never zero. Floats that are short binary
+        fractions become fractions: 0.5 becomes 1/2.
     """
 
     __slots__ = ("_expression", "terms")
@@ -61,12 +62,12 @@ class Expanded:
 
     @classmethod
     def of(cls, value: Any) -> Expanded:
-        """`value` as an element of this ring.
+        """Convert `value` to an element of this ring.
 
         Raises
         ------
         AlgebraError
-            When it is no scalar that sympy knows: an array, a matrix, a truth value, text, an infinite number.
+            If it is not a scalar of sympy: an array, a matrix, a truth value, text, or an infinite number.
         """
         if isinstance(value, Expanded):
             return value
@@ -101,7 +102,7 @@ class Expanded:
 
     @property
     def is_zero(self) -> bool:
-        """Whether there is no term: zero by its form."""
+        """Whether the expression has no terms, and is zero by its form."""
         return not self.terms
 
     def __add__(self, other: Any) -> Expanded:
@@ -162,14 +163,20 @@ class Expanded:
         return Expanded.of(other) / self
 
     def _ratio(self, divisor: Expanded) -> Number | None:
-        """The number that this is a multiple by, or None."""
+        """Return the number by which this is a multiple of `divisor`, or None."""
         if self.terms.keys() != divisor.terms.keys():
             return None
         ratios = {_quotient(value, divisor.terms[monomial]) for monomial, value in self.terms.items()}
         return ratios.pop() if len(ratios) == 1 else None
 
     def power(self, exponent: int) -> Expanded:
-        """This to a whole power, which may be negative."""
+        """Return this element to an integer power, which may be negative.
+
+        Raises
+        ------
+        ZeroDivisorError
+            If the element is zero and the exponent negative.
+        """
         if exponent >= 0:
             result = Expanded({(): 1})
             for _ in range(exponent):
@@ -191,12 +198,12 @@ class Expanded:
         return _read(primitive).power(exponent) * Expanded.of(content**exponent)
 
     def substitute(self, values: Mapping[Any, Any]) -> Expanded:
-        """Expressions in place of symbols, all at once.
+        """Replace symbols by expressions, simultaneously.
 
         Raises
         ------
         ZeroDivisorError
-            Where a denominator becomes zero.
+            If a denominator becomes zero.
         """
         known: dict[tuple[int, Any], Expanded] = {}
         total = Expanded({})
@@ -220,10 +227,10 @@ class Expanded:
 
     def __reduce__(self) -> tuple[Any, ...]:
         rows = [(value, [(_generators[g], e) for g, e in monomial]) for monomial, value in self.terms.items()]
-        return _restored, (rows,)  # the numbers of generators mean something in this process only
+        return _restored, (rows,)  # the numbers of generators are valid only in this process
 
     def scalar_function(self, name: str, arguments: tuple[Any, ...]) -> Expanded:
-        """What `gacompiler.algebra.coefficients.scalar_function` calls for this ring."""
+        """Apply a scalar function; called by `gacompiler.algebra.coefficients.scalar_function`."""
         lifted = [Expanded.of(argument).expression for argument in arguments]
         return Expanded.of(sympy.sympify(scalar_function(name, *lifted)))
 
@@ -235,7 +242,7 @@ class Expanded:
 
 
 def _power(base: Any, exponent: int | Fraction) -> Any:
-    """A generator to a power. That of an exponential is one of its argument, without a choice of branch."""
+    """Return a power of a generator. A power of an exponential multiplies its argument, without a choice of branch."""
     if isinstance(base, sympy.exp):
         return sympy.exp(base.exp * _sympy_number(exponent))
     return sympy.Pow(base, _sympy_number(exponent))
@@ -253,17 +260,17 @@ def _substituted(base: Any, exponent: int | Fraction, values: Mapping[Any, Any])
 
 
 def generators(*elements: Expanded) -> tuple[int, ...]:
-    """Numbers of the generators that occur, ascending."""
+    """Return the numbers of the generators that occur, in ascending order."""
     return tuple(sorted({g for each in elements for monomial in each.terms for g, _ in monomial}))
 
 
 def generator(number: int) -> Any:
-    """The sympy expression that a generator is."""
+    """Return the sympy expression of a generator."""
     return _generators[number]
 
 
 def _times(a: Monomial, b: Monomial) -> tuple[Monomial, Expanded | None]:
-    """The product of two monomials; a whole element where powers of numbers, roots or sums become ordinary."""
+    """Return the product of two monomials, and the element that it reduces to if powers of generators simplify."""
     if not b:
         product = a
     elif not a:
@@ -283,7 +290,7 @@ def _times(a: Monomial, b: Monomial) -> tuple[Monomial, Expanded | None]:
 
 
 def _resolved(monomial: Monomial) -> Expanded | None:
-    """A monomial with its composite generators' powers carried out, None where there is nothing to do."""
+    """Return a monomial with the powers of its composite generators evaluated, or None if there are none."""
     rest: list[tuple[int, int | Fraction]] = []
     factor = Expanded({(): 1})
     changed = False
@@ -330,7 +337,7 @@ def _number(value: Any) -> Number:
 
 
 def _short(value: Number) -> Number:
-    """A float that is a short binary fraction, such as 0.5, as just that."""
+    """Convert a float that is a short binary fraction, such as 0.5, to an exact number."""
     if isinstance(value, float):
         numerator, denominator = value.as_integer_ratio()
         if denominator <= SHORT and abs(numerator) <= SHORT * SHORT:
@@ -339,7 +346,7 @@ def _short(value: Number) -> Number:
 
 
 SHORT = 1024
-"""Floats with denominators up to this are taken for the fractions that they are."""
+"""Maximum denominator of floats that are converted to exact fractions."""
 
 
 def _sympy_number(value: Number) -> Any:
@@ -348,7 +355,7 @@ def _sympy_number(value: Number) -> Any:
 
 @lru_cache(maxsize=4096)
 def _read(value: Any) -> Expanded:
-    """A sympy expression as a sum of products of powers."""
+    """Convert a sympy expression to a sum of products of powers."""
     if value.is_Rational or value.is_Float:
         number = _number(value)
         return Expanded({(): number} if number else {})
@@ -383,7 +390,7 @@ def _read_power(value: Any) -> Expanded:
 
 
 def _read_exponential(base: Any, whole: Any) -> Expanded:
-    """``b**(2 u + v)`` as ``(b**u)**2 b**v``, so that exponentials of opposite arguments cancel."""
+    """Convert ``b**(2 u + v)`` to ``(b**u)**2 b**v``, so that exponentials of opposite arguments cancel."""
     result = Expanded({(): 1})
     for part in sympy.Add.make_args(sympy.expand(whole)):
         factor, rest = part.as_coeff_Mul()

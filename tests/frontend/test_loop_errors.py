@@ -148,7 +148,7 @@ def test_results_that_returns_does_not_allow() -> None:
         compile_loops(kernel(x=N, y=M, returns=array(SCALAR, "m"))(named(lambda x, y: each(lambda a: a, x))))
     with pytest.raises(KernelError, match="has blade 1"):
         compile_loops(kernel(x=N, returns=PGA3.POINT)(named(lambda x: each(lambda a: a * 2, x))))
-    with pytest.raises(KernelError, match="is no array"):
+    with pytest.raises(KernelError, match="is not an array"):
         compile_loops(kernel(x=N, returns=array(SCALAR, "n"))(named(lambda x: total(lambda a: a, x))))
 
 
