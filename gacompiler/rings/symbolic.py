@@ -2,8 +2,7 @@
 
 A *generator* is an expression that sympy does not expand: a symbol, ``sin(x)``, ``pi``, the base of a root, a sum whose
 reciprocal occurs. A monomial is a tuple of generators with their exponents, which may be negative or fractions. Like
-terms are collected in a dictionary, so products of sums are hundreds of times faster than in sympy, and a sum that
-cancels is zero.
+terms are collected in a dictionary, so products of sums are hundreds of times faster than in sympy.
 """
 
 from __future__ import annotations
@@ -170,13 +169,7 @@ class Expanded:
         return ratios.pop() if len(ratios) == 1 else None
 
     def power(self, exponent: int) -> Expanded:
-        """Return this element to an integer power, which may be negative.
-
-        Raises
-        ------
-        ZeroDivisorError
-            If the element is zero and the exponent negative.
-        """
+        """Return this element to an integer power, which may be negative."""
         if exponent >= 0:
             result = Expanded({(): 1})
             for _ in range(exponent):

@@ -90,7 +90,7 @@ def test_long_labels_are_joined_by_circumflexes() -> None:
 
 def test_an_ambiguous_name_is_refused() -> None:
     algebra = orthogonal(12)
-    with pytest.raises(AlgebraError, match=r"blade 'e123'.*2 ways|blade 'e123'.*3 ways"):
+    with pytest.raises(AlgebraError, match=r"blade 'e123'.*ambiguous"):
         algebra.blade("e123")
 
 

@@ -106,7 +106,7 @@ def test_shapes_and_components() -> None:
         (lambda: kernel(returns=7, a=SCALAR)(lambda a: a), "returns is declared as 7"),
         (lambda: kernel(returns=(SCALAR, 7), a=SCALAR)(lambda a: a), "returns is declared as 7"),
         (lambda: kernel(a=array(SCALAR, 2), a_0=SCALAR)(lambda a, a_0: a_0), "a_0 and a both have an entry a_0"),
-        (lambda: array(SCALAR), "array(): shape (); expected positive sizes"),
+        (lambda: array(SCALAR), "array(): shape (); expected names of lengths followed by positive sizes"),
         (lambda: array(SCALAR, 0), "array(): shape (0,)"),
         (lambda: array(SCALAR, 2, -1), "array(): shape (2, -1)"),
     ],

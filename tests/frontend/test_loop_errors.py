@@ -75,7 +75,7 @@ STRUCTURES: Mapping[str, tuple[str, Callable[..., Any]]] = {
     "no start": ("nothing to begin with", lambda x: fold(lambda s, a: s, None, x)),
     "an array": ("an array where one multivector", lambda x: each(lambda a: each(lambda b: b, x), x)),
     "an array to begin with": ("an array where one multivector", lambda x: fold(lambda s, a: s, x, x)),
-    "no pair": ("no pair", lambda x: accumulate(lambda s, a: s + a, 0, x, keep=True)),
+    "no pair": ("does not return a pair", lambda x: accumulate(lambda s, a: s + a, 0, x, keep=True)),
     "a sum that is not zero": ("zero is 1", lambda x: accumulate(lambda s, a: s + a, 1, x)),
     "no steps": ("at_most=0", lambda x: iterate(lambda r: r, 1, lambda o, n: 1, 0)),
     "a pair of conditions": ("until returns", lambda x: iterate(lambda r: r, 1, lambda o, n: (o, n), 2)),

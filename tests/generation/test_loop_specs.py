@@ -258,5 +258,5 @@ def test_compiled_kernels_are_called_and_pickled(tmp_path: Path, monkeypatch: py
     def local(x: Any) -> Any:
         return total(lambda a: a, x)
 
-    with pytest.raises(KernelError, match="does not have it by the name"):
+    with pytest.raises(KernelError, match="not an attribute of its module"):
         pickle.dumps(local)
