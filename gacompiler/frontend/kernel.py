@@ -247,11 +247,11 @@ def trace(definition: Kernel) -> Trace:
             raise KernelError(definition.where, "the function returns an empty tuple", "at least one result")
         types: tuple[Type | None, ...] = pinned if isinstance(pinned, tuple) else (pinned,) * len(value)
         if len(types) != len(value):
-            raise KernelError(definition.where, f"{len(value)} results", f"{len(types)} as returns= says")
+            raise KernelError(definition.where, f"{len(value)} results", f"{len(types)} as specified by returns=")
         names = _result_names(definition, len(value))
         outputs = tuple(_output(definition, n, v, t) for n, v, t in zip(names, value, types, strict=True))
     elif isinstance(pinned, tuple):
-        raise KernelError(definition.where, "one result", f"a tuple of {len(pinned)} as returns= says")
+        raise KernelError(definition.where, "one result", f"a tuple of {len(pinned)} as specified by returns=")
     else:
         outputs = (_output(definition, "out", value, pinned),)
     _check_inputs(definition, outputs)
@@ -301,7 +301,7 @@ def _flatten(definition: Kernel, name: str, value: Any, shape: tuple[int, ...]) 
         return [value]
     if not isinstance(value, (tuple, list)) or len(value) != shape[0]:
         found = f"a sequence of {len(value)}" if isinstance(value, (tuple, list)) else type(value).__name__
-        raise KernelError(definition.where, f"{name} is {found}", f"{shape[0]} entries, as returns= says")
+        raise KernelError(definition.where, f"{name} is {found}", f"{shape[0]} entries as specified by returns=")
     return [entry for each in value for entry in _flatten(definition, name, each, shape[1:])]
 
 

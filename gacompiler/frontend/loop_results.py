@@ -60,7 +60,7 @@ def loop_results(recorder: Recorder, value: Any) -> tuple[tuple[str, Record], ..
         raise KernelError(kernel.where, "the function returns an empty tuple", "at least one result")
     types = list(pinned) if isinstance(pinned, tuple) else [pinned] * len(values)
     if len(types) != len(values):
-        raise KernelError(kernel.where, f"{len(values)} results", f"{len(types)} as returns= says")
+        raise KernelError(kernel.where, f"{len(values)} results", f"{len(types)} as specified by returns=")
     names = ["out"] if is_one else list(getattr(value, "_fields", ())) or [f"out_{k}" for k in range(len(values))]
     given = []
     for name, each, pinned_type in zip(names, values, types, strict=True):
@@ -98,7 +98,7 @@ def _leaves(kernel: Kernel, name: str, value: Any, pinned: Any) -> list[Any]:
             return [part]
         if not isinstance(part, (tuple, list)) or len(part) != sizes[0]:
             found = f"a sequence of {len(part)}" if isinstance(part, (tuple, list)) else type(part).__name__
-            raise KernelError(kernel.where, f"{name} is {found}", f"{sizes[0]} entries, as returns= says")
+            raise KernelError(kernel.where, f"{name} is {found}", f"{sizes[0]} entries as specified by returns=")
         return [leaf for each in part for leaf in flat(each, sizes[1:])]
 
     found = flat(value, shape)
@@ -125,7 +125,7 @@ def _check_lengths(recorder: Recorder, result: _Result) -> None:
         raise KernelError(kernel.where, f"{result.name} has arrays over {found}", "arrays of one length")
     (own,) = lengths
     if isinstance(pinned, RowsOf) and pinned.lengths != own:
-        expected = f"one over {', '.join(pinned.lengths)}, as returns= says"
+        expected = f"one over {', '.join(pinned.lengths)} as specified by returns="
         raise KernelError(kernel.where, f"{result.name} is an array over {', '.join(own)}", expected)
 
 
