@@ -20,7 +20,7 @@ from .framework import Commands, examples
 )
 @click.version_option(__version__)
 def main() -> None:
-    """Compile geometric-algebra definitions into specialised, proved kernels."""
+    """Compile definitions in geometric algebra to specialised kernels that are proved correct."""
 
 
 for _command in (

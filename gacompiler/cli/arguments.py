@@ -1,4 +1,4 @@
-"""The specs and kernels that arguments of commands name, compiled and printed."""
+"""Find, compile and print the specs and kernels named by command-line arguments."""
 
 from __future__ import annotations
 
@@ -17,47 +17,47 @@ from .output import progress_bar
 
 
 def own_modules(names: tuple[str, ...]) -> list[Spec]:
-    """The specs of checked-in modules by their names; of all of them where none is named."""
+    """Load the specs of the checked-in modules with these names, or of all of them if no name is given."""
     known = {path.stem: path for path in own_specs()}
     unknown = [name for name in names if name not in known]
     if unknown:
-        raise SpecError(unknown[0], "no such module", "one of " + " ".join(known))
+        raise SpecError(unknown[0], "no checked-in module of this name", "one of " + " ".join(known))
     return [load_spec(known[name], f"gac generate --all {name}") for name in (names or known)]
 
 
 def is_own(spec: Spec) -> bool:
-    """Whether a spec is that of a checked-in module."""
+    """Whether a spec belongs to a checked-in module."""
     return spec.command.startswith("gac generate --all")
 
 
 def find_spec(text: str, algebra: str | None = None) -> Spec:
-    """A spec by path, or a checked-in module by name."""
+    """Load a spec by its path, or the spec of a checked-in module by its name."""
     if text in {path.stem for path in own_specs()} and not Path(text).is_file():
         return own_modules((text,))[0]
     return load_spec(Path(text), algebra=algebra)
 
 
 def find_kernel(target: str, algebra: str | None = None) -> Kernel:
-    """A kernel as ``SPEC:KERNEL``, or a script."""
+    """Find a kernel given as ``SPEC:KERNEL``, or as a script."""
     if target.endswith(".clu"):
         target = f"{target}:{Path(target).stem}"
     path, colon, name = target.rpartition(":")
     if not colon:
-        raise SpecError(target, "no kernel named", "SPEC:KERNEL, such as my_kernels.py:move_point")
+        raise SpecError(target, "it names no kernel", "SPEC:KERNEL, such as my_kernels.py:move_point")
     kernels = {kernel.name: kernel for kernel in find_spec(path, algebra).kernels}
     if name not in kernels:
-        raise SpecError(path, f"no kernel {name}", "one of " + " ".join(kernels))
+        raise SpecError(path, f"it defines no kernel {name}", "one of " + " ".join(kernels))
     return kernels[name]
 
 
 def compiled_kernels(spec: Spec, cache: Cache | None) -> list[AnyCompiled]:
-    """Every kernel of a spec, compiled."""
+    """Compile every kernel of a spec, with a progress bar."""
     with progress_bar(len(spec.kernels)) as advance:
         return compile_kernels(spec, advance, cache)
 
 
 def rendered(specs: Sequence[Spec], jobs: int, cache: Cache | None) -> list[dict[str, str]]:
-    """The files of the modules of specs; processes are started for those that the cache does not have."""
+    """Return the files of the module of each spec; modules that are not in the cache are compiled in parallel."""
     with progress_bar(sum(len(spec.kernels) for spec in specs)) as advance:
         files = [rendered_before(spec, cache) for spec in specs]
         for spec, known in zip(specs, files, strict=True):

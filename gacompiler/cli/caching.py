@@ -1,4 +1,4 @@
-"""The command that shows and empties the folder of what was compiled: ``gac cache``."""
+"""The command that shows and clears the cache: ``gac cache``."""
 
 from __future__ import annotations
 
@@ -16,30 +16,31 @@ from .framework import command, json_option
 from .output import print_table
 
 PARTS = {
-    PART: "programs with their proof, and printed modules",
-    "modules": "of gacompiler.compile, with their libraries",
+    PART: "proved programs and generated text",
+    "modules": "modules made by gacompiler.compile, with their libraries",
     "objects": "libraries of operations on numeric objects",
-    "_build": "the extension that calls kernels",
-    "libraries": "of modules in folders that cannot be written",
+    "_build": "the extension module that calls kernels",
+    "libraries": "libraries of modules in read-only folders",
     "runtime": "the compiled runtime, which is linked into libraries",
-    "locks": "files that keep two processes from building the same",
+    "locks": "lock files that prevent two processes from building the same library",
 }
-"""The folders in the cache folder, and what is in them."""
+"""The folders in the cache, and their contents."""
 
 
 @command(
-    "gac cache                     where it is, and how large",
-    "gac cache --clear             remove all that is in it",
-    "GAC_CACHE_SIZE=50 gac generate my_kernels.py    keep at most 50 MB of compilations",
+    "gac cache                     show its location and size",
+    "gac cache --clear             remove its contents",
+    "GAC_CACHE_SIZE=50 gac generate my_kernels.py    limit compilations to 50 MB",
     "gac generate my_kernels.py --no-cache",
 )
-@click.option("--clear", is_flag=True, help="Remove what is in it.")
+@click.option("--clear", is_flag=True, help="Remove the contents of the cache.")
 @json_option
 def cache(clear: bool, as_json: bool) -> None:
-    """Show where compiled kernels are kept and how much space they take, or remove them.
+    """Show the location and size of the cache of compiled kernels, or clear it.
 
-    GAC_CACHE names the folder; it must be one that only you can write. GAC_CACHE_SIZE is the size in MB that
-    compilations may have together (256 by default, 0 to keep none): those used longest ago are removed.
+    The environment variable GAC_CACHE sets the folder, to which only you may have write permission. GAC_CACHE_SIZE
+    limits the total size of the compilations in MB (default 256; 0 disables the cache). The least recently used
+    compilations are removed first.
     """
     place, limit = lasting_folder(), size_limit()
     folders = {part: cache_part(part) for part in PARTS} if place else {}
@@ -52,7 +53,7 @@ def cache(clear: bool, as_json: bool) -> None:
         click.echo(json.dumps({"place": place and str(place), "limit": limit, "parts": sizes}, indent=2))
         return
     if place is None:
-        click.echo("nothing is kept: the folder of caches cannot be used; name another one by GAC_CACHE")
+        click.echo("nothing is cached: the cache folder cannot be used; set GAC_CACHE to another folder")
         return
     click.echo(f"{place}: at most {_megabytes(limit)} of compilations")
     header = ["part", "files", "size", "what it holds"]
@@ -60,7 +61,7 @@ def cache(clear: bool, as_json: bool) -> None:
 
 
 def _empty(folder: Path) -> None:
-    """Remove what is in a folder, but not the folder: a program that runs may be about to write to it."""
+    """Remove the contents of a folder, but keep the folder: a running program may be about to write to it."""
     for path in folder.iterdir():
         if path.is_dir() and not path.is_symlink():
             shutil.rmtree(path, ignore_errors=True)
@@ -69,7 +70,7 @@ def _empty(folder: Path) -> None:
 
 
 def _size(folder: Path) -> tuple[int, int]:
-    """The number of files below a folder, and the sum of their sizes."""
+    """Return the number of files below a folder and the sum of their sizes in bytes."""
     sizes = []
     for place, _, names in os.walk(folder):
         for name in names:

@@ -30,11 +30,15 @@ from .output import near, print_table, progress_bar
 
 @command("gac check", "gac check pga3", "gac check --prove")
 @click.argument("names", nargs=-1)
-@click.option("--prove", is_flag=True, help="Also prove the files, as `gac verify` does.")
+@click.option("--prove", is_flag=True, help="Also verify the files, like `gac verify`.")
 @jobs_option
 @cache_option
 def check(names: tuple[str, ...], prove: bool, jobs: int, cache: Cache | None) -> None:
-    """Compare generated/ with what the specs give now; print the differences and exit 1 if there are any."""
+    """Check that the modules under generated/ are up to date with their specs.
+
+    Each module is generated again and compared with the files on disk. If they differ, the differences are printed and
+    the exit status is 1.
+    """
     folder = generated_folder()
     found = own_modules(names)
     verdicts: list[tuple[str, Verdict]] = []
@@ -55,18 +59,18 @@ def check(names: tuple[str, ...], prove: bool, jobs: int, cache: Cache | None) -
     for diff in diffs:
         click.echo(diff)
     if diffs or orphans:
-        stale = f"{len(diffs)} files differ" + (f", no spec makes {' '.join(orphans)}" if orphans else "")
-        raise StaleError(str(folder), stale, remedy="run `make generated`, or delete what no spec makes")
-    click.echo(f"{near(folder)}: {len(files)} files are what the specs give")
+        stale = f"{len(diffs)} files differ" + (f", no spec generates {' '.join(orphans)}" if orphans else "")
+        raise StaleError(str(folder), stale, remedy="run `make generated`, and delete files that no spec generates")
+    click.echo(f"{near(folder)}: {len(files)} files are up to date")
     if prove:
         _end_with(verdicts)
         click.echo(f"{len(verdicts)} kernels are proved")
 
 
 @command(
-    "gac verify my_kernels.py          the files in out/, if they are there",
-    "gac verify pga3",
-    "gac verify my_kernels.py -o build",
+    "gac verify my_kernels.py            verify the files in out/",
+    "gac verify my_kernels.py -o build   verify the files in build/",
+    "gac verify pga3                     verify a module under generated/",
 )
 @click.argument("specs", nargs=-1)
 @click.option(
@@ -76,17 +80,18 @@ def check(names: tuple[str, ...], prove: bool, jobs: int, cache: Cache | None) -
     default=None,
     help="Folder of the generated files [default: out].",
 )
-@click.option("--all", "own", is_flag=True, help="Every module under generated/.")
+@click.option("--all", "own", is_flag=True, help="Verify every module under generated/.")
 @json_option
 @cache_option
 @algebra_option
 def verify(
     specs: tuple[str, ...], output: Path | None, own: bool, as_json: bool, cache: Cache | None, algebra: str | None
 ) -> None:
-    """Prove the generated files on disk: read them back and compare every kernel with its definition.
+    """Prove that generated files on disk compute what their specs define.
 
-    Exact rational points that satisfy the relations decide; what runs is then measured in ulp. Exit status 1 if any
-    kernel is not proved.
+    The files are read back, and every kernel is compared with its definition at exact rational points that satisfy the
+    relations of its arguments. The rounding error of the code that runs is then measured in ulp. The exit status is 1
+    if any kernel is not proved.
     """
     found = own_modules(()) if own else [find_spec(spec, algebra) for spec in specs]
     if not found:
@@ -111,13 +116,13 @@ def verify(
 def _rendered_and_proved(
     spec: Spec, progress: Progress, folder: Path, cache: Cache | None
 ) -> tuple[dict[str, str], list[tuple[str, Verdict]]]:
-    """The files of a spec, and what is known of those in a folder."""
+    """Return the files of a spec as generated now, and the verdicts on its files in a folder."""
     compiled = compile_kernels(spec, progress, cache)
     return render(source_of(spec, compiled)), _verdicts(spec, compiled, folder)
 
 
 def _verdicts(spec: Spec, compiled: Sequence[AnyCompiled], folder: Path) -> list[tuple[str, Verdict]]:
-    """What is known of the files of a spec on disk, and of what runs, by module."""
+    """Return a verdict on each kernel of a spec from its files on disk and the module that they give, by module."""
     path = folder / f"{spec.name}.py"
     module = load_module(path, f"_gac_verify_{spec.name}") if path.is_file() else None
     return [(spec.name, verdict) for verdict in verify_module(folder, spec.name, compiled, module)]

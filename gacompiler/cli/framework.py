@@ -1,4 +1,4 @@
-"""What all commands share: help with examples, ``--debug``, errors in one line, common options."""
+"""Features common to all commands: examples in help texts, ``--debug``, errors on one line, and shared options."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ..generation.cache import Cache, open_cache
 from .output import plain
 
 _DEBUG = "gacompiler.debug"
-"""Where the root's context notes that ``--debug`` was given, before a command's name or after it."""
+"""Key in the root context that records whether ``--debug`` was given, before or after a command's name."""
 
 
 def _wants_traceback(context: click.Context, _: click.Parameter, wanted: bool) -> None:
@@ -24,12 +24,12 @@ def _wants_traceback(context: click.Context, _: click.Parameter, wanted: bool) -
 
 
 def _debug_option() -> click.Option:
-    about = "Print the traceback of an error too."
+    about = "Print the traceback when an error occurs."
     return click.Option(["--debug"], is_flag=True, expose_value=False, callback=_wants_traceback, help=about)
 
 
 class Command(click.Command):
-    """A command with ``--debug``."""
+    """A command with the option ``--debug``."""
 
     def __init__(self, *arguments: Any, **named: Any) -> None:
         super().__init__(*arguments, **named)
@@ -37,14 +37,18 @@ class Command(click.Command):
 
 
 class Commands(click.Group):
-    """The commands, with ``--debug`` before their names too; an error of the package is one line and exit status 1."""
+    """The group of all commands.
+
+    It accepts ``--debug`` before the name of a command too. An error raised by the package is printed on one line, and
+    the exit status is 1.
+    """
 
     def __init__(self, *arguments: Any, **named: Any) -> None:
         super().__init__(*arguments, **named)
         self.params.append(_debug_option())
 
     def invoke(self, context: click.Context) -> Any:
-        """Run a command."""
+        """Run a command and report errors of the package."""
         try:
             return super().invoke(context)
         except GacError as error:
@@ -55,17 +59,20 @@ class Commands(click.Group):
 
 
 def command(*lines: str, name: str | None = None) -> Any:
-    """Declare a command; `lines` are the examples that its help shows."""
+    """Declare a command; `lines` are the examples shown in its help text."""
     return click.command(name, cls=Command, epilog=examples(*lines))
 
 
 def examples(*lines: str) -> str:
-    """The end of a help text."""
+    """Format examples for the end of a help text."""
     return "\b\nExamples:\n" + "\n".join(f"  {line}" for line in lines)
 
 
 algebra_option = click.option(
-    "--algebra", "algebra", default=None, help="Of scripts (.clu): cga, 3dpga, ..., or a folder with definition.csv."
+    "--algebra",
+    "algebra",
+    default=None,
+    help="Algebra of scripts (.clu): cga, 3dpga, ..., or a folder that contains definition.csv.",
 )
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON instead of a table.")
 jobs_option = click.option(
@@ -73,7 +80,7 @@ jobs_option = click.option(
     "--jobs",
     type=click.IntRange(min=1),
     default=processors,
-    help="Modules compiled at a time [default: the number of processors].",
+    help="Number of modules to compile in parallel [default: the number of processors].",
 )
 
 
@@ -86,6 +93,6 @@ cache_option = click.option(
     "cache",
     is_flag=True,
     callback=_opened,
-    help="Compile every kernel anew; without this, what was compiled before comes from `gac cache`.",
+    help="Compile every kernel from scratch instead of using cached results (see `gac cache`).",
 )
-"""Gives the command the user's cache, or None."""
+"""Passes the user's cache to the command, or None."""

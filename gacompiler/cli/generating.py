@@ -31,26 +31,26 @@ target_option = click.option(
     multiple=True,
     default=("c",),
     show_default=True,
-    help="A language to write; may be given again. c is C with the Python module; the others are one file for a spec.",
+    help="Language to generate; may be repeated. c generates C and the Python module; the others, one file per spec.",
 )
 
 
 @command(
     "gac generate my_kernels.py -o out",
-    "gac generate my_kernels.py --target rust --target cuda   out/my_kernels.rs and .cu, no C",
-    "gac generate my_kernels.py --standalone   out/my_kernels.py and .c that need no other file",
-    "gac generate --all           the modules under generated/",
+    "gac generate my_kernels.py --target rust --target cuda   write out/my_kernels.rs and .cu, but no C",
+    "gac generate my_kernels.py --standalone   write out/my_kernels.py and .c that need no other file",
+    "gac generate --all           regenerate the modules under generated/",
     "gac generate --all pga3 cga3",
-    "gac generate horizon.clu --algebra cga3   a script of Gaalop's language",
+    "gac generate horizon.clu --algebra cga3   compile a script in Gaalop's language",
 )
 @click.argument("specs", nargs=-1)
 @click.option(
     "-o", "--output", type=click.Path(path_type=Path), default=None, help="Folder to write to [default: out]."
 )
-@click.option("--all", "own", is_flag=True, help="Regenerate the modules under generated/ (or those named).")
-@click.option("--no-build", is_flag=True, help="Do not compile the C.")
+@click.option("--all", "own", is_flag=True, help="Regenerate all modules under generated/, or those named.")
+@click.option("--no-build", is_flag=True, help="Do not compile the C files.")
 @target_option
-@click.option("--standalone", is_flag=True, help="Write the runtime into each .py and .c, to copy them elsewhere.")
+@click.option("--standalone", is_flag=True, help="Include the runtime in each .py and .c, so that they can be copied.")
 @jobs_option
 @cache_option
 @algebra_option
@@ -65,16 +65,16 @@ def generate(
     cache: Cache | None,
     algebra: str | None,
 ) -> None:
-    """Write a module (.py, .c, .h) for each spec file, and compile its C if a compiler is there.
+    """Generate a module (.py, .c, .h) from each spec file, and compile its C if a compiler is available.
 
-    Other languages are written as one file, with functions of one element and over batches; what they are given is
-    described at its top. Kernels with loops are functions of one element, in CUDA and OpenCL over batches too. A module
-    under generated/ goes to out/ in these.
+    A module in another language is one file, with functions for single elements and for batches; a comment at its top
+    describes their arguments. Kernels with loops have functions for single elements, and for batches in CUDA and OpenCL
+    only. With --all, files in other languages are written to out/ rather than generated/.
     """
     if not specs and not own:
         raise click.UsageError("name at least one spec file, or give --all")
     if standalone and own and output is None:
-        raise click.UsageError("--standalone is for copies of modules; give -o")
+        raise click.UsageError("--standalone writes copies of modules; choose their folder with -o")
     found = own_modules(specs) if own else [load_spec(Path(spec), algebra=algebra) for spec in specs]
     elsewhere = output or Path("out")
     folder = generated_folder() if own and output is None else elsewhere
@@ -91,7 +91,7 @@ def _write_modules(
     cache: Cache | None,
     no_build: bool,
 ) -> None:
-    """Write modules to `folder`, and other languages to `elsewhere`, and compile the C."""
+    """Write modules to `folder` and files in other languages to `elsewhere`, and compile the C files."""
     others = [target for target in TARGETS if target in targets]
     in_others, in_c = list[dict[str, str]](), list[dict[str, str]]()
     if others or standalone:
@@ -115,31 +115,32 @@ def _write_modules(
 
 
 @command(
-    "gac build             the modules under generated/",
+    "gac build             compile the modules under generated/",
     "gac build out",
-    "gac build out --portable   to copy out/_build to machines with other processors",
+    "gac build out --portable   build libraries that can be copied to other processors",
 )
 @click.argument("folder", required=False, type=click.Path(path_type=Path))
-@click.option("--force", is_flag=True, help="Compile again even where a library is current.")
-@click.option("--portable", is_flag=True, help="Compile for every processor, not only those like this one; slower.")
+@click.option("--force", is_flag=True, help="Compile even if a library is up to date.")
+@click.option("--portable", is_flag=True, help="Compile for all processors, not only this kind; takes longer.")
 def build(folder: Path | None, force: bool, portable: bool) -> None:
     """Compile the C files of a folder of generated modules.
 
-    A library has the loops for the vectors of this machine (AVX2 or AVX-512). Where another kind of machine loads the
-    module it is built again for that one; a portable library has the loops of all, and every machine accepts it.
+    A library contains the loops over batches for the vector instructions of this machine (AVX2 or AVX-512). On another
+    kind of machine, it is rebuilt when the module is loaded. A portable library contains the loops for every kind of
+    machine and is never rebuilt.
     """
     place = folder or generated_folder()
     sources = sorted(place.glob("*.c"))
     if not sources:
         raise SpecError(str(place), "no generated C file in it", remedy="run `gac generate` first")
     for source in sources:
-        compileall.compile_file(source.with_suffix(".py"), quiet=2)  # reading the text is most of an import
+        compileall.compile_file(source.with_suffix(".py"), quiet=2)  # parsing takes most of the import time
     libraries = _build(sources, force, portable)
     click.echo(f"{near(place)}: {len(libraries)} libraries are current")
 
 
 def _build(sources: list[Path], force: bool = False, portable: bool = False) -> list[Path]:
-    """Compile what is not compiled, and report each library; a note where there is no compiler."""
+    """Compile C files that have no current library, and report each library; print a note if no compiler is found."""
 
     def report(library: Path) -> None:
         click.echo(f"built {near(library)}, {library.stat().st_size / 1e6:.2f} MB")
@@ -154,24 +155,24 @@ def _build(sources: list[Path], force: bool = False, portable: bool = False) -> 
 @command(
     "gac robot panda.urdf -o out",
     "gac robot panda.urdf --tip panda_link8 --lock panda_finger_joint1 --lock panda_finger_joint2",
-    "gac robot ur5                one that algorithms.kinematics knows by name",
+    "gac robot ur5                a robot known by name to algorithms.kinematics",
     "gac robot ur5 --method gravity --method forward_dynamics",
-    "gac robot ur5 --method all --target rust   out/ur5.rs, no C",
+    "gac robot ur5 --method all --target rust   write out/ur5.rs, but no C",
 )
 @click.argument("robot")
 @click.option("-o", "--output", type=click.Path(path_type=Path), default=Path("out"), show_default=True)
-@click.option("--name", help="Of the module [default: the robot's].")
-@click.option("--tip", help="The link that is the end effector [default: the one most joints away].")
-@click.option("--lock", multiple=True, help="A joint that is held at 0; may be given again.")
+@click.option("--name", help="Name of the module [default: the name of the robot].")
+@click.option("--tip", help="Link of the end effector [default: the link most joints away from the base].")
+@click.option("--lock", multiple=True, help="Joint to lock at position 0; may be repeated.")
 @click.option(
     "--method",
     "methods",
     type=click.Choice([*METHODS, "all"]),
     multiple=True,
-    help=f"A kernel to write; may be given again [default: {', '.join(DEFAULT)}].",
+    help=f"Kernel to generate; may be repeated [default: {', '.join(DEFAULT)}].",
 )
 @target_option
-@click.option("--no-build", is_flag=True, help="Do not compile the C.")
+@click.option("--no-build", is_flag=True, help="Do not compile the C files.")
 @jobs_option
 @cache_option
 def robot(
@@ -186,10 +187,10 @@ def robot(
     jobs: int,
     cache: Cache | None,
 ) -> None:
-    """Write a module (.py, .c, .h) for one robot, a URDF file or a name, with its constants folded.
+    """Generate a module (.py, .c, .h) for one robot, with its constants folded into the kernels.
 
-    Its kernels take vectors of all joint variables. The spec is kept in specs/ beside them, for `gac show` and
-    `gac verify`.
+    ROBOT is a URDF file or the name of a known robot. The kernels take vectors of all joint variables. The spec is
+    saved in the folder specs/ next to the module, for use with `gac show` and `gac verify`.
     """
     module, text = robot_spec(robot, name, tip, lock, methods)
     path = output / "specs" / f"{module}.py"

@@ -1,4 +1,4 @@
-"""What commands print: paths, tables, progress bars."""
+"""Output of commands: paths, tables and progress bars."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from rich.table import Table
 
 
 def near(path: Path) -> str:
-    """A path relative to the working folder."""
+    """Return a path relative to the working folder."""
     return os.path.relpath(path) if path.is_absolute() else str(path)
 
 
 def plain(text: str) -> str:
-    """A text without markup, for `rich`."""
+    """Escape markup in a text for `rich`."""
     return text.replace("[", r"\[")
 
 
 def print_table(header: list[str], rows: list[list[str]]) -> None:
-    """A coloured table on a terminal, aligned plain text elsewhere."""
+    """Print a coloured table on a terminal, or aligned plain text otherwise."""
     if Console().is_terminal:
         table = Table(*header, header_style="bold cyan")
         for row in rows:
@@ -38,7 +38,10 @@ def print_table(header: list[str], rows: list[list[str]]) -> None:
 
 @contextmanager
 def progress_bar(total: int) -> Iterator[Callable[[str], None]]:
-    """A bar on standard error when that is a terminal, nothing otherwise; call what it gives with each name."""
+    """Show a progress bar on standard error if that is a terminal.
+
+    The context manager gives a function, which advances the bar and shows the name passed to it.
+    """
     console = Console(stderr=True)
     bar = bars.Progress(
         bars.TextColumn("{task.description}"),

@@ -1,4 +1,4 @@
-"""The command that makes wheels: ``gac package``."""
+"""The command that builds wheels: ``gac package``."""
 
 from __future__ import annotations
 
@@ -15,33 +15,33 @@ from .framework import algebra_option, cache_option, command, jobs_option
 from .output import near
 
 _LEVELS = {"v1": 1, "v3": 3, "v4": 4}
-"""The levels of x86-64 by the ends of the names of libraries."""
+"""The levels of x86-64, by the suffixes of library names."""
 
 
 @command(
     "gac package my_kernels.py            dist/my_kernels-0.1.0-py3-none-manylinux_2_17_x86_64.whl",
     "gac package arm.py camera.py --name my-robot --version 1.2",
-    "gac package my_kernels.py --no-build     for every platform; the C is built when it is first used",
+    "gac package my_kernels.py --no-build     for every platform; the C is compiled on first use",
     "CC=aarch64-linux-gnu-gcc gac package my_kernels.py",
-    "gac package some-1.0-py3-none-any.whl    add libraries for the generated modules in a wheel",
+    "gac package some-1.0-py3-none-any.whl    add compiled libraries to a wheel with generated modules",
 )
 @click.argument("specs", nargs=-1, required=True)
 @click.option("-o", "--output", type=click.Path(path_type=Path), default=Path("dist"), show_default=True)
-@click.option("--name", help="Of the distribution and its package [default: that of a single spec].")
-@click.option("--version", help="Of the distribution [default: 0.1.0].")
-@click.option("--no-build", is_flag=True, help="Make a wheel without compiled libraries.")
+@click.option("--name", help="Name of the distribution and its package [default: the name of a single spec].")
+@click.option("--version", help="Version of the distribution [default: 0.1.0].")
+@click.option("--no-build", is_flag=True, help="Write a wheel without compiled libraries.")
 @click.option(
     "--target-level",
     "levels",
     type=click.Choice(list(_LEVELS)),
     multiple=True,
-    help="A level of x86-64 to compile for; may be given again [default: all, of which the best is loaded].",
+    help="Level of x86-64 to compile for; may be repeated [default: all levels; the best one is selected on loading].",
 )
 @click.option(
     "--python",
     "pythons",
     multiple=True,
-    help="An interpreter to build the extension for, which makes calls short; may be given again [default: this one].",
+    help="Interpreter to build the extension for, which makes calls faster; may be repeated [default: this one].",
 )
 @jobs_option
 @cache_option
@@ -58,32 +58,33 @@ def package(
     cache: Cache | None,
     algebra: str | None,
 ) -> None:
-    """Write a wheel: the modules of spec files as a package that needs numpy and nothing else.
+    """Build a wheel of generated modules, a package that depends only on numpy.
 
-    The package has its own runtime, and compiled libraries for the machines of the C compiler (CC), of which the best
-    is loaded when a kernel is first called. Where there is none for a machine, the C in the package is compiled, or
-    else numba or array expressions run the kernels. The same specs give the same bytes.
+    The package contains its own runtime, and compiled libraries for the architecture that the C compiler (CC) targets.
+    The best library for the processor is loaded when a kernel is first called. On a machine with no matching library,
+    the C in the package is compiled; without a compiler, kernels run with numba or as array expressions. Builds are
+    reproducible: the same specs give the same bytes.
 
-    With the wheel of a project of your own instead of specs, libraries are added for all generated modules in it.
+    If the argument is a wheel instead of spec files, compiled libraries are added for all generated modules in it.
     """
     from ..wheels.archive import read_wheel
     from ..wheels.distribution import Distribution, distribution, package_files, retagged
     from ..wheels.libraries import compiled_files
 
     if no_build and (levels or pythons):
-        raise click.UsageError("--no-build compiles nothing; leave out --target-level and --python")
+        raise click.UsageError("--no-build compiles nothing, so --target-level and --python cannot be used")
     if any(spec.endswith(".whl") for spec in specs):
         if len(specs) > 1 or name or version or no_build:
-            raise click.UsageError("a wheel has its name and version, and is given alone, to add libraries to it")
+            raise click.UsageError("a wheel must be the only argument, without --name, --version or --no-build")
         found, wheel_version, files = read_wheel(Path(specs[0]))
         known = Distribution(found, wheel_version)
     else:
         if len(specs) > 1 and name is None:
-            raise click.UsageError("name the package of several specs by --name")
+            raise click.UsageError("several specs are given; name their package with --name")
         loaded = [load_spec(Path(spec), algebra=algebra) for spec in specs]
         modules = {spec.name: spec.summary for spec in loaded}
         if len(modules) < len(loaded):
-            raise SpecError(" ".join(specs), "two specs of one name", "one module of each name", "rename a file")
+            raise SpecError(" ".join(specs), "two specs have the same name", "different names", "rename a file")
         known = distribution(name or loaded[0].name, version or "0.1.0")
         texts: dict[str, str] = {}
         for each in rendered(loaded, jobs, cache):

@@ -1,4 +1,4 @@
-"""Commands that show what a kernel, a spec or an algebra is: ``gac show``, ``cost``, ``list`` and ``classify``."""
+"""Commands that describe kernels, specs and algebras: ``gac show``, ``cost``, ``list`` and ``classify``."""
 
 from __future__ import annotations
 
@@ -37,12 +37,12 @@ from .output import print_table
     "gac show my_kernels.py:move_point --latex",
 )
 @click.argument("target", metavar="SPEC:KERNEL")
-@click.option("--stage", type=click.Choice(list(dict.fromkeys([*STAGES, *LOOP_STAGES]))), help="Only this stage.")
-@click.option("--why", is_flag=True, help="What each step of the program taken saves, and what was not tried.")
-@click.option("--latex", "as_latex", is_flag=True, help="The definition and the program as LaTeX.")
+@click.option("--stage", type=click.Choice(list(dict.fromkeys([*STAGES, *LOOP_STAGES]))), help="Show only this stage.")
+@click.option("--why", is_flag=True, help="Show what each step to the chosen program saves, and what was not tried.")
+@click.option("--latex", "as_latex", is_flag=True, help="Print the definition and the program as LaTeX.")
 @algebra_option
 def show(target: str, stage: str | None, why: bool, as_latex: bool, algebra: str | None) -> None:
-    """Show how a kernel is made, stage by stage."""
+    """Show how a kernel is compiled, stage by stage."""
     kernel = find_kernel(target, algebra)
     if kernel.has_loops:
         loops = compile_loops(kernel)
@@ -77,7 +77,7 @@ def show(target: str, stage: str | None, why: bool, as_latex: bool, algebra: str
 @cache_option
 @algebra_option
 def cost(spec: str, as_json: bool, cache: Cache | None, algebra: str | None) -> None:
-    """Count the operations of every kernel: mul, add, div, sqrt, call, choice, fma."""
+    """Count the operations of each kernel by type (mul, add, div, sqrt, call, choice, fma)."""
     found = compiled_kernels(find_spec(spec, algebra), cache)
     counts = {each.kernel.name: each.source.cost.as_dict() for each in found if isinstance(each, Compiled)}
     loops = {each.kernel.name: each.source.costs for each in found if isinstance(each, CompiledLoops)}
@@ -94,9 +94,9 @@ def cost(spec: str, as_json: bool, cache: Cache | None, algebra: str | None) -> 
 
 
 @command(
-    "gac list                     algebras and checked-in modules",
-    "gac list my_kernels.py       its kernels",
-    "gac list PGA3                its layouts",
+    "gac list                     list algebras and checked-in modules",
+    "gac list my_kernels.py       list the kernels of a spec",
+    "gac list PGA3                list the layouts of an algebra",
     name="list",
 )
 @click.argument("what", required=False)
@@ -133,7 +133,7 @@ def list_(what: str | None, as_json: bool) -> None:
 
 
 def _type(parameter: Parameter) -> str:
-    """What a parameter is, in a few words: ``PGA3.POINT[3]``, ``PGA3.LINE[n]``, ``index n into m``."""
+    """Format the type of a parameter: ``PGA3.POINT[3]``, ``PGA3.LINE[n]``, ``index n into m``."""
     given = parameter.type
     if isinstance(given, IndexOf):
         return f"index {given.length}" + (f" into {given.into}" if given.into != given.length else "")
@@ -143,20 +143,21 @@ def _type(parameter: Parameter) -> str:
 
 
 @command(
-    "gac classify 3 0 1           projective geometry of space",
-    "gac classify 1 3 --matrices  the matrices of the basis vectors, exactly",
+    "gac classify 3 0 1           the projective geometric algebra of space",
+    "gac classify 1 3 --matrices  also print the matrices of the basis vectors",
     "gac classify 4 1 --json",
 )
 @click.argument("p", type=click.IntRange(0))
 @click.argument("q", type=click.IntRange(0), default=0)
 @click.argument("r", type=click.IntRange(0), default=0)
-@click.option("--matrices", is_flag=True, help="Print the matrices of the basis vectors.")
+@click.option("--matrices", is_flag=True, help="Also print the exact matrices of the basis vectors.")
 @json_option
 def classify(p: int, q: int, r: int, matrices: bool, as_json: bool) -> None:
-    """Which algebra of matrices G(P, Q, R) is: P vectors of square +1, Q of -1 and R of 0.
+    """Find the matrix algebra isomorphic to G(P, Q, R).
 
-    R(n), C(n) and H(n) are n x n matrices of real and complex numbers and quaternions, 2R(n) and 2H(n) pairs of them,
-    and the sign after them the Grassmann algebra of the degenerate part.
+    P, Q and R are the numbers of basis vectors with square +1, -1 and 0. R(n), C(n) and H(n) denote the n x n matrices
+    over the real numbers, the complex numbers and the quaternions, 2R(n) and 2H(n) denote pairs of these matrices, and
+    the symbol that follows denotes the Grassmann algebra of the degenerate part.
     """
     from ..structure.representation import Representation
     from ..structure.summary import generator_rows, summary
@@ -173,7 +174,7 @@ def classify(p: int, q: int, r: int, matrices: bool, as_json: bool) -> None:
             }
         click.echo(json.dumps(data, indent=2, ensure_ascii=False))
         return
-    print_table(["what", "it is"], [[name, text] for name, text in found.items()])
+    print_table(["property", "value"], [[name, text] for name, text in found.items()])
     if representation is not None:
         click.echo()
         print_table(["vector", "square", "matrix"], generator_rows(representation))

@@ -17,13 +17,13 @@ from .framework import command
 @click.argument("name")
 @click.option("--algebra", type=click.Choice(list(CATALOG)), default="PGA3", show_default=True)
 def new(name: str, algebra: str) -> None:
-    """Write a commented starter spec NAME.py in this folder."""
+    """Write a commented starter spec NAME.py to the current folder."""
     stem = name.removesuffix(".py")
     if not stem.isidentifier():
-        raise SpecError(name, "cannot name a module", "letters, digits and _")
+        raise SpecError(name, "not a valid module name", "letters, digits and _")
     path = Path(f"{stem}.py")
     if path.exists():
-        raise SpecError(str(path), "exists already", remedy="choose another name")
+        raise SpecError(str(path), "the file already exists", remedy="choose another name")
     template = Path(__file__).parent.parent / "backends" / "templates" / "spec.py.txt"
     first = next(layout.name for layout in CATALOG[algebra].layouts.values() if layout.size > 1)
     write({path.name: template.read_text().replace("ALGEBRA", algebra).replace("LAYOUT", first)}, path.parent)
@@ -32,19 +32,19 @@ def new(name: str, algebra: str) -> None:
 
 @command(
     "gac record arm.py -o arm_kernels.py        then: gac generate arm_kernels.py",
-    "gac record arm.py -o arm_kernels.py -- --steps 100    what follows -- is for the program",
+    "gac record arm.py -o arm_kernels.py -- --steps 100    arguments after -- are passed to the program",
 )
 @click.argument("script", type=click.Path(path_type=Path))
 @click.argument("arguments", nargs=-1, type=click.UNPROCESSED)
-@click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="The spec to write.")
-@click.option("--force", is_flag=True, help="Write over a spec that is there.")
+@click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="Spec file to write.")
+@click.option("--force", is_flag=True, help="Overwrite an existing spec.")
 def record(script: Path, arguments: tuple[str, ...], output: Path, force: bool) -> None:
-    """Run a program that uses numeric objects, and write a spec of exactly the kernels that it used."""
+    """Run a program that uses numeric objects, and write a spec with the kernels that it used."""
     from ..objects.recording import record as recorded
 
     if output.suffix != ".py" or not output.stem.isidentifier():
-        raise SpecError(str(output), "cannot name a spec", "a name of letters, digits and _ that ends in .py")
+        raise SpecError(str(output), "not a valid name of a spec", "letters, digits and _, followed by .py")
     if output.exists() and not force:
-        raise SpecError(str(output), "exists already", remedy="choose another name, or give --force")
+        raise SpecError(str(output), "the file already exists", remedy="choose another name, or give --force")
     write({output.name: recorded(script, arguments)}, output.parent)
     click.echo(f"{output}: {len(load_spec(output).kernels)} kernels; run `gac generate {output}`")

@@ -96,7 +96,7 @@ def test_check_takes_what_generate_kept(here: Path, compiled: list[str], monkeyp
     assert run("generate", "--all", "projective2", "--no-build", "-o", "out").exit_code == 0
     n = len(compiled)
     result = run("check", "projective2")
-    assert result.exit_code == 0 and "files are what the specs give" in result.output
+    assert result.exit_code == 0 and "files are up to date" in result.output
     result = run("check", "projective2", "--prove")
     assert result.exit_code == 0 and f"{n} kernels are proved" in result.output and len(compiled) == n > 5
     for path in generated_folder().glob("projective2.*"):
@@ -175,5 +175,5 @@ def test_a_home_that_cannot_be_used_is_said_and_is_no_error(here: Path, monkeypa
     monkeypatch.setenv("XDG_CACHE_HOME", str(here / "lines.py"))
     assert run("generate", "lines.py", "--no-build").exit_code == 0
     result = run("cache")
-    assert result.exit_code == 0 and "nothing is kept" in result.output and "GAC_CACHE" in result.output
+    assert result.exit_code == 0 and "nothing is cached" in result.output and "GAC_CACHE" in result.output
     assert json.loads(run("cache", "--json").output)["place"] is None

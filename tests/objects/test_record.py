@@ -131,6 +131,6 @@ def test_a_spec_is_not_written_over(recorded: tuple[Path, dict[str, Any]], tmp_p
     spec, _ = recorded
     before = spec.read_text()
     result = gac("record", spec.parent / "arm.py", "-o", spec)
-    assert result.exit_code == 1 and "exists already" in result.output and spec.read_text() == before
+    assert result.exit_code == 1 and "already exists" in result.output and spec.read_text() == before
     assert gac("record", spec.parent / "arm.py", "-o", tmp_path / "no-name.py").exit_code == 1
     assert "gac record arm.py" in gac("record", "--help").output

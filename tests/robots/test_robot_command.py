@@ -91,7 +91,7 @@ def test_robots_that_there_are_not(tmp_path: Path) -> None:
         robot_spec(str(tmp_path / "none.urdf"), None, None, ())
     with pytest.raises(SpecError, match="for --tip and --lock"):
         robot_spec("ur5", None, "tool", ())
-    with pytest.raises(SpecError, match="cannot name a module"):
+    with pytest.raises(SpecError, match="not a valid module name"):
         robot_spec("ur5", "3 d", None, ())
 
 

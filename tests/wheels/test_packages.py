@@ -112,13 +112,13 @@ def test_dates_are_those_of_source_date_epoch(monkeypatch: pytest.MonkeyPatch) -
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("--name", "2 kernels"), "2 kernels: cannot name a package"),
+        (("--name", "2 kernels"), "2 kernels: not a valid package name"),
         (("--name", "2-kernels"), "Python cannot import '2_kernels'"),
         (("--name", "class"), "Python cannot import 'class'"),
         (("--version", "first"), "first: no version"),
         (("--no-build", "--target-level", "v3"), "--no-build compiles nothing"),
-        (("other.py",), "name the package of several specs by --name"),
-        (("other.whl",), "a wheel has its name and version, and is given alone"),
+        (("other.py",), "name their package with --name"),
+        (("other.whl",), "a wheel must be the only argument"),
     ],
 )
 def test_wrong_arguments(spec: Path, tmp_path: Path, arguments: tuple[str, ...], message: str) -> None:
