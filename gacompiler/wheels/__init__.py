@@ -1,1 +1,1 @@
-"""Wheels: kernels of users as an installable package, and compiled libraries for wheels that have generated modules."""
+"""Build wheels: packages of generated kernels, and compiled libraries for wheels that contain generated modules."""

@@ -1,4 +1,4 @@
-"""Reading and writing wheel files, whose bytes depend on their content alone."""
+"""Read and write wheel files reproducibly: the bytes depend only on the contents."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ _MODE = stat.S_IFREG | 0o644
 
 
 class _ReproducibleWheel(WheelFile):  # type: ignore[misc]
-    """A wheel that is written with one date and one mode for all files.
+    """A wheel written with the same date and mode for all files.
 
-    The date is that of SOURCE_DATE_EPOCH, or else the earliest that an archive can have.
+    The date is SOURCE_DATE_EPOCH, or by default the earliest date that an archive can store.
     """
 
     def writestr(self, zinfo_or_arcname: Any, data: Any, compress_type: int | None = None) -> None:
@@ -35,12 +35,12 @@ class _ReproducibleWheel(WheelFile):  # type: ignore[misc]
 
 
 def wheel_name(distribution: str, version: str, platform: str) -> str:
-    """The file name of a wheel for every Python 3, for one platform or for ``any``."""
+    """Return the file name of a wheel for every Python 3 and a platform, which may be ``any``."""
     return f"{distribution}-{version}-py3-none-{platform}.whl"
 
 
 def wheel_text(platform: str) -> str:
-    """The file ``WHEEL``, which says what the wheel is for."""
+    """Return the text of the file ``WHEEL``, which specifies the platform of the wheel."""
     pure = "true" if platform == "any" else "false"
     return (
         f"Wheel-Version: 1.0\nGenerator: gacompiler ({__version__})\nRoot-Is-Purelib: {pure}\n"
@@ -49,12 +49,12 @@ def wheel_text(platform: str) -> str:
 
 
 def read_wheel(path: Path) -> tuple[str, str, dict[str, bytes]]:
-    """The distribution, the version and the files of a wheel for every platform, without RECORD.
+    """Return the distribution name, the version and the files, without RECORD, of a platform-independent wheel.
 
     Raises
     ------
     BackendError
-        When it cannot be read, when a file is not what its RECORD says, or when it is for one platform.
+        If the wheel cannot be read, a file does not match its entry in RECORD, or the wheel is for one platform only.
     """
     expected = "a wheel for every platform, ...-py3-none-any.whl"
     try:
@@ -70,14 +70,14 @@ def read_wheel(path: Path) -> tuple[str, str, dict[str, bytes]]:
 
 
 def wheel_bytes(name: str, files: Mapping[str, bytes]) -> bytes:
-    """A wheel of this file name as bytes: RECORD is added, the metadata come last.
+    """Return the contents of a wheel. RECORD is added, and the metadata are stored last.
 
     Parameters
     ----------
     name : str
-        As `wheel_name` gives it.
+        The file name, as returned by `wheel_name`.
     files : mapping of str to bytes
-        By their path in the wheel; ``NAME-VERSION.dist-info`` has METADATA and WHEEL.
+        The files by their paths in the wheel. ``NAME-VERSION.dist-info`` contains METADATA and WHEEL.
     """
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / name

@@ -1,4 +1,4 @@
-"""The files of a wheel of a user's own kernels: a package of modules with their runtime, and metadata."""
+"""Files of a wheel of a user's own kernels: a package of modules with their runtime, and metadata."""
 
 from __future__ import annotations
 
@@ -15,61 +15,61 @@ from ..errors import SpecError
 from .archive import wheel_bytes, wheel_name, wheel_text
 
 REQUIRES_NUMPY = "numpy>=2.1,<3"
-"""What generated modules need; the metadata of this project say the same."""
+"""The requirement of generated modules, which is the same in the metadata of this project."""
 
 REQUIRES_PYTHON = ">=3.11"
 
 
 class Distribution(NamedTuple):
-    """The name and version of what is installed, and the package that it has."""
+    """Name and version of an installable distribution, and the name of its package."""
 
     name: str
     version: str
 
     @property
     def package(self) -> str:
-        """The name under which it is imported, which is also that of its files: ``my_kernels``."""
+        """Name under which the package is imported, also used in file names: ``my_kernels``."""
         return self.name.replace("-", "_")
 
     @property
     def metadata_folder(self) -> str:
-        """The folder of METADATA, WHEEL and RECORD."""
+        """Folder that contains METADATA, WHEEL and RECORD."""
         return f"{self.package}-{self.version}.dist-info"
 
 
 def distribution(name: str, version: str) -> Distribution:
-    """A distribution with its name and version as indices compare them.
+    """Return a distribution with its name and version normalised as in package indices.
 
     Raises
     ------
     SpecError
-        When the name cannot name a package, or when the version is none.
+        If the name is not a valid package name, or the version is invalid.
     """
     try:
         found = Distribution(canonicalize_name(name, validate=True), str(Version(version)))
     except InvalidName:
-        raise SpecError(name, "cannot name a package", "letters, digits, - and _") from None
+        raise SpecError(name, "not a valid package name", "letters, digits, - and _") from None
     except InvalidVersion:
-        raise SpecError(version, "no version", "one as 1.0 or 2026.1.3") from None
+        raise SpecError(version, "not a valid version", "a version such as 1.0 or 2026.1.3") from None
     if not found.package.isidentifier() or keyword.iskeyword(found.package):
         raise SpecError(name, f"Python cannot import {found.package!r}", "letters, digits, - and _, a letter first")
     return found
 
 
 def package_files(known: Distribution, modules: Mapping[str, str], files: Mapping[str, str]) -> dict[str, bytes]:
-    """The files of a wheel before anything is compiled, without RECORD.
+    """Return the files of a wheel without compiled libraries and RECORD.
 
     Parameters
     ----------
     known : Distribution
     modules : mapping of str to str
-        What each module is for, by its name.
+        The summary of each module, by its name.
     files : mapping of str to str
-        The texts of the modules.
+        The texts of the modules, by file name.
 
     Notes
     -----
-    The runtime is a part of the package, so that two packages with different runtimes do not disturb each other.
+    The package contains its own runtime, so that packages with different versions of the runtime can be used together.
     """
     lines = [f"    from {known.package} import {module}" for module in modules]
     summary = next(iter(modules.values())).partition("\n")[0]
@@ -82,7 +82,7 @@ def package_files(known: Distribution, modules: Mapping[str, str], files: Mappin
 
 
 def _metadata(known: Distribution, summary: str, modules: Mapping[str, str]) -> str:
-    """The text of METADATA, checked by what reads it."""
+    """Return the text of METADATA, validated by `packaging`."""
     sections = [f"## `from {known.package} import {module}`\n\n{about}\n" for module, about in modules.items()]
     found = Metadata.from_raw(
         {
@@ -100,6 +100,6 @@ def _metadata(known: Distribution, summary: str, modules: Mapping[str, str]) -> 
 
 
 def retagged(known: Distribution, platform: str, files: Mapping[str, bytes]) -> tuple[str, bytes]:
-    """The name and the bytes of the wheel of these files for a platform, or for ``any``."""
+    """Return the file name and the contents of the wheel of these files for a platform, which may be ``any``."""
     name = wheel_name(known.package, known.version, platform)
     return name, wheel_bytes(name, {**files, f"{known.metadata_folder}/WHEEL": wheel_text(platform).encode()})

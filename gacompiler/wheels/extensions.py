@@ -1,4 +1,4 @@
-"""The extension that calls kernels, built for one or several versions of Python."""
+"""Build the extension module that calls kernels, for one or several versions of Python."""
 
 from __future__ import annotations
 
@@ -21,42 +21,42 @@ print(json.dumps([
 
 
 class Python(NamedTuple):
-    """What an extension for an interpreter is built with."""
+    """Properties of an interpreter that are needed to build an extension module for it."""
 
     implementation: str
     machine: str
     include: str
     suffix: str
-    """The end of the names of its extensions, ``.cpython-311-x86_64-linux-gnu.so``."""
+    """File name suffix of extension modules, such as ``.cpython-311-x86_64-linux-gnu.so``."""
 
     @property
     def has_headers(self) -> bool:
-        """Whether an extension can be built."""
+        """Whether the headers needed to build an extension module are installed."""
         return self.implementation == "cpython" and (Path(self.include) / "Python.h").is_file()
 
 
 def python_of(command: str) -> Python:
-    """Ask an interpreter.
+    """Query an interpreter, given by its command.
 
     Raises
     ------
     BackendError
-        When it cannot be run.
+        If the interpreter cannot be run.
     """
     try:
         done = subprocess.run([command, "-I", "-c", _QUESTION], capture_output=True, text=True, check=True)
     except (OSError, subprocess.CalledProcessError) as error:
-        raise BackendError(command, f"it cannot be run: {error}", "an interpreter of Python") from error
+        raise BackendError(command, f"it cannot be run: {error}", "a Python interpreter") from error
     return Python(*json.loads(done.stdout))
 
 
 def build_extension(python: Python, compiler: Sequence[str], folder: Path) -> Path:
-    """Compile the extension for an interpreter into a folder, under the name by which the runtime finds it.
+    """Compile the extension module for an interpreter into a folder, under the name that the runtime looks for.
 
     Raises
     ------
     BackendError
-        When the compiler fails.
+        If the compiler fails.
     """
     target = folder / f"{extension_name()}{python.suffix}"
     source = Path(__file__).parents[1] / RUNTIME / EXTENSION_FILE

@@ -1,4 +1,4 @@
-"""Compiled libraries for the generated modules in a wheel, one for each level of processors."""
+"""Compile libraries for the generated modules in a wheel, one for each processor level."""
 
 from __future__ import annotations
 
@@ -17,26 +17,27 @@ from .extensions import build_extension, python_of
 from .platforms import platform_tag
 
 LEVELS = tuple(level for level in LEVEL_FLAGS if level != PORTABLE)
-"""The levels of x86-64 that a wheel has libraries for: 1 runs everywhere, 3 has AVX2, 4 has AVX-512."""
+"""The x86-64 levels for which a wheel contains libraries: 1 runs everywhere, 3 uses AVX2 and 4 uses AVX-512."""
 
 Progress = Callable[[Path], None]
 
 
 def compiler_machine(compiler: Sequence[str]) -> str:
-    """The machines that a compiler compiles for: ``x86_64``, ``aarch64``."""
+    """Return the architecture that a compiler targets, such as ``x86_64`` or ``aarch64``."""
     done = subprocess.run([*compiler, "-dumpmachine"], capture_output=True, text=True)
     if done.returncode or not done.stdout.strip():
-        raise BackendError(compiler[0], "it does not say for which machines it compiles", "gcc or clang")
+        raise BackendError(compiler[0], "it does not report its target architecture", "gcc or clang")
     return done.stdout.partition("-")[0].strip()
 
 
 def module_folders(files: Mapping[str, bytes]) -> dict[str, list[str]]:
-    """The folders of a wheel that have a runtime and generated C beside it, with the names of these C files.
+    """Return the folders of a wheel that contain a runtime and generated C files, with the names of these C files.
 
     Raises
     ------
     BackendError
-        When there are none, or when a runtime is not that of this version, whose libraries have other names.
+        If there are none, or a runtime is not the one of this version. Runtimes of other versions look for libraries
+        under other names.
     """
     found: dict[str, list[str]] = {}
     for path in map(PurePosixPath, sorted(files)):
@@ -44,7 +45,7 @@ def module_folders(files: Mapping[str, bytes]) -> dict[str, list[str]]:
         if path.suffix == ".c" and f"{path.with_suffix('.py')}" in files and has_runtime:
             found.setdefault(str(path.parent), []).append(path.name)
     if not found:
-        raise BackendError("the wheel", "no generated C file beside a runtime in it", "what `gac generate` writes")
+        raise BackendError("the wheel", "no generated C file next to a runtime in it", "files from `gac generate`")
     for folder in found:
         for part, text in runtime_files().items():
             name = str(PurePosixPath(folder) / part)
@@ -62,39 +63,39 @@ def compiled_files(
     pythons: Sequence[str] = (),
     progress: Progress = lambda library: None,
 ) -> tuple[str, dict[str, bytes]]:
-    """Compile the generated modules among the files of a wheel.
+    """Compile the generated modules in a wheel.
 
     Parameters
     ----------
     files : mapping of str to bytes
-        By their path in the wheel.
+        The files by their paths in the wheel.
     levels : sequence of int
-        Of x86-64, some of `LEVELS`; by default all. Other machines have one library for all.
+        Some of the x86-64 `LEVELS`; by default all. Other architectures have a single library.
     pythons : sequence of str
-        Interpreters for which the extension is built, by which calls are shorter; by default the one that runs this,
-        where it is for the machines of the compiler and has its headers. With others, and on interpreters of other
-        versions, kernels are called through ctypes.
+        Interpreters for which the extension module is built, which makes calls faster. The default is the running
+        interpreter, if the compiler targets its architecture and its headers are installed. Other interpreters, and
+        other versions of these, call kernels through ctypes.
     progress : callable
-        Called with each library.
+        Called with the path of each library.
 
     Returns
     -------
     platform : str
         The tag of the platform on which all of the libraries can be loaded.
     files : dict of str to bytes
-        The libraries and extensions, by their path in the wheel.
+        The libraries and extension modules, by their paths in the wheel.
 
     Raises
     ------
     BackendError
-        When there is no compiler, when it fails, or when an interpreter is for other machines.
+        If there is no compiler, the compiler fails, or an interpreter is for another architecture.
     """
     compiler = find_compiler()
     if compiler is None:
-        raise BackendError("C compiler", no_compiler(), "one that can be run", "or give --no-build")
+        raise BackendError("C compiler", no_compiler(), "a working compiler", "install one, or use --no-build")
     machine, sources = compiler_machine(compiler), module_folders(files)
     if levels and machine != "x86_64":
-        raise BackendError(compiler[0], f"it compiles for {machine}", "x86_64, which has levels", "give no level")
+        raise BackendError(compiler[0], f"it compiles for {machine}", "x86_64", "omit --target-level")
     found = [python_of(command) for command in (pythons or [sys.executable])]
     for command, python in zip(pythons, found, strict=False):
         if python.machine != machine or not python.has_headers:
