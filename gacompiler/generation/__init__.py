@@ -1,1 +1,1 @@
-"""From spec files to the modules under ``generated``: loading, compiling, printing, writing."""
+"""Load spec files, compile their kernels, and print and write the generated modules."""

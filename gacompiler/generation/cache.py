@@ -1,8 +1,9 @@
-"""Results of the compiler on disk, found again by a digest of all that they depend on.
+"""A cache on disk of results of the compiler, indexed by a digest of everything they depend on.
 
-Each entry is a file: a line that says what it is, its key, a digest of its content, and the content, compressed JSON.
-Files appear by a rename, whole or not at all, so that any number of processes can write at the same time; what is not
-an entry of that key, or not whole, is no entry. The files used longest ago are removed where the limit is passed.
+Each entry is a file with a header line, its key, a digest of its content, and the content as compressed JSON. Files are
+written under a temporary name and renamed, so that several processes can write at the same time. A file that is
+incomplete, or has a different key, is ignored. The least recently used files are removed when the size limit is
+exceeded.
 """
 
 from __future__ import annotations
@@ -22,9 +23,9 @@ from ..cache_folder import cache_part, lasting_folder
 from ..errors import BackendError
 
 PART = "compilations"
-"""The folder in the cache folder."""
+"""The name of the folder inside the cache folder."""
 MEGABYTES = 256
-"""The limit, unless ``$GAC_CACHE_SIZE`` says otherwise."""
+"""The default limit, which ``$GAC_CACHE_SIZE`` overrides."""
 
 _HEAD = b"gacompiler cache entry, format 1\n"
 _MEGABYTE = 1_000_000
@@ -37,16 +38,16 @@ class Cache:
     Attributes
     ----------
     folder : Path
-        It belongs to the user alone; see `gacompiler.cache_folder`.
+        A folder to which only the user can write; see `gacompiler.cache_folder`.
     limit : int
-        The size of all entries, in bytes, that `prune` leaves.
+        The maximum total size of all entries after `prune`, in bytes.
     """
 
     folder: Path
     limit: int = MEGABYTES * _MEGABYTE
 
     def get(self, key: str) -> Any | None:
-        """The value of a key, plain data; None where there is none, or its file is not whole."""
+        """Return the value of a key as plain data, or None if there is no complete entry."""
         path = self.folder / key
         try:
             content = path.read_bytes()
@@ -66,7 +67,7 @@ class Cache:
             return None
 
     def put(self, key: str, value: Any) -> None:
-        """Keep a value. Where that fails, for want of space perhaps, there is no entry."""
+        """Store a value. Errors, such as a full disk, are ignored and leave no entry."""
         packed = zlib.compress(json.dumps(value, separators=(",", ":")).encode(), 1)
         content = b"\n".join([_HEAD + key.encode(), _digest(packed), packed])
         with contextlib.suppress(OSError):
@@ -79,7 +80,7 @@ class Cache:
                 os.unlink(scratch)
 
     def prune(self) -> None:
-        """Remove what was used longest ago, until the rest is within the limit."""
+        """Remove the least recently used entries until the rest is within the limit."""
         used = sorted(self._files(), key=lambda each: (each[1].st_mtime_ns, each[0]), reverse=True)
         size = 0
         for path, state in used:
@@ -100,17 +101,17 @@ def _digest(content: bytes) -> bytes:
 
 
 def key_of(*parts: str) -> str:
-    """A key from all that a value depends on."""
+    """Compute a key from everything that a value depends on."""
     return hashlib.sha256("\0".join(parts).encode()).hexdigest()
 
 
 def open_cache() -> Cache | None:
-    """The user's cache; None where there is no place for one, or ``$GAC_CACHE_SIZE`` is 0.
+    """Open the user's cache; return None if no folder can be used, or ``$GAC_CACHE_SIZE`` is 0.
 
     Raises
     ------
     BackendError
-        When ``$GAC_CACHE`` cannot be used, or ``$GAC_CACHE_SIZE`` is no number.
+        If ``$GAC_CACHE`` cannot be used, or ``$GAC_CACHE_SIZE`` is not a number.
     """
     limit = size_limit()
     if not limit or lasting_folder() is None:
@@ -119,8 +120,8 @@ def open_cache() -> Cache | None:
 
 
 def size_limit() -> int:
-    """The size in bytes that entries may have together."""
+    """Return the maximum total size of the entries in bytes."""
     text = os.environ.get("GAC_CACHE_SIZE") or str(MEGABYTES)
     if not text.isdecimal():
-        raise BackendError("GAC_CACHE_SIZE", repr(text), "a number of megabytes; 0 for no cache")
+        raise BackendError("GAC_CACHE_SIZE", repr(text), "a number of megabytes, or 0 to disable the cache")
     return int(text) * _MEGABYTE

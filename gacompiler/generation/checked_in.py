@@ -1,4 +1,4 @@
-"""Where the specs of the package and the modules generated from them are."""
+"""Locations of the specs of the package and of the modules generated from them."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ _PACKAGE = Path(__file__).parent.parent
 
 
 def own_specs() -> list[Path]:
-    """The spec files of the modules that are checked in under ``generated``."""
+    """Return the spec files of the modules that are checked in under ``generated``."""
     return sorted(path for path in (_PACKAGE / "specs").glob("*.py") if path.stem != "__init__")
 
 
 def generated_folder() -> Path:
-    """The folder of the checked-in modules: the ``generated`` package beside this one."""
+    """Return the folder of the checked-in modules: the ``generated`` package installed with this one."""
     found = importlib.util.find_spec("generated")
     if found is not None and found.submodule_search_locations:
         return Path(next(iter(found.submodule_search_locations)))

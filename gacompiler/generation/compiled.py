@@ -1,4 +1,4 @@
-"""What is kept of compiled kernels: all that is printed of them, and what their proof needs."""
+"""The parts of compiled kernels that are stored: the data for the printers, and the data for proofs."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ class Compiled:
     ----------
     kernel : Kernel
     source : KernelSource
-        The program with its forms for uniform arguments, its cost, and what is said of it.
+        The program with its variants for uniform arguments, its cost and its documentation.
     slots : tuple of tuple of Slot
-        For each result array: which coefficient of which expression each entry is.
+        For each result array, the coefficient and the expression that each entry stores.
     """
 
     kernel: Kernel
@@ -33,7 +33,7 @@ class Compiled:
 
     @classmethod
     def of(cls, record: Compilation) -> Compiled:
-        """What is kept of a kernel that went through the whole pipeline."""
+        """Extract the stored parts from the record of a complete compilation."""
         assert record.decision is not None
         return cls(record.kernel, kernel_source(record), record.decision.slots)
 
@@ -45,7 +45,7 @@ class CompiledPart:
     Attributes
     ----------
     program : Program
-        As compiled: its arguments are single multivectors, not rows of tables.
+        The program as compiled: its arguments are single multivectors, not rows of tables.
     slots : tuple of tuple of Slot
     """
 
@@ -62,9 +62,9 @@ class CompiledLoops:
     kernel : Kernel
     source : LoopSource
     trace : LoopTrace
-        What its function does, by which emitted text is proved again.
+        The traced definition, with which emitted text is verified.
     parts : tuple of CompiledPart
-        In the order of the text.
+        The straight-line parts in the order of the definition.
     """
 
     kernel: Kernel
@@ -74,7 +74,7 @@ class CompiledLoops:
 
     @classmethod
     def of(cls, record: LoopCompilation) -> CompiledLoops:
-        """What is kept of a kernel with loops that was compiled."""
+        """Extract the stored parts from the record of a compilation."""
         parts = []
         for part in record.parts:
             assert part.decision is not None

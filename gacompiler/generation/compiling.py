@@ -1,7 +1,7 @@
-"""Compiling kernels, and printing modules of them: anew, or from the cache.
+"""Compile kernels and print their modules, with a cache.
 
-A kernel is found again by its description and the sources of the compiler, a printed module by its kernels and the
-sources of the printers too. Only what was proved is kept.
+A compiled kernel is cached under its description and the sources of the compiler; a printed module, under its kernels
+and the sources of the printers as well. Only proved results are cached.
 """
 
 from __future__ import annotations
@@ -31,35 +31,35 @@ Progress = Callable[[str], None]
 AnyCompiled = Compiled | CompiledLoops
 
 Keys = Sequence[str | None]
-"""What the kernels of a spec are kept under; None for those that are not kept."""
+"""Cache keys of the kernels of a spec; None for kernels that cannot be cached."""
 
 
 def compile_definition(kernel: Kernel, cache: Cache | None = None) -> Compiled:
-    """Compile a kernel, or take what the cache has of it."""
+    """Compile a kernel, or return the cached result."""
     return _compiled(kernel, _kernel_key(kernel) if cache else None, cache)
 
 
 def compile_kernels(
     spec: Spec, progress: Progress = lambda name: None, cache: Cache | None = None
 ) -> list[AnyCompiled]:
-    """Compile every kernel of a spec, or take what the cache has of it."""
+    """Compile every kernel of a spec, or return the cached results."""
     return _all_compiled(spec, _keys(spec, cache), progress, cache)
 
 
 def source_of(spec: Spec, compiled: Sequence[Compiled | CompiledLoops]) -> ModuleSource:
-    """What is printed of a spec, from its compiled kernels."""
+    """Collect the data that the printers need from the compiled kernels of a spec."""
     kernels = tuple(each.source for each in compiled if isinstance(each, Compiled))
     loops = tuple(each.source for each in compiled if isinstance(each, CompiledLoops))
     return ModuleSource(spec.name, spec.summary, spec.command, spec.digest, kernels, loops)
 
 
 def compile_spec(spec: Spec, progress: Progress = lambda name: None, cache: Cache | None = None) -> ModuleSource:
-    """Compile every kernel of a spec, as data for the printers."""
+    """Compile every kernel of a spec and return the data for the printers."""
     return source_of(spec, compile_kernels(spec, progress, cache))
 
 
 def render_spec(spec: Spec, progress: Progress = lambda name: None, cache: Cache | None = None) -> dict[str, str]:
-    """Compile every kernel of a spec, and print the files of its module: name -> text."""
+    """Compile every kernel of a spec, and return the texts of the files of its module by name."""
     keys = _keys(spec, cache)
     text_key = _text_key(spec, keys)
     known = _known_text(spec, text_key, cache)
@@ -73,7 +73,7 @@ def render_spec(spec: Spec, progress: Progress = lambda name: None, cache: Cache
 
 
 def rendered_before(spec: Spec, cache: Cache | None) -> dict[str, str] | None:
-    """The files of a spec's module if the cache has them; nothing is compiled."""
+    """Return the files of a spec's module if they are cached, else None; nothing is compiled."""
     return _known_text(spec, _text_key(spec, _keys(spec, cache)), cache)
 
 
@@ -93,7 +93,7 @@ def _compiled(kernel: Kernel, key: str | None, cache: Cache | None) -> Compiled:
         try:
             return unpacked(kernel, known)
         except (GacError, LookupError, TypeError, ValueError):
-            pass  # no kernel, whoever wrote it
+            pass  # the entry is not a valid kernel: compile it again
     compiled = Compiled.of(compile_kernel(kernel))
     if cache and key:
         cache.put(key, packed(compiled))
@@ -107,7 +107,7 @@ def _loops_compiled(kernel: Kernel, key: str | None, cache: Cache | None) -> Com
         try:
             return unpacked_loops(kernel, traced, known)
         except (GacError, LookupError, TypeError, ValueError):
-            pass  # no kernel, whoever wrote it
+            pass  # the entry is not a valid kernel: compile it again
     compiled = CompiledLoops.of(compile_loops(kernel, traced))
     if cache and key:
         cache.put(key, packed_loops(compiled))
@@ -125,7 +125,7 @@ def _kernel_key(kernel: Kernel) -> str | None:
     try:
         return key_of("procedure" if kernel.has_loops else "program", compiler, description_of(kernel))
     except (GacError, NotDescribed):
-        return None  # if the kernel is wrong, compiling it says how
+        return None  # if the kernel is invalid, compiling it reports the error
 
 
 def _text_key(spec: Spec, keys: Keys) -> str | None:

@@ -1,4 +1,4 @@
-"""Writing generated files, and comparing them with what they should be."""
+"""Write generated files, and compare existing files with their expected text."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from ..errors import BackendError
 
 
 def write(files: Mapping[str, str | bytes], folder: Path) -> list[Path]:
-    """Write files whole or not at all: all are first written beside their places, then renamed.
+    """Write files atomically: all are first written under temporary names in the same folder, then renamed.
 
-    Returns the paths whose content changed.
+    Returns the paths of the files whose content changed.
 
     Raises
     ------
     BackendError
-        When the folder cannot be written; existing files are then as they were.
+        If the folder cannot be written; existing files are then unchanged.
     """
     temporary: dict[Path, Path] = {}
     try:
@@ -40,19 +40,17 @@ def write(files: Mapping[str, str | bytes], folder: Path) -> list[Path]:
         for scratch_path in temporary.values():
             scratch_path.unlink(missing_ok=True)
         raise BackendError(
-            str(folder), error.strerror or str(error), "a folder that can be written", "choose another with -o"
+            str(folder), error.strerror or str(error), "a writable folder", "choose another with -o"
         ) from error
     return list(temporary)
 
 
 def compare(files: Mapping[str, str], folder: Path) -> list[str]:
-    """Unified diffs from the files in `folder` to what they should be; empty when all are current."""
+    """Return unified diffs from the files in `folder` to their expected text; empty if all are up to date."""
     diffs = []
     for name, text in files.items():
         path = folder / name
         found = path.read_text().splitlines(keepends=True) if path.is_file() else []
-        diff = difflib.unified_diff(
-            found, text.splitlines(keepends=True), f"{path}", f"{path} (as the spec gives it now)"
-        )
+        diff = difflib.unified_diff(found, text.splitlines(keepends=True), f"{path}", f"{path} (as generated now)")
         diffs.append("".join(diff))
     return [diff for diff in diffs if diff]

@@ -1,4 +1,4 @@
-"""What the compiler is: a digest of the sources that decide what is compiled and printed, and of what they run on."""
+"""Fingerprint of the compiler: a digest of the sources that determine its output, and of their dependencies."""
 
 from __future__ import annotations
 
@@ -17,18 +17,19 @@ PROGRAM_SOURCES = (
     *("errors.py", "algebra", "rings", "structure", "frontend", "ir", "passes", "generation"),
     "backends/module.py",
 )
-"""What decides which program a kernel gets, and how it is kept."""
+"""Sources that determine the program of a kernel and how it is stored."""
 TEXT_SOURCES = (*PROGRAM_SOURCES, "backends", "gac_runtime")
-"""What decides how it is printed too: printers ask the runtime what it understands."""
+"""Sources that determine the printed text too. The runtime is included because the printers depend on its formats."""
 
 _PACKAGE = Path(__file__).parent.parent
 
 
 @cache
 def fingerprint(sources: tuple[str, ...] = TEXT_SOURCES) -> str | None:
-    """A digest of files and folders of this package, and of the versions of Python and of the libraries that they use.
+    """Compute a digest of files and folders of this package, and of the versions of Python and of the libraries used.
 
-    None when it is not known which sources this process runs: they are not there, or were changed after it began.
+    Return None if it is not known which sources this process runs, because they are missing or were changed after it
+    started.
     """
     found = digest(_PACKAGE, sources, LOADED)
     if found is None:
@@ -38,15 +39,17 @@ def fingerprint(sources: tuple[str, ...] = TEXT_SOURCES) -> str | None:
 
 
 def digest(root: Path, names: Iterable[str], newest: int) -> str | None:
-    """A digest of the names and contents of files below `root`; None if there is none, or one is newer than `newest`.
+    """Compute a digest of the names and contents of files below `root`.
+
+    Return None if there are no files, or if one was modified after `newest`.
 
     Parameters
     ----------
     root : Path
     names : iterable of str
-        Files and folders in `root`; folders with all that is in them.
+        Files and folders in `root`; folders are included with all their contents.
     newest : int
-        In nanoseconds.
+        A modification time in nanoseconds.
     """
     whole, n_files = hashlib.sha256(), 0
     for path in _files(root, names):

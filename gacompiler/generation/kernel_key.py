@@ -1,8 +1,8 @@
-"""What a kernel is, as a text: two kernels of one text give the same program, and what is printed of them is the same.
+"""Describe a kernel as text: kernels with the same text have the same program and the same printed form.
 
-The text is made from the traced kernel, so that everything its function uses is in it: other functions, closures,
-global variables. Layouts and algebras are described in full, since users have their own under any name; functions in a
-layout are described by what they give on variables.
+The text is made from the traced kernel, so that it covers everything that the function uses: other functions, closures
+and global variables. Layouts and algebras are described in full, since users may define their own under any name.
+Functions in a layout are described by the polynomials that they return for variables.
 """
 
 from __future__ import annotations
@@ -28,18 +28,18 @@ from ..rings.polynomial import Polynomial, PolynomialRing
 
 
 class NotDescribed(Exception):
-    """Something in a kernel that has no exact text: a kernel that cannot be found again."""
+    """Part of a kernel has no exact text, so the kernel cannot be cached."""
 
 
 def description_of(kernel: Kernel) -> str:
-    """The description of a kernel, with loops or without.
+    """Return the description of a kernel, with or without loops.
 
     Raises
     ------
     GacError
-        As tracing the kernel does.
+        If the kernel cannot be traced.
     NotDescribed
-        As `description` does.
+        See `description`.
     """
     if kernel.has_loops:
         return loops_description(trace_loops(kernel, LayoutInference()))
@@ -47,23 +47,23 @@ def description_of(kernel: Kernel) -> str:
 
 
 def description(trace: Trace) -> str:
-    """A text that is the same for kernels that are compiled alike, and for no others.
+    """Return a text that is the same for two kernels if and only if they are compiled identically.
 
     Raises
     ------
     NotDescribed
-        When a constant is no rational number, or a function of a layout gives no polynomial.
+        If a constant is not a rational number, or a function of a layout does not return a polynomial.
     """
     return _Writer().kernel(trace)
 
 
 def loops_description(trace: LoopTrace) -> str:
-    """A text of a kernel with loops that is the same for those that are compiled alike, and for no others.
+    """Return a text that is the same for two kernels with loops if and only if they are compiled identically.
 
     Raises
     ------
     NotDescribed
-        As `description` does.
+        See `description`.
     """
     writer = _Writer()
     texts = [writer.loops(trace)]
@@ -72,15 +72,15 @@ def loops_description(trace: LoopTrace) -> str:
 
 
 class _Writer:
-    """Writes each algebra and each layout once, and refers to it by number from then on."""
+    """Writes each algebra and each layout once, and refers to it by number afterwards."""
 
     def __init__(self) -> None:
         self._numbers: dict[str, int] = {}
         self._known: dict[int, int] = {}
-        """The numbers of objects by their identity, while the kernel that holds them is described."""
+        """Numbers by the identity of objects, which the kernel keeps alive while it is described."""
 
     def kernel(self, trace: Trace) -> str:
-        """The whole text."""
+        """Return the whole text of a kernel without loops."""
         definition = trace.kernel
         order = topological(trace.expressions)
         places = {expression: k for k, expression in enumerate(order)}
@@ -99,7 +99,7 @@ class _Writer:
         return "\n".join([*map(repr, [about, parameters, outputs, *nodes]), *self._numbers])
 
     def loops(self, trace: LoopTrace) -> str:
-        """All of a kernel with loops but its straight-line parts."""
+        """Return the text of a kernel with loops, except for its straight-line parts."""
         definition = trace.kernel
         parameters = [
             (p.name, p.type) if isinstance(p.type, IndexOf) else (p.name, p.outer_shape, self._layout(p.layout))
@@ -129,7 +129,7 @@ class _Writer:
     def _algebra(self, algebra: Algebra) -> int:
         if id(algebra) not in self._known:
             metric = [[str(value) for value in row] for row in algebra.gram]
-            # The layout of a result is chosen among all that have a name.
+            # The layout of a result is chosen among all named layouts.
             named = [_layout_text(layout) for layout in algebra.layouts.values()]
             self._add(algebra, repr(("algebra", algebra.name, algebra.vectors, metric, algebra.spellings, named)))
         return self._known[id(algebra)]
@@ -145,14 +145,14 @@ class _Writer:
 
 @cache
 def _layout_text(layout: Layout) -> str:
-    """All of a layout but its algebra."""
+    """Return the text of a layout, except for its algebra."""
     stored = [(slot.name, slot.blade, slot.sign) for slot in layout.stored]
     fixed = [(slot.name, slot.blade, slot.sign, str(value)) for slot, value in layout.fixed]
     return repr((layout.name, stored, fixed, layout.unit, *_functions(layout)))
 
 
 def _functions(layout: Layout) -> tuple[Any, ...]:
-    """What the functions of a layout give on variables: the implied coefficients and the relations."""
+    """Evaluate the functions of a layout on variables: the implied coefficients and the relations."""
     if not layout.implied and layout.user_relations is None:
         return ()
     ring = PolynomialRing()
@@ -167,7 +167,7 @@ def _functions(layout: Layout) -> tuple[Any, ...]:
             found = layout.user_relations(layout.element(list(variables.values())))
             for each in [found] if isinstance(found, Multivector) else found:
                 relations.append([(blade, _terms(ring.lift(value))) for blade, value in each.terms.items()])
-    except Exception as error:  # whatever the user's function raises
+    except Exception as error:  # the user's function may raise anything
         raise NotDescribed(f"the functions of {layout}") from error
     if ring.atoms:
         raise NotDescribed(f"the functions of {layout}")
@@ -175,7 +175,7 @@ def _functions(layout: Layout) -> tuple[Any, ...]:
 
 
 def _terms(polynomial: Polynomial) -> list[tuple[Any, ...]]:
-    """The terms in their order, which the printed text keeps."""
+    """Return the terms in their order, which affects the printed text."""
     return _numbers(polynomial.terms)
 
 

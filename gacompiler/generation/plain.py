@@ -1,4 +1,4 @@
-"""Compiled kernels as plain data, lists, texts and whole numbers, and back."""
+"""Convert compiled kernels to and from plain data: lists, strings and integers."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .compiled import Compiled
 
 
 def packed(compiled: Compiled) -> dict[str, Any]:
-    """All of a compiled kernel but its definition."""
+    """Convert a compiled kernel, except for its definition, to plain data."""
     source = compiled.source
     return {
         "program": packed_program(source.program),
@@ -32,12 +32,12 @@ def packed(compiled: Compiled) -> dict[str, Any]:
 
 
 def unpacked(kernel: Kernel, data: Any) -> Compiled:
-    """The compiled kernel of a definition from what `packed` gave.
+    """Restore the compiled kernel of a definition from the data returned by `packed`.
 
     Raises
     ------
     GacError, LookupError, TypeError, ValueError
-        When the data is of another form.
+        If the data does not have the expected form.
     """
     program = program_of(data["program"])
     operator = data["operator"]
@@ -56,7 +56,7 @@ def unpacked(kernel: Kernel, data: Any) -> Compiled:
 
 
 def packed_program(program: Program) -> list[Any]:
-    """A program as plain data."""
+    """Convert a program to plain data."""
     return [
         program.name,
         [[argument.name, argument.shape, argument.components] for argument in program.arguments],
@@ -66,7 +66,7 @@ def packed_program(program: Program) -> list[Any]:
 
 
 def program_of(data: Any) -> Program:
-    """The program that `packed_program` gave."""
+    """Restore a program from the data returned by `packed_program`."""
     name, arguments, lines, results = data
     return verify(
         Program(
@@ -87,21 +87,21 @@ def _operand(data: Any) -> Operand:
 
 
 def packed_layout(layout: LayoutText) -> list[Any]:
-    """A layout as plain data."""
+    """Convert a layout to plain data."""
     return [layout.name, layout.blades, layout.fixed, layout.unit, layout.related, layout.implied]
 
 
 def layout_of(data: Any) -> LayoutText:
-    """The layout that `packed_layout` gave."""
+    """Restore a layout from the data returned by `packed_layout`."""
     name, blades, fixed, unit, related, implied = data
     return LayoutText(name, tuple(blades), tuple(map(tuple, fixed)), unit, related, tuple(map(tuple, implied)))
 
 
 def packed_slots(slots: Sequence[Sequence[Slot]]) -> list[Any]:
-    """Which coefficient of which expression each entry of result arrays is, as plain data."""
+    """Convert the slots of result arrays, the coefficient and expression of each entry, to plain data."""
     return [[[slot.expression, slot.blade, slot.sign] for slot in each] for each in slots]
 
 
 def slots_of(data: Any) -> tuple[tuple[Slot, ...], ...]:
-    """What `packed_slots` gave."""
+    """Restore slots from the data returned by `packed_slots`."""
     return tuple(tuple(Slot(*slot) for slot in slots) for slots in data)

@@ -1,4 +1,4 @@
-"""Compiled kernels with loops as plain data, lists, texts and whole numbers, and back."""
+"""Convert compiled kernels with loops to and from plain data: lists, strings and integers."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _KINDS: Mapping[str, type] = {
 
 
 def packed_loops(compiled: CompiledLoops) -> dict[str, Any]:
-    """All of a compiled kernel with loops but its definition."""
+    """Convert a compiled kernel with loops, except for its definition, to plain data."""
     source = compiled.source
     return {
         "procedure": packed_procedure(source.procedure),
@@ -51,12 +51,12 @@ def packed_loops(compiled: CompiledLoops) -> dict[str, Any]:
 
 
 def unpacked_loops(kernel: Kernel, trace: LoopTrace, data: Any) -> CompiledLoops:
-    """The compiled kernel of a definition from what `packed_loops` gave.
+    """Restore the compiled kernel of a definition from the data returned by `packed_loops`.
 
     Raises
     ------
     GacError, LookupError, TypeError, ValueError
-        When the data is of another form.
+        If the data does not have the expected form.
     """
     source = LoopSource(
         procedure_of(data["procedure"]),
@@ -71,14 +71,14 @@ def unpacked_loops(kernel: Kernel, trace: LoopTrace, data: Any) -> CompiledLoops
 
 
 def packed_procedure(procedure: Procedure) -> list[Any]:
-    """A procedure as plain data."""
+    """Convert a procedure to plain data."""
     tables = [[t.name, t.lengths, t.shape, t.storage.value, t.shared, t.into] for t in procedure.tables]
     programs = [packed_program(program) for program in procedure.programs]
     return [procedure.name, tables, programs, [_packed(statement) for statement in procedure.body]]
 
 
 def procedure_of(data: Any) -> Procedure:
-    """The procedure that `packed_procedure` gave."""
+    """Restore a procedure from the data returned by `packed_procedure`."""
     name, tables, programs, body = data
     known = {program.name: program for program in map(program_of, programs)}
     return Procedure(
@@ -89,7 +89,7 @@ def procedure_of(data: Any) -> Procedure:
 
 
 def _packed(value: Any) -> Any:
-    """A statement, or what one holds: its kind and its fields; programs by their names."""
+    """Convert a statement or one of its fields: statements by kind and fields, programs by name."""
     if isinstance(value, Program):
         return value.name
     if isinstance(value, tuple):

@@ -1,4 +1,4 @@
-"""Printing modules as the text of their files."""
+"""Print modules as the texts of their files."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ TARGETS: Mapping[str, tuple[str, Callable[[ModuleSource], str]]] = {
     "cuda": ("cu", cuda_source),
     "opencl": ("cl", opencl_source),
 }
-"""Languages other than C and Python: the ending of the file and the printer."""
+"""Languages other than C and Python: the file extension and the printer."""
 
 
 def render(module: ModuleSource) -> dict[str, str]:
-    """The files of a module: name -> text."""
+    """Return the texts of the files of a module by name."""
     return {
         f"{module.name}.py": python_source(module),
         f"{module.name}.c": c_source(module),
@@ -31,7 +31,7 @@ def render(module: ModuleSource) -> dict[str, str]:
 
 
 def render_standalone(module: ModuleSource) -> dict[str, str]:
-    """The files of a module that has the runtime in it, and its header for C programs: name -> text."""
+    """Return the texts of the files of a module that includes the runtime, and of its C header, by name."""
     alone = replace(module, command=f"{module.command} --standalone")
     return {
         f"{module.name}.py": standalone_python_source(alone),
@@ -41,7 +41,7 @@ def render_standalone(module: ModuleSource) -> dict[str, str]:
 
 
 def render_targets(module: ModuleSource, targets: Iterable[str]) -> dict[str, str]:
-    """The files of a module in other languages, `TARGETS`: name -> text."""
+    """Return the texts of the files of a module in other languages, some of `TARGETS`, by name."""
     files = {}
     for target in targets:
         ending, source = TARGETS[target]

@@ -1,4 +1,4 @@
-"""Compiled kernels as data for the printers."""
+"""Convert compiled kernels to data for the printers."""
 
 from __future__ import annotations
 
@@ -23,11 +23,15 @@ _WITH_OPERATORS = {
         Operation.SUBTRACT, Operation.SANDWICH,
     ),
 }  # fmt: skip
-"""By number of operands: the operations that values of generated modules have an operator for."""
+"""Operations that have an operator on values of generated modules, by number of operands."""
 
 
 def layout_text(layout: Layout, proved: bool = True) -> LayoutText:
-    """A layout as generated modules carry it; not `unit` where a result is that only for arguments of more meaning."""
+    """Convert a layout to the form stored in generated modules.
+
+    With `proved` false, the layout is not marked as unit or related: the result has these properties only for arguments
+    that satisfy more relations than their layouts state.
+    """
     fixed = tuple((slot.name, str(value)) for slot, value in layout.fixed)
     implied = tuple((slot.name, "implied") for slot, _ in layout.implied)
     name = layout.name if layout.is_scalar else str(layout)
@@ -42,7 +46,7 @@ def layout_text(layout: Layout, proved: bool = True) -> LayoutText:
 
 
 def _implied(layout: Layout) -> tuple[tuple[str, str], ...]:
-    """Coefficients that follow from the stored ones, and the sums of products that they are."""
+    """Return the coefficients implied by the stored ones, each with its formula as a sum of products."""
     ring = PolynomialRing()
     stored = {name: ring.variable(name) for name in layout.blades}
     found = []
@@ -54,7 +58,7 @@ def _implied(layout: Layout) -> tuple[tuple[str, str], ...]:
 
 
 def kernel_source(record: Compilation) -> KernelSource:
-    """A compiled kernel, ready to print."""
+    """Return the data that printers need of a compiled kernel."""
     kernel, decision, trace = record.kernel, record.decision, record.trace
     assert decision is not None and trace is not None
     layouts = [(parameter.name, layout_text(parameter.layout)) for parameter in kernel.parameters]
@@ -77,12 +81,12 @@ def kernel_source(record: Compilation) -> KernelSource:
 
 
 def _operator(operation: Operation) -> str:
-    """How values write it: as kernels do, or by a call where these have a function for it."""
+    """Return the operator of values for an operation: that of kernels, or ``()`` if kernels have a function for it."""
     return operation.row.operator or operation.row.object_operators[-1]
 
 
 def loop_source(record: LoopCompilation) -> LoopSource:
-    """A compiled kernel with loops, ready to print."""
+    """Return the data that printers need of a compiled kernel with loops."""
     kernel = record.kernel
     with_layouts = [parameter for parameter in kernel.parameters if not isinstance(parameter.type, IndexOf)]
     layouts = [(parameter.name, layout_text(parameter.layout)) for parameter in with_layouts]
@@ -99,13 +103,13 @@ def loop_source(record: LoopCompilation) -> LoopSource:
 
 
 def _relations(parameters: Sequence[Parameter]) -> tuple[str, ...]:
-    """What is assumed of parameters, for readers."""
+    """Describe the relations assumed of parameters, for documentation."""
     relations = [f"{p.name} ~{p.name} = 1" for p in parameters if p.layout.unit]
     relations += [f"the relations of {p.layout.name} on {p.name}" for p in parameters if p.layout.user_relations]
     return tuple(relations)
 
 
 def _rounding_error(record: Compilation) -> str:
-    """The largest error of the program in double precision, in ulp of its largest result, for readers."""
+    """Format the largest error of the program in double precision, in ulp of its largest result, for documentation."""
     worst, n = measured_error(record.program, record.kernel)
     return f"{worst:.1f} ulp, {n} inputs"

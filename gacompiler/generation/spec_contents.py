@@ -1,4 +1,4 @@
-"""What belongs to a spec file: its kernels, and the files that its definitions come from."""
+"""Contents of a spec file: its kernels, and the files from which it imports definitions."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ _FOLDER = Path(__file__).parents[1] / "specs"
 
 @contextmanager
 def imports_beside(path: Path, text: str) -> Iterator[None]:
-    """Let a spec import what lies beside it.
+    """Allow a spec to import files from its own folder.
 
-    The files of definitions that it imports are forgotten again, so that the next spec has those of its own folder, and
-    as they are then. Bytecode is not kept: Python takes it for current where a file changes within a second and keeps
-    its length.
+    The imported files of definitions are removed from `sys.modules` afterwards, so that the next spec imports the
+    current files of its own folder. No bytecode is written, because Python would consider it up to date if a file
+    changes within a second and keeps its length.
     """
     folder, loaded, keeps_none = str(path.resolve().parent), set(sys.modules), sys.dont_write_bytecode
     sys.path.insert(0, folder)
@@ -41,10 +41,10 @@ def imports_beside(path: Path, text: str) -> Iterator[None]:
 
 
 def kernels_of(module: ModuleType, tree: ast.Module) -> tuple[Kernel, ...]:
-    """The kernels of a spec, in the order of the first assignment to their names.
+    """Return the kernels of a spec, in the order of the first assignment to their names.
 
-    They are those that it defines, and those that it assigns to their own names: kernels of a family, for example. What
-    it imports is there to be used in other kernels.
+    These are the kernels that the spec defines, and kernels that it assigns to their own names, such as those of a
+    family. Imported kernels are not included; they can be used in other kernels.
     """
     imported = {
         alias.asname or alias.name
@@ -61,26 +61,26 @@ def kernels_of(module: ModuleType, tree: ast.Module) -> tuple[Kernel, ...]:
 
 
 def check_names(path: Path, tree: ast.Module, kernels: Sequence[Kernel]) -> None:
-    """Check that a spec gives no kernel's name twice.
+    """Check that a spec does not define the name of a kernel twice.
 
     Raises
     ------
     SpecError
-        With the line of the second definition.
+        If it does; the error gives the line of the second definition.
     """
     names, seen = {kernel.name for kernel in kernels}, dict[str, int]()
     for name, line in _bindings(tree):
         if name in seen and name in names:
             raise SpecError(
                 f"{path}:{line}",
-                f"{name} is defined twice, first in line {seen[name]}",
+                f"{name} is defined twice, first on line {seen[name]}",
                 remedy="rename one of them",
             )
         seen[name] = line
 
 
 def _bindings(tree: ast.Module) -> Iterator[tuple[str, int]]:
-    """The names that statements of a file define or assign, with their lines; not those made from their old values."""
+    """Yield the names that a file defines or assigns, with their lines, except names assigned from their old values."""
     for statement in tree.body:
         if isinstance(statement, ast.FunctionDef):
             yield statement.name, statement.lineno
@@ -92,20 +92,20 @@ def _bindings(tree: ast.Module) -> Iterator[tuple[str, int]]:
 
 
 def digest_of(path: Path, text: str) -> str:
-    """The hash of a spec: of its text, and of the files of definitions that it imports.
+    """Compute the hash of the text of a spec and of the files of definitions that it imports.
 
-    These are files beside the spec and in `gacompiler.specs`, also where one imports another. Files of the compiler and
-    of libraries do not count.
+    These are files in the folder of the spec and in `gacompiler.specs`, whether imported directly or by another such
+    file. Files of the compiler and of libraries are not included.
     """
     texts = [text, *(file.read_text() for file in _imported_files(path, text))]
     return hashlib.sha256("\0".join(texts).encode()).hexdigest()[:16]
 
 
 def place_of_failure(path: Path, text: str, error: BaseException) -> str:
-    """The last line of a spec that led to an error, and that of a file of definitions that it imports.
+    """Return the last line of a spec that led to an error, and the last line of a file of definitions that it imports.
 
-    The second one is left out where there is none, and where the message of the error names the file. See `digest_of`
-    for what these files are.
+    The second line is omitted if no such file was involved, or if the error message already names the file. See
+    `digest_of` for the definition of these files.
     """
     known = {file.resolve() for file in _imported_files(path, text)}
     line, inside, trace = None, "", error.__traceback__
@@ -120,7 +120,7 @@ def place_of_failure(path: Path, text: str, error: BaseException) -> str:
 
 
 def _imported_files(path: Path, text: str) -> list[Path]:
-    """Files of definitions in the order of their first import, each once and without the spec itself."""
+    """Return the files of definitions in the order of their first import, without duplicates and without the spec."""
     seen, found = {path.resolve()}, []
     waiting = _imports(path, text, path.parent)
     while waiting:
@@ -133,10 +133,10 @@ def _imported_files(path: Path, text: str) -> list[Path]:
 
 
 def _imports(file: Path, text: str, folder: Path) -> list[Path]:
-    """The files of definitions that a file imports; `folder` is that of the spec."""
+    """Return the files of definitions that a file imports directly; `folder` is the folder of the spec."""
     try:
         statements = ast.parse(text).body
-    except SyntaxError:  # Python tells of it when it imports the file.
+    except SyntaxError:  # Python reports it when it imports the file.
         return []
     found = []
     for statement in statements:

@@ -1,4 +1,4 @@
-"""Spec files: loading them, and collecting their kernels."""
+"""Load spec files and collect their kernels."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ class Spec:
     Attributes
     ----------
     name : str
-        The name of the module that is generated from it.
+        The name of the module that is generated from the file.
     command : str
-        The command that generates it, as the generated files say.
+        The command that generates the module, as recorded in the generated files.
     summary : str
     digest : str
-        Of the text of the file.
+        A hash of the text of the file and of the definitions that it imports.
     kernels : tuple of Kernel
-        In the order of their definition.
+        The kernels in the order of their definition.
     path : Path
     algebra : str, optional
-        Of a script: the name of its algebra.
+        The name of the algebra, for a script.
     """
 
     name: str
@@ -47,15 +47,15 @@ class Spec:
 def load_spec(path: Path, command: str | None = None, algebra: str | None = None) -> Spec:
     """Run a spec file and collect its kernels, in the order of their definition.
 
-    They are those that it defines, and those that it assigns to their own names, as from a `Family`; what it imports
-    is none of them.
+    These are the kernels that it defines and those that it assigns to their own names, such as kernels of a `Family`.
+    Imported kernels are not included.
 
-    A file ``.clu`` is a script of Gaalop's language in the named `algebra`, and one kernel.
+    A ``.clu`` file is a script in Gaalop's language, in the named `algebra`, and defines one kernel.
 
     Raises
     ------
     SpecError
-        When the file is missing, is not Python, fails, or defines no kernel.
+        If the file is missing, is not valid Python, raises an exception, or defines no kernel.
     """
     if not path.is_file():
         raise SpecError(
@@ -74,7 +74,7 @@ def load_spec(path: Path, command: str | None = None, algebra: str | None = None
         raise SpecError(str(path), "no kernel in it", "at least one function under @kernel(...)")
     for kernel in kernels:
         if kernel.name in taken_names():
-            raise SpecError(kernel.where, "its name belongs to the generated module itself", remedy="rename it")
+            raise SpecError(kernel.where, "its name is reserved in generated modules", remedy="rename it")
     check_names(path, tree, kernels)
     summary = (module.__doc__ or f"Kernels of {path.name}.").strip()
     digest = digest_of(path, text)
@@ -82,14 +82,14 @@ def load_spec(path: Path, command: str | None = None, algebra: str | None = None
 
 
 def _executed(path: Path, text: str) -> ModuleType:
-    """A spec file as a module, which can import the files beside it."""
+    """Execute a spec file as a module that can import other files in its folder."""
     try:
         code = compile(text, str(path), "exec")
     except SyntaxError as error:
         raise SpecError(f"{path}:{error.lineno}:{error.offset}", f"syntax error: {error.msg}") from error
     name = path.stem
     if not name.isidentifier():
-        raise SpecError(str(path), f"{name!r} cannot name a module", "letters, digits and _", "rename the file")
+        raise SpecError(str(path), f"{name!r} is not a valid module name", "letters, digits and _", "rename the file")
     module = ModuleType(f"_gac_spec_{name}")
     module.__file__ = str(path)
     try:

@@ -1,4 +1,4 @@
-"""Several spec files at once, each in a process of its own: kernels share nothing but the processors."""
+"""Process several spec files in parallel, each in a process of its own: kernels share nothing but the processors."""
 
 from __future__ import annotations
 
@@ -20,52 +20,52 @@ from .spec_files import Spec, load_spec
 T = TypeVar("T")
 
 Work = Callable[[Spec, Progress], T]
-"""What is done with a spec: a function of a module, which a process can find by its name, as it can its result."""
+"""A function that processes a spec. The function and its results must be picklable."""
 
 _MOST = 61
-"""Processes that Windows waits for at a time."""
+"""The maximum number of processes that Windows can wait for."""
 
 _PATIENCE = 0.1
-"""Seconds."""
+"""Interval at which the pipe of names is polled, in seconds."""
 
 
 def each_spec(work: Work[T], specs: Sequence[Spec], progress: Progress, jobs: int) -> list[T]:
-    """The results of `work` on every spec, in the order given.
+    """Return the results of `work` for all specs, in the same order.
 
     Parameters
     ----------
     work : callable
-        Takes a spec, and a function that is told the name of each kernel before its turn.
+        Takes a spec, and a function that it calls with the name of each kernel before it is compiled.
     specs : sequence of Spec
-        Functions do not cross processes: another process loads its spec again.
+        The specs are loaded again in the other processes, since functions cannot be sent between processes.
     progress : callable
-        Is told the names, from all processes.
+        Called with the names of kernels from all processes.
     jobs : int
-        At most so many processes at a time; with one there is none but this.
+        The maximum number of processes; with 1, all the work is done in the current process.
 
     Raises
     ------
     GacError
-        As `load_spec` and `work` raise; the other processes are ended.
+        If `load_spec` or `work` raises it; the other processes are terminated.
     BackendError
-        When a process ends before its work is done, for want of memory perhaps.
+        If a process ends before its work is done, for example because it runs out of memory.
     """
     if min(jobs, len(specs)) < 2:
         return [work(spec, progress) for spec in specs]
     context = multiprocessing.get_context("spawn")
-    names, told = context.Pipe(duplex=False)
+    names, sender = context.Pipe(duplex=False)
     listener = _Listener(names, progress)
     listener.start()
-    pool = ProcessPoolExecutor(min(jobs, len(specs), _MOST), context, _begin, (told, context.Lock()))
+    pool = ProcessPoolExecutor(min(jobs, len(specs), _MOST), context, _begin, (sender, context.Lock()))
     try:
-        # The longest first: what comes last is short, and the processes end together.
+        # The longest files come first, so that the last ones are short and the processes end at about the same time.
         longest = sorted(range(len(specs)), key=lambda k: -specs[k].path.stat().st_size)
         futures = {k: pool.submit(_run, work, specs[k].path, specs[k].command, specs[k].algebra) for k in longest}
         for future in wait(futures.values(), return_when=FIRST_EXCEPTION).done:
             future.result()
         results = [futures[k].result() for k in range(len(specs))]
     except BrokenProcessPool as error:
-        raise BackendError("a process", "it ended before its work was done", remedy="try with --jobs 1") from error
+        raise BackendError("a process", "it ended before its work was done", remedy="retry with --jobs 1") from error
     except BaseException:
         for process in list((pool._processes or {}).values()):  # Python 3.14 has terminate_workers
             process.terminate()
@@ -79,7 +79,7 @@ def each_spec(work: Work[T], specs: Sequence[Spec], progress: Progress, jobs: in
 
 
 class _Listener(Thread):
-    """Passes on the names that processes tell; the process that it is in never waits for one of them."""
+    """Forwards the names of kernels sent by other processes, without blocking the process that starts it."""
 
     def __init__(self, names: Connection, progress: Progress) -> None:
         super().__init__(daemon=True)
@@ -88,7 +88,7 @@ class _Listener(Thread):
         self.error: Exception | None = None
 
     def run(self) -> None:
-        """Until no more are told."""
+        """Forward names until `finish` is called and the pipe is empty."""
         while self._names.poll(_PATIENCE) or not self._last.is_set():
             if not self._names.poll():
                 continue
@@ -100,27 +100,27 @@ class _Listener(Thread):
                 self.error = error
 
     def finish(self) -> None:
-        """Wait for what is told already, but not for a process that ended in the middle of a name."""
+        """Wait until all names sent so far are forwarded, but not for a process that ended while sending one."""
         self._last.set()
         self.join(10 * _PATIENCE)
 
 
-_told: Connection
+_sender: Connection
 _lock: Lock
-"""Where a process tells the names of kernels, and what lets one at a time do so."""
+"""The connection to which a process sends names of kernels, and the lock that prevents concurrent writes to it."""
 
 
-def _begin(told: Connection, lock: Lock) -> None:
-    global _told, _lock
-    _told, _lock = told, lock
-    # Whoever interrupts the command interrupts all its processes, and one that tells of it is enough.
+def _begin(sender: Connection, lock: Lock) -> None:
+    global _sender, _lock
+    _sender, _lock = sender, lock
+    # An interrupt reaches all processes of the command; it is enough that the main process reports it.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def _run(work: Work[T], path: Path, command: str, algebra: str | None) -> T:
-    return work(load_spec(path, command, algebra), _tell)
+    return work(load_spec(path, command, algebra), _send)
 
 
-def _tell(name: str) -> None:
+def _send(name: str) -> None:
     with _lock:
-        _told.send(name)
+        _sender.send(name)

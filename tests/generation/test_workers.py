@@ -88,7 +88,7 @@ def test_errors_come_back_whole(specs: list[Spec], tmp_path: Path) -> None:
     with pytest.raises(KernelError, match="planes: a reason; expected another; a remedy") as caught:
         each_spec(failing, specs, lambda name: None, jobs=2)
     assert caught.value.remedy == "a remedy"
-    with pytest.raises(BackendError, match="ended before its work was done; try with --jobs 1"):
+    with pytest.raises(BackendError, match="ended before its work was done; retry with --jobs 1"):
         each_spec(ending, specs, lambda name: None, jobs=2)
     (tmp_path / "planes.py").write_text("no Python")
     with pytest.raises(SpecError, match="syntax error"):

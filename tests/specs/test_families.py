@@ -78,7 +78,7 @@ def test_what_a_spec_imports_or_names_otherwise_is_not_its_own(tmp_path: Path) -
     ],
 )
 def test_a_second_kernel_of_one_name_is_an_error(tmp_path: Path, more: str, line: int) -> None:
-    with pytest.raises(SpecError, match=rf"spec\.py:{line}: mo\w+ is defined twice, first in line (7|14)"):
+    with pytest.raises(SpecError, match=rf"spec\.py:{line}: mo\w+ is defined twice, first on line (7|14)"):
         load_spec(written(tmp_path, spec=SPEC + more, shared=FAMILY))
 
 
