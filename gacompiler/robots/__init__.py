@@ -1,4 +1,4 @@
-"""Kinematics and dynamics of one robot as expressions, for specs of robots with their constants folded."""
+"""Kinematics and dynamics of one robot as expressions, for specs of robots with folded constants."""
 
 from .chains import Chain, signed
 from .dynamics import (

@@ -15,38 +15,38 @@ from .tables import path_to
 
 
 def accelerations(chain: Chain, mass_matrix: Sequence[Sequence[Any]], forces: Sequence[Any]) -> tuple[Any, ...]:
-    """The solution of ``mass_matrix x = forces``, by ``L^T D L`` from the last variable to the first.
+    """Solve ``mass_matrix x = forces`` by the factorisation ``L^T D L``, from the last variable to the first.
 
-    In that order entries for joints that do not carry each other stay 0 (Featherstone, *Int. J. Robotics Research*
-    24:487, 2005).
+    In this order, entries for pairs of joints of which neither carries the other remain 0 (Featherstone, *Int. J.
+    Robotics Research* 24:487, 2005).
 
     Parameters
     ----------
     chain : Chain
     mass_matrix : n rows of n scalars
-        Entries that are always 0 are the number 0.
+        Entries that are always 0 are given as the number 0.
     forces : n scalars
 
     Returns
     -------
     n scalars
-        NaN where what is felt at a joint is no more than rounding.
+        NaN if the inertia at a joint is no larger than rounding errors.
     """
     rows, solution = [list(row) for row in mass_matrix], list(forces)
-    n, sizes, factors = len(rows), list[Any](), list[list[Any]]()
-    for k, largest in reversed(list(enumerate(_largest(chain)))):
-        felt = rows[k][k]
-        is_felt = NO_INERTIA * largest < felt
-        size = select(is_felt, 1, 0) / select(is_felt, felt, 0)
-        row = [_product(rows[k][i], size) for i in range(k)]
+    n, inverses, factors = len(rows), list[Any](), list[list[Any]]()
+    for k, largest in reversed(list(enumerate(_largest_inertias(chain)))):
+        inertia = rows[k][k]
+        is_significant = NO_INERTIA * largest < inertia
+        inverse = select(is_significant, 1, 0) / select(is_significant, inertia, 0)
+        row = [_product(rows[k][i], inverse) for i in range(k)]
         for i in range(k):
             for j in range(i + 1):
                 rows[i][j] = _less(rows[i][j], row[i], rows[k][j])
             solution[i] = _less(solution[i], row[i], solution[k])
-        sizes.insert(0, size)
+        inverses.insert(0, inverse)
         factors.insert(0, row)
     for k in range(n):
-        solution[k] = solution[k] * sizes[k]
+        solution[k] = solution[k] * inverses[k]
         for i in range(k):
             solution[k] = _less(solution[k], factors[k][i], solution[i])
     return tuple(solution)
@@ -61,12 +61,12 @@ def _product(a: Any, b: Any) -> Any:
 
 
 def _less(a: Any, b: Any, c: Any) -> Any:
-    """``a - b c``."""
+    """Return ``a - b c``."""
     return a if _is_zero(b) or _is_zero(c) else a - b * c
 
 
-def _largest(chain: Chain) -> list[Fraction]:
-    """For each variable about the most inertia that may be felt there, whatever the axes are."""
+def _largest_inertias(chain: Chain) -> list[Fraction]:
+    """Return an approximate upper bound of the inertia at each variable, for any directions of the axes."""
     variables, ratios, _ = chain.followed
     points, found = origins(chain), [Fraction(0)] * chain.n_variables
     for joint, (mass, h, tensor) in enumerate(about_origins(chain)):
@@ -74,8 +74,8 @@ def _largest(chain: Chain) -> list[Fraction]:
         for carrier in path_to(chain, joint):
             away = plus(points[joint], points[carrier], -1)
             about = spread + 2 * abs(dot(away, h)) + mass * dot(away, away)
-            felt = about if chain.kinds[carrier] == "revolute" else mass
+            inertia = about if chain.kinds[carrier] == "revolute" else mass
             if joint == carrier and chain.armature:
-                felt += exact(chain.armature[joint])
-            found[variables[carrier]] += ratios[carrier] ** 2 * felt
+                inertia += exact(chain.armature[joint])
+            found[variables[carrier]] += ratios[carrier] ** 2 * inertia
     return found

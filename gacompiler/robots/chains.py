@@ -1,6 +1,6 @@
-"""The constants of a robot, and the digests by which a robot recognises kernels that were made from them.
+"""The constants of a robot, and digests that identify the robot for which kernels were generated.
 
-Everything in a `Chain` holds where every joint variable is 0, in the base frame.
+All quantities in a `Chain` are given in the base frame, with every joint variable equal to 0.
 """
 
 from __future__ import annotations
@@ -17,32 +17,36 @@ Number = float | Fraction
 
 @dataclass(frozen=True, slots=True)
 class Chain:
-    """The constants of a robot, a chain or a tree of joints. Numbers are taken as the decimals that they print as.
+    """The constants of a robot, a chain or a tree of joints.
+
+    Floating-point numbers stand for the exact decimal numbers that they print as.
 
     Attributes
     ----------
     kinds : tuple of str
-        "revolute" or "prismatic", one for each joint; a joint comes after its parent.
+        The kind of each joint, "revolute" or "prismatic". A joint comes after its parent.
     parents : tuple of int
-        The joint that carries each joint (its parent), or -1 for the base.
+        The parent of each joint, the joint that carries it, or -1 for the base.
     axes : tuple of 6-tuples
-        Unit lines of the joints: e12, e13, e23, e01, e02, e03.
+        The axes of the joints as unit lines: e12, e13, e23, e01, e02, e03.
     tip : int
         The joint that carries the end effector.
     tool : 8-tuple
         The motor of the end effector: 1, e12, e13, e23, e01, e02, e03, e0123.
     inertias : tuple of 10-tuples, optional
-        Of what each joint carries: mass, centre x y z, and xx, xy, xz, yy, yz, zz of the tensor about the centre.
+        The inertia of the body carried by each joint: mass, centre of mass x y z, and the components xx, xy, xz, yy,
+        yz, zz of the inertia tensor about the centre of mass.
     gravity : 3-tuple, optional
         Acceleration of free fall.
     armature : tuple, optional
-        Inertia of each rotor seen at its joint, kg m² (kg for a slide): it adds to the diagonal of the mass matrix.
+        Reflected rotor inertia of each joint, in kg m² (kg for a prismatic joint). It is added to the diagonal of the
+        mass matrix.
     variables : tuple of int, optional
-        The variable that each joint follows, where joints share some: ``x = ratio q[variable] + offset``.
+        The variable of each joint, if several joints depend on the same variable: ``x = ratio q[variable] + offset``.
     ratios, offsets : tuple, optional
-        One for each joint, with `variables`.
+        The ratio and the offset of each joint, required with `variables`.
     home : tuple of 8-tuples, optional
-        The motor of the frame that each joint carries, where all variables are 0, for `forward_all`.
+        The motor of the frame carried by each joint when all variables are 0, needed by `forward_all`.
     """
 
     kinds: tuple[str, ...]
@@ -85,12 +89,12 @@ class Chain:
 
     @property
     def n_variables(self) -> int:
-        """The number of variables, of which joints that follow others have none of their own."""
+        """The number of variables, which is less than the number of joints if joints share variables."""
         return max(self.variables) + 1 if self.variables else len(self.kinds)
 
     @property
     def followed(self) -> tuple[Sequence[int], Sequence[Fraction], Sequence[Fraction]]:
-        """The variable that each joint follows, the ratio and the offset."""
+        """The variable, the ratio and the offset of each joint."""
         n = len(self.kinds)
         if not self.variables:
             return range(n), (Fraction(1),) * n, (Fraction(0),) * n
@@ -98,11 +102,12 @@ class Chain:
 
 
 def signed(doc: str | None, chain: Chain) -> str:
-    """The docstring of a spec with digests of the constants that its kernels are made from.
+    """Return the docstring of a spec, with digests of the constants that are folded into its kernels.
 
-    A robot compares them with its own constants (`algorithms.kinematics.folded`, which has the same rule): rows of
-    numbers rounded to 1e-10 of their unit, for tensors of the decade of their largest entry, where the text of a
-    spec may differ from its source. They are computed from the chain, so that they are true of an edited spec as well.
+    `algorithms.kinematics.folded` computes the digests of a robot by the same rule and compares them. Numbers are
+    rounded to 1e-10 of their unit, and inertia tensors to 1e-10 of the decade of their largest entry, since the text of
+    a spec may differ from its source by rounding. The digests are computed from the chain, so that they are also
+    correct for an edited spec.
 
     Parameters
     ----------
@@ -124,7 +129,7 @@ def signed(doc: str | None, chain: Chain) -> str:
     }
     lines = [f"    {name} {_digest(rows)}" for name, rows in parts.items()]
     return "\n".join(
-        [(doc or "").rstrip(), "", "Digests of the constants, which a robot compares with its own:", *lines]
+        [(doc or "").rstrip(), "", "Digests of the constants, for comparison with those of a robot:", *lines]
     )
 
 
@@ -139,5 +144,5 @@ def _digest(rows: Sequence[Sequence[Number | str]]) -> str:
 
 
 def exact(x: Number) -> Fraction:
-    """The rational with the value of the decimal that the number prints as."""
+    """Return the exact rational value of the decimal number that `x` prints as."""
     return x if isinstance(x, Fraction) else Fraction(repr(float(x)))

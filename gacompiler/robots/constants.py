@@ -1,4 +1,4 @@
-"""Constants folded in expressions: most of what a loop over any robot computes is 0, or nothing, for one robot."""
+"""Constant folding in expressions: many terms of the equations for a general robot are constant or 0 for one robot."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ _EXACT = frozenset(
         *(Operation.COEFFICIENT, Operation.ASSEMBLE),
     }
 )
-"""Operations whose results for rational numbers are rational."""
+"""Operations that map rational numbers to rational numbers."""
 _VANISHING = frozenset(
     {Operation.GEOMETRIC_PRODUCT, Operation.REGRESSIVE_PRODUCT, Operation.COMMUTATOR, Operation.SANDWICH}
 )
-"""Operations that give 0 where an argument is 0."""
+"""Operations that return 0 if one of their arguments is 0."""
 
 
 def with_constants_folded(expressions: Sequence[Expression]) -> list[Expression]:
-    """The same values without operations on constants, and without those that change nothing."""
+    """Evaluate operations on constants, and remove operations that do not change the values."""
     known: dict[Expression, Expression] = {}
     for each in topological(expressions):
         arguments = tuple(known[argument] for argument in each.arguments)
@@ -57,7 +57,7 @@ def _folded(x: Expression) -> Expression:
 
 
 def _coefficient(x: Expression) -> Expression:
-    """A coefficient of an assembled multivector is what it was assembled from."""
+    """Replace a coefficient of an assembled multivector by the scalar from which it was assembled."""
     (sign, blade), (multivector,) = x.data, x.arguments
     if blade not in multivector.blades:
         return lift(0)

@@ -1,7 +1,7 @@
-"""Read the description of a robot and write the spec of its module: the work of ``gac robot``.
+"""Read the description of a robot and write the spec of its module, for ``gac robot``.
 
-Descriptions are read by `algorithms.kinematics`, which is built on generated modules. This is the one file of the
-compiler that imports it; the compiler itself never needs it, so it is loaded only when a robot is read.
+Descriptions are read by `algorithms.kinematics`, which is built on generated modules. This is the only file of the
+compiler that imports it. The import takes place when a robot is read, since the compiler itself does not need it.
 """
 
 from __future__ import annotations
@@ -19,24 +19,24 @@ from .spec_text import spec_text
 def robot_spec(
     robot: str, name: str | None, tip: str | None, locked: Sequence[str], methods: Sequence[str] = ()
 ) -> tuple[str, str]:
-    """The name of a robot's module, and the text of its spec.
+    """Return the name of a robot's module and the text of its spec.
 
     Parameters
     ----------
     robot : str
-        A URDF file, or the name of a robot that `algorithms.kinematics` knows.
+        A URDF file, or the name of a robot known to `algorithms.kinematics`.
     name : str or None
-        Of the module; else it is the robot's, in letters, digits and _.
+        The name of the module; by default the name of the robot, with other characters replaced by _.
     tip : str or None
     locked : sequence of str
-        As `Robot.from_urdf` has them.
+        The end effector and the locked joints, as for `Robot.from_urdf`.
     methods : sequence of str, optional
-        As `methods_of` has them.
+        The kernels, as for `methods_of`.
 
     Raises
     ------
     SpecError
-        Where there is no such file or robot, or it describes none.
+        If the file or robot does not exist, or the file is not a valid description.
     """
     from algorithms.kinematics import Robot
     from algorithms.kinematics.named import table_of
@@ -55,7 +55,7 @@ def robot_spec(
         raise SpecError(robot, str(error)) from None
     module = name or re.sub(r"\W+", "_", found.name)
     if not module.isidentifier():
-        raise SpecError(module, "cannot name a module", "letters, digits and _", "give another --name")
+        raise SpecError(module, "not a valid module name", "letters, digits and _", "choose another --name")
     lacks = "" if found.bodies.size else "no masses"
     if found.without_inertia:
         lacks = f"no inertia of {', '.join(found.without_inertia)}"

@@ -1,7 +1,7 @@
-"""Dynamics of one robot: the loops of `gacompiler.specs.robots` written out, with its constants folded.
+"""Dynamics of one robot: the loops of `gacompiler.specs.robots`, unrolled and with the robot's constants folded.
 
-Every function takes a `Chain`, then the variables and what else a call has: expressions in a kernel, symbols of sympy,
-or numbers. What is known beforehand, such as speeds of 0 for gravity, folds as the constants do.
+Every function takes a `Chain`, followed by the variables and further arguments, which are expressions in a kernel,
+sympy symbols or numbers. Known arguments, such as the zero rates for gravity, are folded like the constants.
 """
 
 from __future__ import annotations
@@ -22,19 +22,19 @@ from .tables import Tables, rows_of, tables_of_joints, tables_of_pairs
 
 
 def inverse_dynamics(chain: Chain, q: Scalars, qd: Scalars, qdd: Scalars) -> tuple[Any, ...]:
-    """Forces and torques of the joints that give accelerations: Newton and Euler, outward and back.
+    """Compute the joint forces and torques for given accelerations, by the recursive Newton-Euler algorithm.
 
     Parameters
     ----------
     chain : Chain
         With inertias.
     q, qd, qdd : scalars
-        Joint variables, their rates, and the rates of these.
+        Joint variables, and their first and second time derivatives.
 
     Returns
     -------
     n scalars
-        N m, or N where the joint slides.
+        In N m, or N for prismatic joints.
     """
     return folded(_inverse_dynamics, chain, q=q, qd=qd, qdd=qdd)  # type: ignore[no-any-return]
 
@@ -44,7 +44,7 @@ def _inverse_dynamics(chain: Chain, q: Scalars, qd: Scalars, qdd: Scalars) -> An
 
 
 def gravity(chain: Chain, q: Scalars) -> tuple[Any, ...]:
-    """Forces and torques of the joints that hold the robot still.
+    """Compute the joint forces and torques that balance gravity.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def _gravity(chain: Chain, q: Scalars) -> Any:
 
 
 def coriolis(chain: Chain, q: Scalars, qd: Scalars) -> tuple[Any, ...]:
-    """Forces and torques of the joints by centrifugal and Coriolis accelerations.
+    """Compute the joint forces and torques due to centrifugal and Coriolis accelerations.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ def _newton_euler(chain: Chain, q: Scalars, qd: Scalars, qdd: Scalars, weight: S
 
 
 def mass_matrix(chain: Chain, q: Scalars) -> Rows:
-    """The symmetric matrix of the kinetic energy, by composite bodies.
+    """Compute the symmetric mass matrix by the composite-rigid-body algorithm.
 
     Parameters
     ----------
@@ -107,9 +107,9 @@ def mass_matrix(chain: Chain, q: Scalars) -> Rows:
 
 
 def forward_dynamics(chain: Chain, q: Scalars, qd: Scalars, tau: Scalars) -> tuple[Any, ...]:
-    """Accelerations under forces of the joints, from the mass matrix.
+    """Compute the accelerations for given joint forces and torques, from the mass matrix.
 
-    NaN where a joint moves nothing that has inertia.
+    The result is NaN if a joint moves no inertia.
 
     Parameters
     ----------
@@ -131,7 +131,7 @@ def _forward_dynamics(chain: Chain, q: Scalars, qd: Scalars, tau: Scalars) -> An
 
 
 def coriolis_matrix(chain: Chain, q: Scalars, qd: Scalars) -> Rows:
-    """The matrix of Christoffel's symbols, half the derivative of the Coriolis forces by the rates.
+    """Compute the Coriolis matrix from Christoffel symbols: half the derivative of the Coriolis forces by the rates.
 
     Parameters
     ----------
@@ -152,7 +152,7 @@ def _coriolis_matrix(chain: Chain, q: Scalars, qd: Scalars) -> Any:
 
 
 def inverse_dynamics_derivatives(chain: Chain, q: Scalars, qd: Scalars, qdd: Scalars) -> tuple[Rows, Rows]:
-    """Derivatives of `inverse_dynamics` by the variables and by their rates.
+    """Compute the derivatives of `inverse_dynamics` with respect to the variables and their rates.
 
     Parameters
     ----------
@@ -177,7 +177,7 @@ def _inverse_dynamics_derivatives(chain: Chain, q: Scalars, qd: Scalars, qdd: Sc
 
 
 def kinetic_energy(chain: Chain, q: Scalars, qd: Scalars) -> Any:
-    """The energy of motion, J, that of the motors' rotors included.
+    """Compute the kinetic energy in J, including the rotors of the actuators.
 
     Parameters
     ----------
@@ -198,7 +198,7 @@ def _kinetic_energy(chain: Chain, q: Scalars, qd: Scalars) -> Any:
 
 
 def potential_energy(chain: Chain, q: Scalars) -> Any:
-    """The energy of height, J, which is 0 where all centres of mass are at the origin.
+    """Compute the potential energy in J, which is 0 if all centres of mass are at the origin.
 
     Parameters
     ----------
@@ -220,7 +220,7 @@ def _potential_energy(chain: Chain, q: Scalars) -> Any:
 
 
 def centre_of_mass(chain: Chain, q: Scalars) -> tuple[Any, ...]:
-    """The centre of mass of what moves, x, y, z in the base frame.
+    """Compute the centre of mass x, y, z of the moving bodies in the base frame.
 
     Parameters
     ----------
@@ -241,7 +241,7 @@ def _centre_of_mass(chain: Chain, q: Scalars) -> Any:
 
 
 def centroidal_momentum_matrix(chain: Chain, q: Scalars) -> Rows:
-    """Momenta about the centre of mass for unit rates of the variables: angular over linear.
+    """Compute the centroidal momentum matrix: angular over linear momentum about the centre of mass, per unit rate.
 
     Parameters
     ----------
@@ -266,7 +266,7 @@ def _centroidal_momentum_matrix(chain: Chain, q: Scalars) -> Any:
 
 
 def _heavy(chain: Chain) -> Tables:
-    """The joints, with the part of the inertias that forces are made of."""
+    """Return the tables of the joints, with the parameters of the inertias that affect forces."""
     need(chain, "inertias")
     return tables_of_joints(chain) | {"inertias": rows_of(regrouped(chain))}
 

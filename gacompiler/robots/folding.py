@@ -1,4 +1,4 @@
-"""Methods of one robot written out on symbols, with constants folded, and called with anything."""
+"""Trace methods of one robot with symbols, fold the constants, and substitute arguments of any type."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Rows = tuple[tuple[Any, ...], ...]
 
 @lru_cache(maxsize=64)
 def _traced(method: Callable[..., Any], chain: Chain, names: tuple[str, ...]) -> Traced:
-    """What a method gives for symbols."""
+    """Trace a method with symbols, and fold the constants in its result."""
     symbols = tuple(Parameter(name, array(SCALAR, chain.n_variables)).symbols() for name in names)
     value = _plain(method(chain, *symbols))
     folded = with_constants_folded([lift(leaf) for leaf in leaves_of(value)])
@@ -30,24 +30,24 @@ def _traced(method: Callable[..., Any], chain: Chain, names: tuple[str, ...]) ->
 
 
 def _plain(value: Any) -> Any:
-    """Nested tuples with tuples in place of arrays."""
+    """Replace arrays in nested tuples by tuples."""
     if isinstance(value, Unrolled):
         return value.elements
     return tuple(map(_plain, value)) if isinstance(value, tuple) else value
 
 
 def folded(method: Callable[..., Any], chain: Chain, **given: Scalars) -> Any:
-    """The value of a method of symbols, for what is given in their place: expressions, symbols of sympy or numbers."""
+    """Evaluate a method for given arguments, which may be expressions, sympy symbols or numbers."""
     return _traced(method, chain, tuple(given))(*map(tuple, given.values()))
 
 
 def square(chain: Chain, numbers: Unrolled) -> Rows:
-    """The rows of a matrix over the variables."""
+    """Split the entries of a square matrix over the variables into rows."""
     n = chain.n_variables
     return tuple(tuple(numbers.elements[k * n : k * n + n]) for k in range(n))
 
 
 def need(chain: Chain, name: str) -> None:
-    """Refuse a chain without what a method is made from."""
+    """Raise `SpecError` if a chain does not have the constants that a method needs."""
     if not getattr(chain, name):
-        raise SpecError("a chain", f"no {name}", "one row for each joint")
+        raise SpecError("Chain()", f"no {name}, which this method needs", "one row for each joint")

@@ -1,4 +1,4 @@
-"""Robots as formulas in symbols: rows of Denavit-Hartenberg tables as motors, and Lagrange's equations."""
+"""Symbolic formulas of robots: motors of rows of Denavit-Hartenberg tables, and Lagrange's equations."""
 
 from __future__ import annotations
 
@@ -15,12 +15,14 @@ _E12, _E23, _E01, _E03 = (PGA3.multivector({name: 1}) for name in ("e12", "e23",
 
 
 def row_motor(theta: Any = 0, d: Any = 0, a: Any = 0, alpha: Any = 0, convention: str = "standard") -> Any:
-    """The motor of a row of a Denavit-Hartenberg table; products of these are a robot in closed form.
+    """Return the motor of a row of a Denavit-Hartenberg table.
+
+    The product of the motors of all rows is the forward kinematics in closed form.
 
     Parameters
     ----------
     theta, d, a, alpha : scalars
-        Numbers, expressions in a kernel, or symbols of sympy: with these the motor, and what it moves, is a formula.
+        Numbers, expressions in a kernel, or sympy symbols, which give symbolic results.
     convention : str
         "standard", or "modified" (Craig).
 
@@ -36,19 +38,19 @@ def row_motor(theta: Any = 0, d: Any = 0, a: Any = 0, alpha: Any = 0, convention
 
 
 def lagrange_equations(chain: Chain, q: Sequence[Any], qd: Sequence[Any], qdd: Sequence[Any]) -> tuple[Any, ...]:
-    """Forces of the joints as formulas: ``d/dt dT/dqd - dT/dq + dV/dq`` of the energies, for small chains.
+    """Derive the joint forces of a small chain as formulas, ``d/dt dT/dqd - dT/dq + dV/dq`` of the energies.
 
     Parameters
     ----------
     chain : Chain
         With inertias.
-    q, qd, qdd : n symbols of sympy each
-        Joint variables, their rates, and the rates of these.
+    q, qd, qdd : n sympy symbols each
+        Joint variables, and their first and second time derivatives.
 
     Returns
     -------
     n formulas
-        The same as `inverse_dynamics`, which is how to compute them.
+        Equal to the result of `inverse_dynamics`, which is the efficient method for numerical values.
     """
     kinetic, potential = kinetic_energy(chain, q, qd)["1"], potential_energy(chain, q)["1"]
     forces = []

@@ -1,7 +1,7 @@
-"""Frames of the joints of a chain, exactly: vectors of rationals.
+"""Frames of the joints of a chain in exact rational coordinates.
 
-Frames are parallel to the base frame where every joint variable is 0, one for each joint, with an origin on the joint's
-axis: most coordinates of the vectors between them vanish.
+Each joint has a frame whose origin is on the axis of the joint, parallel to the base frame when all joint variables are
+0. With this choice, most coordinates of the vectors between the origins vanish.
 """
 
 from __future__ import annotations
@@ -18,39 +18,39 @@ Vector = tuple[Fraction, Fraction, Fraction]
 
 ZERO = (Fraction(0),) * 3
 LINE = ("e23", "e31", "e12", "e01", "e02", "e03")
-"""Basis lines: the coordinates of a direction, and of a moment."""
+"""Basis lines: the coordinates of the direction and of the moment of a line."""
 LENGTHS = 15
-"""Decimals of coordinates in metres: those of a chain are rounded in the sixteenth."""
+"""Number of decimals of coordinates in metres: the numbers of a chain have rounding errors in the sixteenth."""
 
 
 def dot(a: Sequence[Fraction], b: Sequence[Fraction]) -> Fraction:
-    """The scalar product."""
+    """Return the scalar product."""
     return sum((x * y for x, y in zip(a, b, strict=True)), Fraction(0))
 
 
 def cross(a: Sequence[Any], b: Sequence[Any]) -> tuple[Any, Any, Any]:
-    """The vector product, of numbers or expressions."""
+    """Return the cross product of vectors of numbers or expressions."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
 def plus(a: Vector, b: Vector, factor: Fraction | int = 1) -> Vector:
-    """``a + factor b``."""
+    """Return ``a + factor b``."""
     x, y, z = (p + factor * q for p, q in zip(a, b, strict=True))
     return x, y, z
 
 
 def rounded(x: Fraction, digits: int = 17) -> Fraction:
-    """Rounded to a number of decimals, which removes what sums of rounded decimals leave in place of 0."""
+    """Round to a number of decimals, so that differences that should be 0 vanish in spite of rounded decimals."""
     return Fraction(round(x * 10**digits), 10**digits)
 
 
 def line_of(d: Vector, m: Vector) -> Multivector:
-    """The line with direction `d` and moment `m`."""
+    """Return the line with direction `d` and moment `m`."""
     return PGA3.multivector(dict(zip(LINE, (*d, *m), strict=True)))
 
 
 def directions_and_moments(chain: Chain) -> list[tuple[Vector, Vector]]:
-    """Direction and moment of each joint's axis."""
+    """Return the direction and the moment of the axis of each joint."""
     found: list[tuple[Vector, Vector]] = []
     for axis in chain.axes:
         e12, e13, e23, *m = map(exact, axis)
@@ -59,7 +59,7 @@ def directions_and_moments(chain: Chain) -> list[tuple[Vector, Vector]]:
 
 
 def origins(chain: Chain) -> list[Vector]:
-    """A point on each axis: the one nearest to the origin of its parent, so that offsets have few coordinates."""
+    """Return the point on each axis that is nearest to the origin of its parent: offsets then have few coordinates."""
     points: list[Vector] = []
     for (d, m), parent in zip(directions_and_moments(chain), chain.parents, strict=True):
         before = points[parent] if parent >= 0 else ZERO

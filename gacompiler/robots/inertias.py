@@ -9,11 +9,11 @@ from .chains import Chain, exact
 from .frames import ZERO, Vector, directions_and_moments, dot, origins, plus, rounded
 
 Inertia = tuple[Fraction, Vector, tuple[Vector, Vector, Vector]]
-"""Mass, mass times centre, and the tensor about the origin."""
+"""Mass, first moment (mass times centre of mass), and inertia tensor about the origin."""
 
 
 def _about(inertia: Inertia, r: Vector) -> Inertia:
-    """The same body about the point `r`."""
+    """Return the inertia of the same body about the point `r`."""
     mass, h, tensor = inertia
     # |p - r|² E - (p - r)(p - r)ᵀ, integrated
     shifted = plus(h, r, -mass)
@@ -33,7 +33,7 @@ def _sum(a: Inertia, b: Inertia, sign: int = 1) -> Inertia:
 
 
 def about_origins(chain: Chain) -> list[Inertia]:
-    """Inertias of what the joints carry, about the origins of their frames."""
+    """Return the inertias of the bodies about the origins of their joint frames."""
     return [_clean(inertia) for inertia in _given(chain)]
 
 
@@ -48,18 +48,21 @@ def _given(chain: Chain) -> list[Inertia]:
 
 
 def regrouped(chain: Chain) -> list[Inertia]:
-    """Inertias about the origins of the joints, with what does not affect a joint's force moved to its parent.
+    """Return the inertias about the origins of the joints, regrouped to the parameters that affect their forces.
 
-    A body of mass m with its centre on the axis of a revolute joint, with equal moments about the other two axes and
-    none about its own, is not changed by the joint's rotation: carried by the joint or by its parent, it gives the same
-    forces (the base parameters of Gautier and Khalil, *IEEE Trans. Robotics Autom.* 6:368, 1990). A prismatic joint
-    passes its whole tensor on. What reaches the base affects no joint.
+    The other parameters are moved to the parent of the joint.
+
+    A body with its centre of mass on the axis of a revolute joint, no moment of inertia about this axis and equal
+    moments about the two others is invariant under rotation of the joint. It gives the same forces whether it is
+    carried by the joint or by its parent (the base parameters of Gautier and Khalil, *IEEE Trans. Robotics Autom.*
+    6:368, 1990). For a prismatic joint, the whole tensor is moved to the parent. Parameters moved to the base affect no
+    joint.
     """
     return list(_regrouped(chain)[0])
 
 
 def carried_by_base(chain: Chain) -> Inertia:
-    """What `regrouped` moves to the base, about its origin."""
+    """Return the inertia that `regrouped` moves to the base, about the origin of the base."""
     return _regrouped(chain)[1]
 
 
@@ -73,7 +76,7 @@ def _regrouped(chain: Chain) -> tuple[tuple[Inertia, ...], Inertia]:
         if chain.kinds[joint] == "revolute":
             along = dot(d, h)
             x, y, z = d
-            # any unit vector orthogonal to the axis will do; one along a coordinate axis leaves a zero there
+            # Any unit vector orthogonal to the axis is suitable; a coordinate axis gives a zero in the tensor.
             size, across = min((abs(c), k) for k, c in enumerate(d))
             unit = tuple(Fraction(int(k == across)) for k in range(3))
             level = dot(unit, [dot(row, unit) for row in tensor]) if size == 0 else Fraction(0)

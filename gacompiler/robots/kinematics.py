@@ -1,7 +1,7 @@
-"""Kinematics of one robot: the loops of `gacompiler.specs.robots` written out, with its constants folded.
+"""Kinematics of one robot: the loops of `gacompiler.specs.robots`, unrolled and with the robot's constants folded.
 
-Every function takes a `Chain`, then the variables and what else a call has: expressions in a kernel, symbols of sympy,
-or numbers.
+Every function takes a `Chain`, followed by the variables and further arguments, which are expressions in a kernel,
+sympy symbols or numbers.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from .tables import motor_of, path_to, rotor_and_place, tables_of_joints
 
 
 def forward(chain: Chain, q: Scalars) -> Any:
-    """The motor of the end effector: the product of the joints' exponentials, times the tool.
+    """Compute the motor of the end effector, the product of the exponentials of the joints and the tool motor.
 
     Parameters
     ----------
@@ -30,13 +30,13 @@ def forward(chain: Chain, q: Scalars) -> Any:
     Returns
     -------
     multivector
-        An even element, a unit motor to the rounding of the constants.
+        An even element, which is a unit motor up to the rounding of the constants.
     """
     return folded(_forward, chain, q=q)
 
 
 def _forward(chain: Chain, q: Scalars) -> Any:
-    # One motor takes fewer operations than the rotor and the place that loops over any robot carry.
+    # A single motor takes fewer operations than the rotor and position used in the loops for a general robot.
     found: Any = lift(1)
     lines, (variables, ratios, offsets) = directions_and_moments(chain), chain.followed
     for joint in path_to(chain, chain.tip):
@@ -51,7 +51,7 @@ def _forward(chain: Chain, q: Scalars) -> Any:
 
 
 def forward_all(chain: Chain, q: Scalars) -> tuple[Any, ...]:
-    """The motors of the frames that the joints carry, in the base frame.
+    """Compute the motors of the frames carried by the joints, in the base frame.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ def _forward_all(chain: Chain, q: Scalars) -> Any:
 
 
 def jacobian(chain: Chain, q: Scalars) -> Rows:
-    """The geometric Jacobian at the end effector: angular over linear velocity, in the base frame.
+    """Compute the geometric Jacobian at the end effector: angular over linear velocity, in the base frame.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def _jacobian(chain: Chain, q: Scalars) -> Any:
 
 
 def jacobian_rate(chain: Chain, q: Scalars, qd: Scalars) -> Rows:
-    """The rate of change of `jacobian` while the variables change at the rates `qd`.
+    """Compute the time derivative of `jacobian` when the variables change at the rates `qd`.
 
     Parameters
     ----------

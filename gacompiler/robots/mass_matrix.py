@@ -1,8 +1,9 @@
-"""The mass matrix of one robot by composite bodies, each in the frame of its joint (Walker and Orin 1982).
+"""The mass matrix of one robot by the composite-rigid-body algorithm in joint frames (Walker and Orin 1982).
 
-The kernel of any robot, `gacompiler.specs.robots.mass_matrix`, has all bodies in the base frame, where a momentum need
-not be moved to each joint that feels it. With constants folded, moving from frame to frame is cheaper: most coordinates
-of axes and places are 0 there, and the first joint's variable drops out.
+The kernel for a general robot, `gacompiler.specs.robots.mass_matrix`, expresses all bodies in the base frame, so that
+momenta need not be transformed to the frames of other joints. With folded constants, transforming from frame to frame
+is cheaper: most coordinates of axes and offsets are 0 in joint frames, and the result does not depend on the variable
+of the first joint.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ _spec: Any = robots  # specs have no types
 
 
 def composite_bodies(chain: Chain, q: Sequence[Expression]) -> Rows:
-    """The symmetric matrix of the kinetic energy.
+    """Compute the symmetric mass matrix.
 
     Parameters
     ----------
@@ -68,7 +69,7 @@ def composite_bodies(chain: Chain, q: Sequence[Expression]) -> Rows:
 
 
 def _poses(tables: Tables, q: Sequence[Expression]) -> list[Any]:
-    """The pose of each joint's frame in that of its parent."""
+    """Return the pose of the frame of each joint in the frame of its parent."""
     variables = Unrolled(tuple(tables["variables"]))
     rows = [columns_of(tables[name]) for name in ("ratios", "offsets", "places", "screws", "turns")]
     rotors, places = _spec.own_poses(Unrolled(tuple(q)), variables, *rows)
@@ -77,21 +78,21 @@ def _poses(tables: Tables, q: Sequence[Expression]) -> list[Any]:
 
 
 def _moved(body: tuple[Any, ...], pose: Any, screw: Multivector, x: Any) -> tuple[Any, ...]:
-    """The inertia of what a joint carries in the frame of its parent."""
+    """Transform the inertia of the body carried by a joint to the frame of its parent."""
     direction = [screw[name] for name in ("e23", "e31", "e12")]
     if sorted(map(abs, direction)) != [0, 0, 1]:
         return _spec.placed(body, pose)  # type: ignore[no-any-return]
     k = next(k for k in range(3) if direction[k])
-    turned = _turned(body[4:], k, cos(x), direction[k] * sin(x))
-    # The tensor is turned above, and the rest of the body, without it, is moved.
-    return tuple(a + b for a, b in zip(_spec.placed((*body[:4], *(0,) * 6), pose), (0, 0, 0, 0, *turned), strict=True))
+    rotated = _rotated(body[4:], k, cos(x), direction[k] * sin(x))
+    # The tensor is rotated above; the other parameters are transformed as those of a body without a tensor.
+    return tuple(a + b for a, b in zip(_spec.placed((*body[:4], *(0,) * 6), pose), (0, 0, 0, 0, *rotated), strict=True))
 
 
-def _turned(tensor: Sequence[Any], k: int, c: Any, s: Any) -> tuple[Any, ...]:
-    """A symmetric tensor that turns about coordinate axis `k` by the angle with cosine `c` and sine `s`.
+def _rotated(tensor: Sequence[Any], k: int, c: Any, s: Any) -> tuple[Any, ...]:
+    """Rotate a symmetric tensor about coordinate axis `k` by the angle with cosine `c` and sine `s`.
 
-    The moments across the axis change by what the difference of both and their product make on a turn by the angle
-    itself, times its sine: ``sin(x) (cos(x) a + sin(x) b)`` in place of sines and cosines of twice the angle.
+    The components orthogonal to the axis change by ``sin(x) (cos(x) a + sin(x) b)``, which avoids the sine and cosine
+    of twice the angle.
     """
     places = [(i, j) for i in range(3) for j in range(i, 3)]
     t = dict(zip(places, tensor, strict=True))

@@ -11,20 +11,20 @@ from .kernel_texts import kernel_text
 
 
 def spec_text(name: str, chain: Chain, source: str, methods: Sequence[str]) -> str:
-    """A spec of one robot: its constants, and the kernels that they fold into.
+    """Return the text of the spec of one robot, with its constants and kernels.
 
     Parameters
     ----------
     name : str
-        The name of the robot for readers.
+        The name of the robot, for documentation.
     chain : Chain
-        Numbers that are within 5e-11 (of their unit; for tensors, of their largest entry) of one with six decimals
-        become that: quarter turns are written with eleven digits in many files, and their cosines are meant to vanish.
-        Tensors are written to fifteen digits of their largest entry.
+        Numbers within 5e-11 (of their unit; for tensors, of their largest entry) of a number with six decimals are
+        replaced by that number, because many files give right angles with eleven digits, and their cosines should
+        vanish. Tensors are written to fifteen digits of their largest entry.
     source : str
-        Where the numbers are from, a sentence or two.
+        The origin of the numbers, in a sentence or two.
     methods : sequence of str
-        The kernels, names of functions of `gacompiler.robots`.
+        The kernels, as names of functions of `gacompiler.robots`.
     """
     parts = [
         _literal("kinds", [f'"{kind}"' for kind in chain.kinds]),
@@ -40,11 +40,11 @@ def spec_text(name: str, chain: Chain, source: str, methods: Sequence[str]) -> s
     ]
     own = "\n".join(
         (
-            f'"""{name}: kinematics and dynamics with its constants folded.',
+            f'"""{name}: kinematics and dynamics with folded constants.',
             "",
             *wrap(source, 118),
             "",
-            "Joint variables are radians, or metres where a joint slides.",
+            "Joint variables are in radians, or in metres for prismatic joints.",
             '"""',
             "",
             "from gacompiler import SCALAR, array, kernel, robots",
@@ -67,7 +67,7 @@ def _followed(chain: Chain) -> str:
 
 
 def _literal(name: str, entries: Sequence[str], indent: int = 4) -> str:
-    """A tuple on one line where it fits, else one entry a line, as formatters have it."""
+    """Format a tuple on one line if it fits, else with one entry per line, like common code formatters."""
     head, space = (f"{name}=" if name else ""), " " * indent
     line = f"{space}{head}({', '.join(entries)}{',' if len(entries) == 1 else ''}),\n"
     if len(line) <= 121:
@@ -80,15 +80,15 @@ def _rows(name: str, rows: Sequence[tuple[Number, ...]]) -> str:
 
 
 def _nice(x: Number, decade: int = 0) -> float:
-    """A number, or where it is within 5e-11 units of it, the one with six decimals of the unit ``10**decade``."""
+    """Round to six decimals in units of ``10**decade`` if this changes the number by at most 5e-11 units."""
     unit = float(f"1e{decade}")
     near = round(round(float(x) / unit, 6) * unit, 6 - decade)
     return (near if abs(float(x) - near) <= 5e-11 * unit else float(x)) + 0.0
 
 
 def _nice_body(row: tuple[Number, ...]) -> tuple[float, ...]:
-    # Of the decimal that is printed: logarithms need not be whole at powers of ten.
+    # Use the printed decimal: logarithms are not always exact integers at powers of ten.
     largest = Decimal(repr(max(map(abs, map(float, row[4:])))))
     decade = largest.adjusted() if largest else 0
-    # Fifteen digits: what is beyond them was left by moving the tensor, and keeps equal moments from being equal.
+    # Keep fifteen digits: the others are rounding errors from transforming the tensor, which make equal moments differ.
     return (float(row[0]), *map(_nice, row[1:4]), *(_nice(round(float(x), 14 - decade), decade) for x in row[4:]))

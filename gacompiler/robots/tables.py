@@ -1,4 +1,4 @@
-"""The tables of one robot that the loop kernels of `gacompiler.specs.robots` are given, in exact numbers."""
+"""Tables of one robot, in exact numbers, for the loop kernels of `gacompiler.specs.robots`."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _MOTOR = ("1", "e12", "e13", "e23", "e01", "e02", "e03", "e0123")
 
 
 def tables_of_joints(chain: Chain, joints: Sequence[int] | None = None) -> Tables:
-    """The tables of all joints; or of some, each of which carries the next."""
+    """Return the tables of all joints, or of the given joints, each of which carries the next."""
     points, lines = origins(chain), directions_and_moments(chain)
     taken = range(chain.n_joints) if joints is None else joints
     variables, ratios, offsets = chain.followed
@@ -39,12 +39,12 @@ def _with_parents(chain: Chain, joints: Sequence[int]) -> list[tuple[int, int]]:
 
 
 def rows_of(inertias: Sequence[Inertia]) -> list[tuple[Any, ...]]:
-    """Inertias as rows of the table: mass, mass times centre, and the tensor."""
+    """Return inertias as rows of a table: mass, first moment and inertia tensor."""
     return [(mass, *h, *(t[i][j] for i in range(3) for j in range(i, 3))) for mass, h, t in inertias]
 
 
 def tables_of_pairs(chain: Chain) -> Tables:
-    """Each joint with itself and every joint that carries it."""
+    """Return the tables of pairs of each joint with itself and with every joint that carries it."""
     pairs = [(joint, carrier) for joint in range(chain.n_joints) for carrier in path_to(chain, joint)]
     variables = chain.followed[0]
     return {
@@ -57,7 +57,7 @@ def tables_of_pairs(chain: Chain) -> Tables:
 
 
 def path_to(chain: Chain, joint: int) -> list[int]:
-    """The joints from the base to one of them, which is the last."""
+    """Return the joints on the path from the base to a joint, which is the last."""
     found = []
     while joint >= 0:
         found.append(joint)
@@ -66,12 +66,12 @@ def path_to(chain: Chain, joint: int) -> list[int]:
 
 
 def motor_of(numbers: Sequence[Any]) -> Multivector:
-    """The motor of eight numbers."""
+    """Return the motor with eight given coefficients."""
     return PGA3.multivector(dict(zip(_MOTOR, map(exact, numbers), strict=True)))
 
 
 def rotor_and_place(motor: Multivector, origin: Vector) -> tuple[Multivector, Vector]:
-    """The rotor of a frame at home, and its origin in a frame with another origin that is parallel to the base's."""
+    """Return the rotor of a frame in the home position, and its origin relative to another origin."""
     point = motor * PGA3.multivector({"e123": 1}) * ~motor
     found = [rounded(point[name] / point["e123"], LENGTHS) for name in ("e032", "e013", "e021")]
     rotor = PGA3.multivector({name: motor[name] for name in _MOTOR[:4]})

@@ -1,12 +1,13 @@
-"""Rotations by rotors whose planes are constant, written with sines and cosines of whole angles.
+"""Rewrite rotations by rotors with constant planes in terms of sines and cosines of the whole angle.
 
-A rotor has the sine and cosine of half its angle. What it rotates has products of two of them, which are those of the
-whole angle: where ``B`` is a constant with ``B B = -1``, and x' the part of x that does not commute with it,
+A rotor contains the sine and cosine of half its angle. Rotated elements contain products of these, which can be
+expressed by the sine and cosine of the whole angle. If ``B`` is a constant with ``B B = -1``, and x' is the part of x
+that does not commute with it,
 
     R x ~R = (x - x') + cos(2 h) x' + sin(2 h) (x B - B x) / 2    for R = cos(h) - sin(h) B.
 
-A rotation by a product of such rotors is linear in what is rotated. It is written as a matrix, by what it makes of each
-basis line, and everything that the same product rotates shares that.
+The rotation by a product of such rotors is a linear map. It is written as a matrix, the images of the basis lines. All
+elements that are rotated by the same product share this matrix.
 """
 
 from __future__ import annotations
@@ -21,15 +22,15 @@ from ..frontend.operations import commutator, cos, sin
 from ..frontend.recorded import is_constant
 from .frames import LINE
 
-Turn = tuple[Expression, Expression, Multivector]
-"""Cosine and sine of an angle, and the plane B."""
+PlaneRotation = tuple[Expression, Expression, Multivector]
+"""The cosine and the sine of the angle, and the plane B."""
 
 _NEARLY = Fraction(1, 10**12)
-"""The square of a plane of rounded decimals is so near to -1."""
+"""Tolerance for the square of a plane given in rounded decimals, which should be -1."""
 
 
 def by_whole_angles(expressions: Sequence[Expression]) -> list[Expression]:
-    """The expressions with every line that is rotated in constant planes written by whole angles."""
+    """Rewrite all rotations of lines in constant planes in terms of whole angles."""
     rotations = _Rotations()
     known: dict[Expression, Expression] = {}
     for each in topological(expressions):
@@ -44,27 +45,27 @@ def by_whole_angles(expressions: Sequence[Expression]) -> list[Expression]:
 
 
 class _Rotations:
-    """What rotors make of lines, and of each basis line once."""
+    """Images of lines under rotors, with those of the basis lines cached."""
 
     def __init__(self) -> None:
-        self._turns: dict[Expression, Turn | None] = {}
+        self._plane_rotations: dict[Expression, PlaneRotation | None] = {}
         self._images: dict[tuple[Expression, str], Expression] = {}
 
     def knows(self, rotor: Expression) -> bool:
         """Whether a rotor is a product of rotors in constant planes."""
-        if is_constant(rotor) or self._turn(rotor) is not None:
+        if is_constant(rotor) or self._in_plane(rotor) is not None:
             return True
         factors = _factors(rotor)
         return factors is not None and all(map(self.knows, factors))
 
     def image(self, rotor: Expression, line: Expression) -> Expression:
-        """What a rotor makes of a line."""
+        """Return the image of a line under a rotor."""
         if is_constant(rotor):
             (value,) = evaluate([rotor], {})
             return line if dict(value.terms) == {0: 1} else node(Operation.SANDWICH, lift(value), line)
-        turn = self._turn(rotor)
-        if turn is not None:
-            return _turned(*turn, line)
+        rotation = self._in_plane(rotor)
+        if rotation is not None:
+            return _rotated(*rotation, line)
         found: Expression | None = None
         for name in LINE:
             if line.algebra.blade(name)[1] in line.blades:
@@ -75,15 +76,15 @@ class _Rotations:
     def _of_basis(self, rotor: Expression, name: str, line: Expression) -> Expression:
         if (rotor, name) not in self._images:
             factors = _factors(rotor)
-            assert factors is not None  # `knows` says so
+            assert factors is not None  # ensured by `knows`
             outer, inner = factors
             self._images[rotor, name] = self.image(outer, self.image(inner, lift(line.algebra.multivector({name: 1}))))
         return self._images[rotor, name]
 
-    def _turn(self, rotor: Expression) -> Turn | None:
-        if rotor not in self._turns:
-            self._turns[rotor] = _turn_of(rotor)
-        return self._turns[rotor]
+    def _in_plane(self, rotor: Expression) -> PlaneRotation | None:
+        if rotor not in self._plane_rotations:
+            self._plane_rotations[rotor] = _plane_rotation(rotor)
+        return self._plane_rotations[rotor]
 
 
 def _is_line(x: Expression) -> bool:
@@ -91,7 +92,7 @@ def _is_line(x: Expression) -> bool:
 
 
 def _factors(rotor: Expression) -> tuple[Expression, Expression] | None:
-    """The factors of a product, or of the reverse of one."""
+    """Return the factors of a product or of the reverse of a product."""
     if rotor.operation is Operation.GEOMETRIC_PRODUCT:
         first, second = rotor.arguments
         return first, second
@@ -101,11 +102,11 @@ def _factors(rotor: Expression) -> tuple[Expression, Expression] | None:
     return None
 
 
-def _turn_of(rotor: Expression) -> Turn | None:
-    """The whole angle and the plane of ``cos(h) - sin(h) B``, or of the reverse of it."""
+def _plane_rotation(rotor: Expression) -> PlaneRotation | None:
+    """Return the rotation by the whole angle for a rotor ``cos(h) - sin(h) B`` or its reverse."""
     if rotor.operation is Operation.REVERSE:
-        turn = _turn_of(rotor.arguments[0])
-        return None if turn is None else (turn[0], -turn[1], turn[2])
+        rotation = _plane_rotation(rotor.arguments[0])
+        return None if rotation is None else (rotation[0], -rotation[1], rotation[2])
     if rotor.operation is not Operation.SUBTRACT or rotor.arguments[1].operation is not Operation.GEOMETRIC_PRODUCT:
         return None
     cosine, (sine, plane) = rotor.arguments[0], rotor.arguments[1].arguments
@@ -119,7 +120,7 @@ def _turn_of(rotor: Expression) -> Turn | None:
     return cos(angle), sin(angle), value
 
 
-def _turned(cosine: Expression, sine: Expression, plane: Multivector, line: Expression) -> Expression:
+def _rotated(cosine: Expression, sine: Expression, plane: Multivector, line: Expression) -> Expression:
     x = evaluate([line], {})[0] if is_constant(line) else line
     moved = commutator(commutator(plane, x), plane)
     if isinstance(moved, Multivector) and not moved.terms:

@@ -1,8 +1,8 @@
-"""ur5: kinematics and dynamics with its constants folded.
+"""ur5: kinematics and dynamics with folded constants.
 
 From the table of that name in algorithms.kinematics.
 
-Joint variables are radians, or metres where a joint slides.
+Joint variables are in radians, or in metres for prismatic joints.
 """
 
 from gacompiler import SCALAR, array, kernel, robots
@@ -46,29 +46,29 @@ JOINTS = array(SCALAR, 6)
 
 @kernel(q=JOINTS, returns=PGA3.MOTOR)
 def forward(q):
-    """Where the end effector is: the unit motor from its frame to the base frame."""
+    """The pose of the end effector: the unit motor from its frame to the base frame."""
     return robots.forward(ROBOT, q)
 
 
 @kernel(q=JOINTS, returns=array(SCALAR, 6, ROBOT.n_variables))
 def jacobian(q):
-    """Angular over linear velocity of the end effector by the rates of the joints, in the base frame."""
+    """The geometric Jacobian of the end effector: angular over linear velocity, in the base frame."""
     return robots.jacobian(ROBOT, q)
 
 
 @kernel(q=JOINTS, qd=JOINTS, qdd=JOINTS, returns=JOINTS)
 def inverse_dynamics(q, qd, qdd):
-    """Forces and torques of the joints that give accelerations, gravity included."""
+    """The joint forces and torques for given accelerations, including gravity."""
     return robots.inverse_dynamics(ROBOT, q, qd, qdd)
 
 
 @kernel(q=JOINTS, returns=JOINTS)
 def gravity(q):
-    """Forces and torques of the joints that hold the robot still."""
+    """The joint forces and torques that balance gravity."""
     return robots.gravity(ROBOT, q)
 
 
 @kernel(q=JOINTS, returns=array(SCALAR, ROBOT.n_variables, ROBOT.n_variables))
 def mass_matrix(q):
-    """The symmetric matrix of the kinetic energy."""
+    """The symmetric mass matrix."""
     return robots.mass_matrix(ROBOT, q)
